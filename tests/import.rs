@@ -110,7 +110,7 @@ fn refuse_files_that_cannot_be_imported() {
         assert!(!out.exists());
     };
     let table = "frequency_hz,real,imag\n10,1,1\n";
-    refuse(table, "a.csv", &[], "--quantity");
+    refuse(table, "a.csv", &[], "set the quantity");
     refuse("frequency_hz,real,imag\n10,1,1\n9,1,1\n", "b.csv", &["--quantity", "receptance"], "does not follow");
     refuse("frequency_hz,real,imag\n-1,1,1\n", "c.csv", &["--quantity", "receptance"], "0 or above");
     refuse("frequency_hz,real,imag,coherence\n1,1,1,1.5\n", "d.csv", &["--quantity", "receptance"], "between 0 and 1");

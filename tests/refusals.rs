@@ -141,8 +141,8 @@ fn refuse_invalid_overrides() {
     refused(&["identify", "--set", "parameter.table_mass_change.start=0.1"], &["table_mass_change", "table-mass", "effects"]);
     let contained = r#"effects=["drive-flexibility"]"#;
     refused(&["identify", "--set", contained, "--set", "parameter.k_drive.start=1e4"], &["k_drive", "unit", "declare it"]);
-    refused(&["identify", "--without", "backlash"], &["backlash", "rotor-hold"]);
-    refused(&["identify", "--freeze", "k_x"], &["k_x", "k_al"]);
+    refused(&["identify", "--without", "backlash"], &["--without backlash: ", "configs/tian.toml", "rotor-hold"]);
+    refused(&["identify", "--freeze", "k_x"], &["--freeze k_x: ", "k_al"]);
 }
 
 #[test]

@@ -17,7 +17,7 @@ use reference_simulator::{Counts, Gap, Kind, Label, Strength, labels_json};
 use report::document::Input;
 use report::{digest, to_json};
 use withheld::{
-    Answer, Confusion, Generator, Judgement, Proportion, Run, Seal, SealedCase, confusion_text, files_of, folder_digest, judge, scores,
+    Answer, Confusion, Generator, Judgement, Proportion, Run, Seal, SealedCase, WithheldError, confusion_text, files_of, folder_digest, judge, scores,
     scores_text,
 };
 use num_complex::Complex64;
@@ -140,7 +140,7 @@ fn look_alikes_doubles_and_unknowns_have_their_own_right_answers() {
 #[test]
 fn a_failure_is_never_a_right_none() {
     let failure = failed();
-    assert_eq!(failure.diagnosis, Err("exit code 2: jointid: that is missing".into()));
+    assert_eq!(failure.diagnosis, Err(WithheldError::Diagnosis("exit code 2: jointid: that is missing".into())));
     for kind in [Kind::Null, Kind::HardNullWrongParameter, Kind::HardNullBadChannel] {
         let judged = judge(&label(kind, &[], &[]), false, &failure);
         assert!(!judged.right && !judged.answered && !judged.claims, "{kind:?}");
@@ -160,7 +160,7 @@ fn a_failure_is_never_a_right_none() {
 
 #[test]
 fn refuse_to_count_invalid_answers() {
-    let fault = |run: Run| run.answer(&[]).diagnosis.unwrap_err();
+    let fault = |run: Run| run.answer(&[]).diagnosis.unwrap_err().to_string();
     assert!(fault(Run { exit_code: None, ..run_of(Value::Null) }).contains("did not end by itself"));
     assert!(fault(Run { diagnosis: None, ..run_of(Value::Null) }).contains("no JSON"));
     assert!(fault(run_of(json!({"schema": "jointid/diagnosis/1"}))).contains("cannot be read"));
@@ -172,7 +172,7 @@ fn refuse_to_count_invalid_answers() {
     assert!(fault(run_of(half)).contains("not complete"));
     let file = Input { path: "frf/l1.csv".into(), sha256: "a1".into() };
     let mut document = diagnosis("none", &[]);
-    assert!(run_of(document.clone()).answer(std::slice::from_ref(&file)).diagnosis.unwrap_err().contains("frf/l1.csv"));
+    assert!(run_of(document.clone()).answer(std::slice::from_ref(&file)).diagnosis.unwrap_err().to_string().contains("frf/l1.csv"));
     document["inputs"] = json!([{"path": "anywhere", "sha256": "a1"}]);
     assert!(run_of(document).answer(&[file]).diagnosis.is_ok());
 }
@@ -294,7 +294,7 @@ fn refuse_cases_changed_after_sealing() {
     let change = |how: &dyn Fn(&Path)| {
         let folder = sealed();
         how(folder.path());
-        Seal::verified(folder.path()).unwrap_err()
+        Seal::verified(folder.path()).unwrap_err().to_string()
     };
     let edit = |path: &Path, from: &str, to: &str| {
         let text = fs::read_to_string(path).unwrap();
@@ -314,7 +314,7 @@ fn refuse_cases_changed_after_sealing() {
     ];
     for (how, file, fault) in changes {
         let message = change(how);
-        assert!(message.contains(file) && message.contains(fault) && message.contains("--out"), "{message}");
+        assert!(message.contains(file) && message.contains(fault) && message.contains("into a new folder"), "{message}");
     }
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use crate::arguments::QuantityName;
-use crate::outcome::{CommandResult, Outcome, print_out, shown};
+use crate::outcome::{CommandResult, Outcome, print_out, shown, to_message};
 use crate::terminal;
 use report::{OutputFolder, wrapped};
 use study::{ImportRequest, read_set};
@@ -91,11 +91,11 @@ pub fn import(given: &ImportArguments) -> CommandResult {
         title: title.unwrap_or_else(|| "imported".into()),
     };
     let imported = study::import(&request).map_err(shown)?;
-    let folder = OutputFolder::claim(out)?;
+    let folder = OutputFolder::claim(out).map_err(to_message)?;
     if out.join("manifest.toml").exists() {
         return Err(format!("{}: already holds a manifest.toml; name an empty folder with --out", out.display()));
     }
-    folder.write_all(imported.files())?;
+    folder.write_all(imported.files()).map_err(to_message)?;
     if !given.quiet {
         imported.notes.iter().for_each(|n| terminal::warning(n));
     }
@@ -135,7 +135,7 @@ pub fn export(given: &ExportArguments) -> CommandResult {
     };
     let exported = study::export(&set, given.binary).map_err(shown)?;
     let name = given.out.file_name().and_then(|n| n.to_str()).ok_or_else(|| format!("--out {}: name a file", given.out.display()))?;
-    OutputFolder::prepare(&folder)?.write(name, &exported.bytes)?;
+    OutputFolder::prepare(&folder).map_err(to_message)?.write(name, &exported.bytes).map_err(to_message)?;
     exported.notes.iter().for_each(|n| terminal::warning(n));
     print_out(&format!("{} FRFs written to {}\n", exported.frfs, given.out.display()))?;
     Ok(Outcome::Done)

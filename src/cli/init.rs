@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::outcome::{CommandResult, Outcome};
+use crate::outcome::{CommandResult, Outcome, to_message};
 use report::OutputFolder;
 
 /// Arguments of `init`.
@@ -19,12 +19,12 @@ pub struct InitArguments {
 /// Runs the command. Writes all files, or none if one of them already exists.
 pub fn run(given: &InitArguments) -> CommandResult {
     let folder = &given.folder;
-    let claimed = OutputFolder::claim(folder)?;
+    let claimed = OutputFolder::claim(folder).map_err(to_message)?;
     let files = study::templates();
     if let Some(path) = files.iter().map(|(name, _)| folder.join(name)).find(|path| path.exists()) {
         return Err(format!("{}: already exists; name another folder", path.display()));
     }
-    claimed.write_all(files.iter().map(|(name, text)| (name, text)))?;
+    claimed.write_all(files.iter().map(|(name, text)| (name, text))).map_err(to_message)?;
     if !given.quiet {
         for (name, _) in &files {
             eprintln!("written: {}", folder.join(name).display());

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Command};
 use clap_complete::Shell;
 
-use crate::outcome::{CommandResult, Outcome, print_out};
+use crate::outcome::{CommandResult, Outcome, print_out, to_message};
 use report::OutputFolder;
 
 /// Arguments of `completions`.
@@ -34,11 +34,11 @@ pub fn completions(given: &CompletionsArguments, mut root: Command) -> CommandRe
 
 /// Writes the manual pages of the program and of every command.
 pub fn man(given: &ManArguments, mut root: Command) -> CommandResult {
-    let folder = OutputFolder::claim(&given.out)?;
+    let folder = OutputFolder::claim(&given.out).map_err(to_message)?;
     root.build();
     let mut pages = Vec::new();
     render_pages(&root, &mut pages)?;
-    folder.write_all(pages.iter().map(|(name, text)| (name, text)))?;
+    folder.write_all(pages.iter().map(|(name, text)| (name, text))).map_err(to_message)?;
     eprintln!("written: {} pages into {}", pages.len(), given.out.display());
     Ok(Outcome::Done)
 }

@@ -38,7 +38,7 @@ pub fn shown(error: StudyError) -> String {
 
 /// Claims the result folder, so that no other run writes into it; `None` without `--out`. Called before the computations start.
 pub fn prepare(output: &OutputArguments) -> Result<Option<OutputFolder>, String> {
-    output.out.as_deref().map(OutputFolder::claim).transpose()
+    output.out.as_deref().map(OutputFolder::claim).transpose().map_err(to_message)
 }
 
 /// Delivers a document: prints it as JSON or as text, and writes it into the result folder if there is one.
@@ -60,7 +60,7 @@ pub fn deliver_with<T: Serialize>(
     document: &T,
     text: &str,
 ) -> CommandResult {
-    let json = to_json(document)?;
+    let json = to_json(document).map_err(to_message)?;
     if let Some(folder) = folder {
         let others = others.iter().map(|(name, text)| (*name, text.as_str()));
         write_announced(output, folder, &std::iter::once((file, json.as_str())).chain(others).collect::<Vec<_>>())?;
@@ -72,7 +72,7 @@ pub fn deliver_with<T: Serialize>(
 
 /// Writes files, all or none, and prints their paths to stderr, unless `--json` or `--quiet` is given.
 pub fn write_announced(output: &OutputArguments, folder: &OutputFolder, files: &[(&str, &str)]) -> Result<(), String> {
-    folder.write_all(files.iter().copied())?;
+    folder.write_all(files.iter().copied()).map_err(to_message)?;
     if !output.json && !output.quiet {
         files.iter().for_each(|(name, _)| eprintln!("written: {}", folder.file(name).display()));
     }

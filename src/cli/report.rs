@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::outcome::{CommandResult, Outcome, shown};
+use crate::outcome::{CommandResult, Outcome, shown, to_message};
 use crate::terminal;
 use report::OutputFolder;
 use report::page;
@@ -31,7 +31,7 @@ pub fn run(given: &ReportArguments) -> CommandResult {
     }
     let parent = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let file = target.file_name().ok_or_else(|| format!("{}: name a file with --out", target.display()))?;
-    let written = OutputFolder::prepare(parent)?.write(&file.to_string_lossy(), html.as_bytes())?;
+    let written = OutputFolder::prepare(parent).map_err(to_message)?.write(&file.to_string_lossy(), html.as_bytes()).map_err(to_message)?;
     if !given.quiet {
         page.notes.iter().for_each(|n| terminal::note(n));
         if html.len() > page::MOST_BYTES {

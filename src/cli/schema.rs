@@ -1,6 +1,6 @@
 //! `jointid schema`.
 
-use crate::outcome::{CommandResult, Outcome, print_out};
+use crate::outcome::{CommandResult, Outcome, print_out, to_message};
 use report::to_json;
 
 /// `schema`.
@@ -22,6 +22,6 @@ pub fn run(given: &SchemaArguments) -> CommandResult {
         return Ok(Outcome::Done);
     };
     let schema = study::schema(name).ok_or_else(|| format!("schema {name}: no schema has this name; there are {}", names.join(", ")))?;
-    print_out(&to_json(&schema)?)?;
+    print_out(&to_json(&schema).map_err(to_message)?)?;
     Ok(Outcome::Done)
 }

@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::error::fault;
 use machine::contact::{
     AngularContactBearing, BALL_PRESSURE_LIMIT_PA, Balls, BearingData, ContactError, Nut, NutData, PreloadedPair, Printed, Rule, Side,
     Stiffness, StribeckCurve,
 };
-use machine::{LoadedPair, Segment, SegmentEnd, Twist};
+use machine::{LoadedPair, MachineError, Segment, SegmentEnd, Twist};
 
 /// A friction curve: Duan et al., Eq. 11.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
@@ -108,12 +109,13 @@ pub struct ContactDefaults {
 }
 
 /// Converts the segments of a file.
-pub fn segments(files: BTreeMap<String, SegmentFile>) -> Result<Vec<Segment>, String> {
+pub fn segments(files: BTreeMap<String, SegmentFile>) -> Result<Vec<Segment>, MachineError> {
     let lengths: Vec<(&String, f64)> = files.iter().map(|(name, file)| (name, file.length_m)).collect();
     if let Some(pair) = lengths.windows(2).find(|pair| pair[0].1 != pair[1].1) {
         let ((a, length_a), (b, length_b)) = (pair[0], pair[1]);
-        return Err(format!(
-            "segment.{b}.length_m: is {length_b}, that of «{a}» is {length_a}; one nut position needs screws of equal length"
+        return Err(fault(
+            format!("segment.{b}.length_m"),
+            format!("is {length_b}, that of «{a}» is {length_a}; one nut position needs screws of equal length"),
         ));
     }
     let twist = |t: TwistFile| Twist { shear_modulus_pa: t.shear_modulus_pa, lead_m: t.lead_m };
@@ -129,7 +131,7 @@ pub fn contacts(
     files: BTreeMap<String, ContactFile>,
     curves: &BTreeMap<String, FrictionFile>,
     defaults: ContactDefaults,
-) -> Result<Vec<LoadedPair>, String> {
+) -> Result<Vec<LoadedPair>, MachineError> {
     files.into_iter().map(|(name, file)| contact(name, &file, curves, defaults)).collect()
 }
 
@@ -138,7 +140,7 @@ fn contact(
     file: &ContactFile,
     curves: &BTreeMap<String, FrictionFile>,
     defaults: ContactDefaults,
-) -> Result<LoadedPair, String> {
+) -> Result<LoadedPair, MachineError> {
     let pair = pair(&name, file)?;
     let friction = match &file.friction {
         None => None,
@@ -146,7 +148,8 @@ fn contact(
             let found = curves.get(curve).ok_or_else(|| {
                 let known: Vec<&str> = curves.keys().map(String::as_str).collect();
                 let known = if known.is_empty() { "there are none".to_string() } else { format!("there are {}", known.join(", ")) };
-                format!("contact.{name}.friction: no friction curve is called «{curve}»; {known}. Describe it as [friction.{curve}]")
+                let remedy = format!("no friction curve is called «{curve}»; {known}. Describe it as [friction.{curve}]");
+                fault(format!("contact.{name}.friction"), remedy)
             })?;
             Some(StribeckCurve {
                 coulomb_n: found.coulomb_n,
@@ -170,11 +173,13 @@ fn contact(
     })
 }
 
-fn pair(name: &str, file: &ContactFile) -> Result<PreloadedPair, String> {
+fn pair(name: &str, file: &ContactFile) -> Result<PreloadedPair, MachineError> {
     use KindFile::{BearingPair, DoubleNut, KnownPair};
     let kind = file.kind;
-    let need = |key: &str, value: Option<f64>| value.ok_or_else(|| format!("contact.{name}: a {} needs {key}; write it", kind.word()));
-    let in_contact = |e: ContactError| format!("contact.{name}: {e}");
+    let in_contact = |text: String| fault(format!("contact.{name}"), text);
+    let at_key = |key: &str, text: String| fault(format!("contact.{name}.{key}"), text);
+    let need = |key: &str, value: Option<f64>| value.ok_or_else(|| in_contact(format!("a {} needs {key}; write it", kind.word())));
+    let of_contact = |e: ContactError| in_contact(e.to_string());
     // A key that this kind does not use points to a misunderstanding.
     let unused: [(&str, bool, &[KindFile]); 11] = [
         ("lead_m", file.lead_m.is_some(), &[BearingPair, KnownPair]),
@@ -190,23 +195,23 @@ fn pair(name: &str, file: &ContactFile) -> Result<PreloadedPair, String> {
         ("deflection_m", file.deflection_m.is_some(), &[DoubleNut, BearingPair]),
     ];
     if let Some((key, ..)) = unused.iter().find(|(_, there, kinds)| *there && kinds.contains(&kind)) {
-        return Err(format!("contact.{name}.{key}: a {} does not use this key; remove it", kind.word()));
+        return Err(at_key(key, format!("a {} does not use this key; remove it", kind.word())));
     }
     let conformity = match file.conformity {
         Some(ConformityFile::Both(f)) => Ok([f, f]),
         Some(ConformityFile::Each(f)) => Ok(f),
-        None => Err(format!("contact.{name}: a {} needs conformity; write the groove radius over the ball diameter", kind.word())),
+        None => Err(in_contact(format!("a {} needs conformity; write the groove radius over the ball diameter", kind.word()))),
     };
     let pressure_limit_pa = file.pressure_limit_pa.unwrap_or(BALL_PRESSURE_LIMIT_PA);
     if !(pressure_limit_pa > 0.0) {
-        return Err(format!("contact.{name}.pressure_limit_pa: is {pressure_limit_pa}; write a pressure above 0"));
+        return Err(at_key("pressure_limit_pa", format!("is {pressure_limit_pa}; write a pressure above 0")));
     }
     let converted = match kind {
         DoubleNut => {
             let balls = match (file.ball_count, file.loaded_turns) {
                 (Some(count), None) => Balls::Count(count),
                 (None, Some(turns)) => Balls::Turns(turns),
-                _ => return Err(format!("contact.{name}: a double-nut needs either ball_count or loaded_turns; write one of them")),
+                _ => return Err(in_contact("a double-nut needs either ball_count or loaded_turns; write one of them".into())),
             };
             let [screw, nut] = conformity?;
             let steel = NutData::steel(
@@ -217,13 +222,13 @@ fn pair(name: &str, file: &ContactFile) -> Result<PreloadedPair, String> {
                 screw,
                 balls,
             );
-            let nut = Nut::new(&NutData { nut_conformity: nut, pressure_limit_pa, ..steel }).map_err(in_contact)?;
+            let nut = Nut::new(&NutData { nut_conformity: nut, pressure_limit_pa, ..steel }).map_err(of_contact)?;
             PreloadedPair::double_nut(nut.side(), file.preload_n)
         }
         BearingPair => {
             let count = need("ball_count", file.ball_count)?;
             if !(count >= 1.0 && count.fract() == 0.0) {
-                return Err(format!("contact.{name}.ball_count: is {count}; write a whole number from 1"));
+                return Err(at_key("ball_count", format!("is {count}; write a whole number from 1")));
             }
             let [inner, outer] = conformity?;
             let steel = BearingData::steel(
@@ -234,15 +239,15 @@ fn pair(name: &str, file: &ContactFile) -> Result<PreloadedPair, String> {
                 inner,
             );
             let bearing =
-                AngularContactBearing::new(&BearingData { outer_conformity: outer, pressure_limit_pa, ..steel }).map_err(in_contact)?;
+                AngularContactBearing::new(&BearingData { outer_conformity: outer, pressure_limit_pa, ..steel }).map_err(of_contact)?;
             let [a, b] = file.tandem.unwrap_or([1, 1]);
             PreloadedPair::bearing_set(bearing.side(), a, b, file.preload_n)
         }
         KnownPair => {
-            let side = Side::from_point(need("load_n", file.load_n)?, need("deflection_m", file.deflection_m)?).map_err(in_contact)?;
+            let side = Side::from_point(need("load_n", file.load_n)?, need("deflection_m", file.deflection_m)?).map_err(of_contact)?;
             PreloadedPair::double_nut(side, file.preload_n)
         }
     }
-    .map_err(in_contact)?;
+    .map_err(of_contact)?;
     Ok(file.printed.map_or(converted, |printed| converted.printed(printed)))
 }

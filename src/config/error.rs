@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use machine::MachineError;
+
 /// An error in a configuration; the message names file, line or key, and the correction.
 #[derive(Debug, Error)]
 pub enum ConfigError {
@@ -23,20 +25,52 @@ pub enum ConfigError {
         /// What was found and what to write.
         fault: String,
     },
-    /// The content does not describe a valid machine.
+    /// The file as a whole does not describe a machine.
     #[error("{path}: {fault}")]
     Content {
         /// File.
         path: String,
-        /// Key, what was found, what to write.
+        /// What was found and what to write.
         fault: String,
     },
-    /// An override cannot be applied.
-    #[error("--set {given}: {fault}")]
-    Override {
-        /// The override as given.
+    /// A key has a value that does not describe a valid machine.
+    #[error("{path}: {key}: {fault}")]
+    Key {
+        /// File.
+        path: String,
+        /// Key or part, for example `joint.nut.stiffness`.
+        key: String,
+        /// What was found and what to write.
+        fault: String,
+    },
+    /// A setting of the caller cannot be applied.
+    #[error("{key} {given}: {fault}")]
+    Setting {
+        /// Name of the setting: `set` for overrides, `without` for removed effects.
+        key: &'static str,
+        /// The setting as given.
         given: String,
         /// What to write instead.
         fault: String,
     },
+}
+
+impl ConfigError {
+    /// Returns the name of the faulty setting, where the caller's settings are at fault and not the file.
+    pub fn setting(&self) -> Option<&'static str> {
+        match self {
+            ConfigError::Setting { key, .. } => Some(key),
+            _ => None,
+        }
+    }
+
+    /// Adds the file to an error in its description.
+    pub(super) fn in_file(path: &str, error: MachineError) -> Self {
+        ConfigError::Key { path: path.into(), key: error.part, fault: error.fault }
+    }
+}
+
+/// Creates an error in a part of a description, which does not know its file yet.
+pub(super) fn fault(part: impl Into<String>, fault: impl Into<String>) -> MachineError {
+    MachineError { part: part.into(), fault: fault.into() }
 }

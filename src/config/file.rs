@@ -6,13 +6,14 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::contact::{ContactDefaults, ContactFile, FrictionFile, SegmentFile, contacts, segments};
+use super::error::fault;
 use super::rescale::RescaleFile;
 use super::servo::ServoFile;
 use super::tolerance::ToleranceFile;
 use machine::contact::{Rule, Stiffness};
 use machine::{
-    AttachFile, Data, DerivedPatch, DriveFile, Effect, FitRule, FrictionForceFile, JointPatch, LeadErrorFile, LeverFile, NumberSource,
-    Parameter, Patch, PointMotion, PointPatch, ReattachFile, Scale, ShaftFile,
+    AttachFile, Data, DerivedPatch, DriveFile, Effect, FitRule, FrictionForceFile, JointPatch, LeadErrorFile, LeverFile, MachineError,
+    NumberSource, Parameter, Patch, PointMotion, PointPatch, ReattachFile, Scale, ShaftFile,
 };
 use numeric::unit::travel_per_radian_m;
 
@@ -197,50 +198,56 @@ fn frf_alone() -> Vec<Data> {
     vec![Data::Frf]
 }
 
-fn point(file: PointFile) -> Result<PointPatch, String> {
+fn point(file: PointFile) -> Result<PointPatch, MachineError> {
     let motion = file.motion;
     let (right, wrong, wrong_key) = match motion {
         PointMotion::Translation => (file.mass_kg, file.inertia_kg_m2, "inertia_kg_m2"),
         PointMotion::Rotation => (file.inertia_kg_m2, file.mass_kg, "mass_kg"),
     };
     if wrong.is_some() {
-        return Err(format!("point.{}: a {} has no {wrong_key}; write {}", file.name, motion.noun(), motion.inertia_key()));
+        return Err(fault(
+            format!("point.{}", file.name),
+            format!("a {} has no {wrong_key}; write {}", motion.noun(), motion.inertia_key()),
+        ));
     }
     if let Some(NumberSource::Number(0.0)) = right {
-        return Err(format!("point.{}.{}: is 0; leave the key out for a point without inertia", file.name, motion.inertia_key()));
+        return Err(fault(format!("point.{}.{}", file.name, motion.inertia_key()), "is 0; leave the key out for a point without inertia"));
     }
     Ok(PointPatch { inertia: right.unwrap_or_default(), motion, fixed: file.boundary == Boundary::Fixed, name: file.name })
 }
 
-fn joint(file: JointFile) -> Result<JointPatch, String> {
+fn joint(file: JointFile) -> Result<JointPatch, MachineError> {
     let name = file.name;
     let alike = file.between.iter().flatten().filter(|n| *n != "ground").cloned().collect();
     let mut angles = Vec::new();
     let mut on: Vec<(String, f64)> = match (file.between, file.on) {
         (Some([a, b]), None) if a != b => [(a, 1.0), (b, -1.0)].into_iter().filter(|(n, _)| n != "ground").collect(),
         (Some([a, _]), None) => {
-            return Err(format!("joint.{name}.between: «{a}» appears twice; name two different points, or one and \"ground\""));
+            return Err(fault(
+                format!("joint.{name}.between"),
+                format!("«{a}» appears twice; name two different points, or one and \"ground\""),
+            ));
         }
         (None, Some(on)) => on.into_iter().collect(),
-        _ => return Err(format!("joint.{name}: write either between = [\"a\", \"b\"] or on = {{ a = 1.0, … }}")),
+        _ => return Err(fault(format!("joint.{name}"), "write either between = [\"a\", \"b\"] or on = { a = 1.0, … }")),
     };
     if on.len() == 1 && on[0].1 < 0.0 {
         on[0].1 = 1.0;
     }
     if let Some(screw) = file.screw {
         if !(screw.lead_m.abs() > 0.0 && screw.lead_m.is_finite()) {
-            return Err(format!("joint.{name}.screw.lead_m: is {}; write the travel per turn in m", screw.lead_m));
+            return Err(fault(format!("joint.{name}.screw.lead_m"), format!("is {}; write the travel per turn in m", screw.lead_m)));
         }
         angles.push(screw.angle.clone());
         on.push((screw.angle, -travel_per_radian_m(screw.lead_m)));
     }
     let (stiffness, damping) = match file.servo {
         None if file.stiffness.is_none() && file.damping.is_none() && file.friction.is_none() => {
-            return Err(format!("joint.{name}: has neither stiffness nor damping nor friction; write at least one"));
+            return Err(fault(format!("joint.{name}"), "has neither stiffness nor damping nor friction; write at least one"));
         }
         None => (file.stiffness.unwrap_or_default(), file.damping.unwrap_or_default()),
         Some(servo) if file.stiffness.is_none() && file.damping.is_none() => servo.stiffness_and_damping(&name)?,
-        Some(_) => return Err(format!("joint.{name}.servo: defines stiffness and damping; leave those keys out")),
+        Some(_) => return Err(fault(format!("joint.{name}.servo"), "defines stiffness and damping; leave those keys out")),
     };
     Ok(JointPatch {
         name,
@@ -266,13 +273,13 @@ fn parameter((id, file): (String, ParameterFile)) -> Parameter {
 
 impl MachineFile {
     /// Returns the patch that the file describes, without its effects.
-    pub fn patch(self) -> Result<Patch, String> {
+    pub fn patch(self) -> Result<Patch, MachineError> {
         let defaults = ContactDefaults { rule: self.contact_rule, stiffness: self.contact_stiffness };
         Ok(Patch {
             contacts: contacts(self.contact, &self.friction, defaults)?,
             segments: segments(self.segment)?,
             points: self.point.into_iter().map(point).collect::<Result<_, _>>()?,
-            shafts: self.shaft.into_iter().map(|s| s.locations().map(|_| s)).collect::<Result<_, _>>().map_err(|e| e.to_string())?,
+            shafts: self.shaft.into_iter().map(|s| s.locations().map(|_| s)).collect::<Result<_, _>>()?,
             joints: self.joint.into_iter().map(joint).collect::<Result<_, _>>()?,
             drive: self.drive,
             parameters: self.parameter.into_iter().map(parameter).collect(),
@@ -284,9 +291,9 @@ impl MachineFile {
 
 impl EffectFile {
     /// Returns the effect.
-    pub fn effect(self) -> Result<Effect, String> {
+    pub fn effect(self) -> Result<Effect, MachineError> {
         let id = self.id.clone();
-        let named = |fault: String| format!("effect {id}, {fault}");
+        let named = |error: MachineError| MachineError { part: format!("effect {id}, {}", error.part), ..error };
         Ok(Effect {
             patch: Patch {
                 points: self.point.into_iter().map(point).collect::<Result<_, _>>().map_err(named)?,

@@ -7,9 +7,9 @@ use std::sync::OnceLock;
 use serde::de::DeserializeOwned;
 
 use super::embedded::{EFFECTS, embedded_config};
-use super::error::ConfigError;
-use super::file::{LibraryFile, MachineFile};
-use machine::{Data, Effect, Machine};
+use super::error::{ConfigError, fault};
+use super::file::{EffectFile, LibraryFile, MachineFile};
+use machine::{Data, Effect, Machine, MachineError};
 
 /// Overrides `key.path=value` of a configuration, applied in order.
 pub type Overrides<'a> = &'a [String];
@@ -41,8 +41,8 @@ pub fn effect_library() -> Result<Vec<Effect>, ConfigError> {
     }
     let path = "configs/effects.toml";
     let file: LibraryFile = parse(path, EFFECTS, &[])?;
-    let content = |fault| ConfigError::Content { path: path.into(), fault };
-    let library = file.effect.into_iter().map(|e| e.effect().map_err(content)).collect::<Result<Vec<_>, _>>()?;
+    let effect = |file: EffectFile| file.effect().map_err(|error| ConfigError::in_file(path, error));
+    let library = file.effect.into_iter().map(effect).collect::<Result<Vec<_>, _>>()?;
     Ok(LIBRARY.get_or_init(|| library).clone())
 }
 
@@ -78,6 +78,7 @@ pub fn read_machine(path: &str, overrides: Overrides<'_>, without: &[String]) ->
 /// # Errors  as [`read_machine`].
 pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, without: &[String]) -> Result<MachineConfig, ConfigError> {
     let content = |fault: String| ConfigError::Content { path: path.into(), fault };
+    let in_file = |error: MachineError| ConfigError::in_file(path, error);
     if text.trim().is_empty() {
         return Err(content("is empty; a machine needs at least title, [[point]] and [[joint]]".into()));
     }
@@ -86,7 +87,7 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
     let mut effects = effect_library()?;
     let of_library = effects.len();
     for own in std::mem::take(&mut file.effect) {
-        let own = own.effect().map_err(content)?;
+        let own = own.effect().map_err(in_file)?;
         if effects.iter().any(|e| e.id == own.id) {
             return Err(content(format!("effect «{}» is defined already; choose another id", own.id)));
         }
@@ -95,7 +96,8 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
     for id in without {
         if !file.effects.contains(id) {
             let known = if file.effects.is_empty() { "none".into() } else { file.effects.join(", ") };
-            return Err(content(format!("--without {id}: the machine does not contain this effect; it contains {known}")));
+            let fault = format!("the machine of {path} does not contain this effect; it contains {known}");
+            return Err(ConfigError::Setting { key: "without", given: id.clone(), fault });
         }
     }
     let own = effects[of_library..].to_vec();
@@ -103,35 +105,35 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
     let measurements = file.measurements.take();
     let share_s = file.stiffness_proportional_damping_s;
     if !(share_s >= 0.0 && share_s.is_finite()) {
-        return Err(content(format!("stiffness_proportional_damping_s: is {share_s}; write 0 or a time in s")));
+        return Err(in_file(fault("stiffness_proportional_damping_s", format!("is {share_s}; write 0 or a time in s"))));
     }
-    let tolerance = file.tolerance.tolerance().map_err(content)?;
+    let tolerance = file.tolerance.tolerance().map_err(in_file)?;
     let stated = file.tolerance.stated();
     let contained = std::mem::take(&mut file.effects);
     if file.point.is_empty() {
         return Err(content("describes no [[point]]; a machine needs at least one".into()));
     }
-    let patch = file.patch().map_err(content)?;
+    let patch = file.patch().map_err(in_file)?;
     let loss_dispersion = machine::Value::number(tolerance.loss_dispersion);
     let empty = Machine { title, stiffness_proportional_damping_s: share_s, loss_dispersion, tolerance, ..Machine::default() };
-    let mut machine = empty.with(&patch).map_err(|e| content(e.to_string()))?;
+    let mut machine = empty.with(&patch).map_err(in_file)?;
     let effects = one_of_each(effects, &machine);
     for id in contained.iter().filter(|id| !without.contains(id)) {
         let effect = effects.iter().find(|e| e.id == *id).ok_or_else(|| {
             let known: Vec<&str> = effects.iter().map(|e| e.id.as_str()).collect();
-            content(format!("effects: no effect is called «{id}»; there are {}", known.join(", ")))
+            in_file(fault("effects", format!("no effect is called «{id}»; there are {}", known.join(", "))))
         })?;
-        machine = machine.with_effect(effect).map_err(|e| content(e.to_string()))?;
+        machine = machine.with_effect(effect).map_err(in_file)?;
     }
     if let Some(idle) = machine.idle_tolerances(&stated).first() {
-        return Err(content(format!("tolerance.{idle}: the machine has no quantity with this tolerance; remove the key")));
+        return Err(in_file(fault(format!("tolerance.{idle}"), "the machine has no quantity with this tolerance; remove the key")));
     }
     // A removed effect may have contained a part that another effect needs.
     for effect in own.iter().filter(|effect| without.is_empty() && !machine.effects.contains(&effect.id)) {
         let elsewhere = machine.missing_part(&Effect { at: None, ..effect.clone() }).is_some();
-        if let Some(fault) = machine.with_effect(effect).err().filter(|_| !elsewhere) {
-            let id = &effect.id;
-            return Err(content(format!("effect «{id}»: {fault}; or list in its needs the parts that only other machines have")));
+        if let Some(error) = machine.with_effect(effect).err().filter(|_| !elsewhere) {
+            let remedy = format!("{error}; or list in its needs the parts that only other machines have");
+            return Err(in_file(fault(format!("effect «{}»", effect.id), remedy)));
         }
     }
     let removed: Vec<&str> =
@@ -204,7 +206,7 @@ fn parse<T: DeserializeOwned>(path: &str, text: &str, overrides: Overrides<'_>) 
     }
     let mut table: toml::Table = toml::from_str(text).map_err(syntax)?;
     for given in overrides {
-        set(&mut table, given).map_err(|fault| ConfigError::Override { given: given.clone(), fault })?;
+        set(&mut table, given)?;
     }
     let message = |error: &toml::de::Error| error.message().replace('\n', "; ");
     table.try_into().map_err(|error: toml::de::Error| {
@@ -214,23 +216,29 @@ fn parse<T: DeserializeOwned>(path: &str, text: &str, overrides: Overrides<'_>) 
             table.is_none_or(|table| table.try_into::<T>().is_err())
         };
         let given = overrides.iter().find(alone).cloned().unwrap_or_else(|| overrides.join(" "));
-        ConfigError::Override { given, fault: message(&error) }
+        refused(&given, message(&error))
     })
 }
 
+/// Creates the error of an override that cannot be applied.
+fn refused(given: &str, fault: impl Into<String>) -> ConfigError {
+    ConfigError::Setting { key: "set", given: given.into(), fault: fault.into() }
+}
+
 /// Sets one key: `parameter.k_s.start=1e5`. Entries of lists are named by `name`, `id` or number: `point.table.mass_kg=300`.
-fn set(table: &mut toml::Table, given: &str) -> Result<(), String> {
-    let (path, text) = given.split_once('=').ok_or("write key.path=value")?;
+fn set(table: &mut toml::Table, given: &str) -> Result<(), ConfigError> {
+    let refused = |fault: String| refused(given, fault);
+    let (path, text) = given.split_once('=').ok_or_else(|| refused("write key.path=value".into()))?;
     let value: toml::Value = toml::from_str::<toml::Table>(&format!("v = {text}"))
         .ok()
         .and_then(|mut t| t.remove("v"))
         .unwrap_or_else(|| toml::Value::String(text.to_string()));
     let keys: Vec<&str> = path.trim().split('.').collect();
-    let (last, parents) = keys.split_last().ok_or("write key.path=value")?;
+    let (last, parents) = keys.split_last().ok_or_else(|| refused("write key.path=value".into()))?;
     if let [section, id] = parents
         && *section == "parameter"
     {
-        import_parameter(table, id)?;
+        import_parameter(table, id, given)?;
     }
     if parents == ["tolerance"] {
         // The table is optional.
@@ -241,21 +249,22 @@ fn set(table: &mut toml::Table, given: &str) -> Result<(), String> {
     while index < parents.len() {
         let key = parents[index];
         let known: Vec<String> = here.keys().cloned().collect();
-        let child = here.get_mut(key).ok_or_else(|| format!("there is no key «{key}» here; there are {}", known.join(", ")))?;
+        let child = here.get_mut(key).ok_or_else(|| refused(format!("there is no key «{key}» here; there are {}", known.join(", "))))?;
         here = match child {
             toml::Value::Table(table) => table,
             toml::Value::Array(list) => {
                 index += 1;
-                let wanted = parents.get(index).ok_or_else(|| format!("«{key}» is a list; name the entry, as in {key}.NAME.{last}=…"))?;
+                let wanted =
+                    parents.get(index).ok_or_else(|| refused(format!("«{key}» is a list; name the entry, as in {key}.NAME.{last}=…")))?;
                 let names: Vec<String> = list.iter().map(entry_name).collect();
                 let at = names
                     .iter()
                     .position(|n| n == wanted)
                     .or_else(|| wanted.parse::<usize>().ok().filter(|n| *n < list.len()))
-                    .ok_or_else(|| format!("no entry of «{key}» is called «{wanted}»; there are {}", names.join(", ")))?;
-                list[at].as_table_mut().ok_or_else(|| format!("«{key}.{wanted}» has no keys"))?
+                    .ok_or_else(|| refused(format!("no entry of «{key}» is called «{wanted}»; there are {}", names.join(", "))))?;
+                list[at].as_table_mut().ok_or_else(|| refused(format!("«{key}.{wanted}» has no keys")))?
             }
-            _ => return Err(format!("«{key}» is a value, not a table; name a key of a table")),
+            _ => return Err(refused(format!("«{key}» is a value, not a table; name a key of a table"))),
         };
         index += 1;
     }
@@ -268,7 +277,7 @@ fn set(table: &mut toml::Table, given: &str) -> Result<(), String> {
 /// It applies to parameters of library effects that the machine contains and that the table does not define.
 ///
 /// Variants of an effect may use different units for the parameter; then the user has to declare it.
-fn import_parameter(table: &mut toml::Table, id: &str) -> Result<(), String> {
+fn import_parameter(table: &mut toml::Table, id: &str, given: &str) -> Result<(), ConfigError> {
     if table.get("parameter").is_some_and(|parameters| parameters.get(id).is_some()) {
         return Ok(());
     }
@@ -279,14 +288,16 @@ fn import_parameter(table: &mut toml::Table, id: &str) -> Result<(), String> {
     let mut declared = all.iter().filter(|(effect, _)| contained.is_some_and(|c| c.contains(effect))).map(|(_, p)| *p);
     let Some(first) = declared.next() else {
         let Some((effect, _)) = all.first() else { return Ok(()) };
-        return Err(format!(
+        let fault = format!(
             "«{id}» is a parameter of the effect {effect}, which the machine does not contain; add the effect's id to effects first"
-        ));
+        );
+        return Err(refused(given, fault));
     };
     if declared.any(|other| other != first) {
-        return Err(format!(
+        let fault = format!(
             "«{id}» has different units for different kinds of machines; declare it: parameter.{id}={{unit=…,start=…,lower=…,upper=…,source=…}}"
-        ));
+        );
+        return Err(refused(given, fault));
     }
     let parameters = table.entry("parameter").or_insert_with(|| toml::Table::new().into());
     if let Some(parameters) = parameters.as_table_mut() {

@@ -3,7 +3,8 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use machine::{Rescale, Target};
+use super::error::fault;
+use machine::{MachineError, Rescale, Target};
 
 /// A number that an effect changes.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
@@ -45,11 +46,11 @@ enum PartFile {
 
 impl RescaleFile {
     /// Returns the number, the modifier and the parameter.
-    pub fn rescale(self) -> Result<(Target, Rescale, String), String> {
+    pub fn rescale(self) -> Result<(Target, Rescale, String), MachineError> {
         let has_keys = [PartFile::JointFriction, PartFile::JointLeadError, PartFile::Drive].contains(&self.part);
         if has_keys == self.key.is_empty() {
             let remedy = if has_keys { "name the number with key = \"…\"" } else { "this part is one number; leave key out" };
-            return Err(format!("rescale by {}: {remedy}", self.by));
+            return Err(fault(format!("rescale by {}", self.by), remedy));
         }
         let target = match self.part {
             PartFile::PointInertia => Target::PointInertia(self.name),

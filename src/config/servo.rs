@@ -3,7 +3,8 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use machine::NumberSource;
+use super::error::fault;
+use machine::{MachineError, NumberSource};
 use numeric::unit::travel_per_radian_m;
 
 /// A drive whose loops hold a point: proportional in position and velocity, fast compared with the vibration. Describe a drive with
@@ -22,7 +23,7 @@ pub struct ServoFile {
 }
 
 /// Multiplies base by factor.
-fn times(base: NumberSource, factor: &NumberSource, joint: &str, key: &str) -> Result<NumberSource, String> {
+fn times(base: NumberSource, factor: &NumberSource, joint: &str, key: &str) -> Result<NumberSource, MachineError> {
     match (factor, base) {
         (NumberSource::Number(x), NumberSource::Number(b)) => Ok(NumberSource::Number(b * x)),
         // The number is innermost, so that parameters multiply it.
@@ -30,7 +31,7 @@ fn times(base: NumberSource, factor: &NumberSource, joint: &str, key: &str) -> R
         (NumberSource::Number(x), NumberSource::Times(inner, id)) => {
             Ok(NumberSource::Times(Box::new(times(*inner, &NumberSource::Number(*x), joint, key)?), id))
         }
-        _ => Err(format!("joint.{joint}.servo.{key}: write a number, or the name of a parameter")),
+        _ => Err(fault(format!("joint.{joint}.servo.{key}"), "write a number, or the name of a parameter")),
     }
 }
 
@@ -38,17 +39,17 @@ impl ServoFile {
     /// Returns k = G·k_v·k_p·i and c = G·k_v·i, i = lead/2π.
     ///
     /// # Source  the loops of [`machine::PositionLoop`] and [`machine::VelocityLoop`] without integral and delay
-    pub fn stiffness_and_damping(self, joint: &str) -> Result<(NumberSource, NumberSource), String> {
+    pub fn stiffness_and_damping(self, joint: &str) -> Result<(NumberSource, NumberSource), MachineError> {
         for (key, x) in [("constant", Some(self.constant)), ("lead_m", self.lead_m)] {
             if let Some(x) = x.filter(|x| !(*x > 0.0 && x.is_finite())) {
-                return Err(format!("joint.{joint}.servo.{key}: is {x}; write a number above 0"));
+                return Err(fault(format!("joint.{joint}.servo.{key}"), format!("is {x}; write a number above 0")));
             }
         }
         for (key, gain) in [("position_gain_per_s", &self.position_gain_per_s), ("velocity_gain", &self.velocity_gain)] {
             if let NumberSource::Number(x) = gain
                 && !(*x >= 0.0 && x.is_finite())
             {
-                return Err(format!("joint.{joint}.servo.{key}: is {x}; write 0 or a number above it"));
+                return Err(fault(format!("joint.{joint}.servo.{key}"), format!("is {x}; write 0 or a number above it")));
             }
         }
         let base = NumberSource::Number(self.constant * self.lead_m.map_or(1.0, travel_per_radian_m));
@@ -72,6 +73,6 @@ mod tests {
         let times = |base, id: &str| NumberSource::Times(Box::new(NumberSource::Number(base)), id.into());
         assert_eq!(named, (times(100.0, "k_v"), times(2.0, "k_v")));
         let series = NumberSource::Series(toml::from_str("series = [1.0, 2.0]").unwrap());
-        assert!(servo(series, number(1.0)).stiffness_and_damping("hold").unwrap_err().contains("position_gain_per_s"));
+        assert!(servo(series, number(1.0)).stiffness_and_damping("hold").unwrap_err().part.contains("position_gain_per_s"));
     }
 }

@@ -3,7 +3,8 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use machine::Tolerance;
+use super::error::fault;
+use machine::{MachineError, Tolerance};
 
 /// Standard deviations of stated numbers, relative unless stated otherwise. 0 fixes a number; an omitted key has the default in brackets.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
@@ -35,7 +36,7 @@ pub struct ToleranceFile {
 
 impl ToleranceFile {
     /// Returns the stated tolerances, with defaults for the others.
-    pub fn tolerance(&self) -> Result<Tolerance, String> {
+    pub fn tolerance(&self) -> Result<Tolerance, MachineError> {
         let mut known = Tolerance::default();
         // A larger relative standard deviation would make the stated number meaningless.
         const MOST: f64 = 0.15;
@@ -58,9 +59,8 @@ impl ToleranceFile {
                 Some(number) if (0.0..=most).contains(&number) => *value = number,
                 Some(number) => {
                     let typical = *value;
-                    return Err(format!(
-                        "tolerance.{key}: is {number}; write a number from 0 to {most} (typically {typical}), or leave it out"
-                    ));
+                    let remedy = format!("is {number}; write a number from 0 to {most} (typically {typical}), or leave it out");
+                    return Err(fault(format!("tolerance.{key}"), remedy));
                 }
             }
         }

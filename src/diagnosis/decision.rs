@@ -380,7 +380,7 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
         let Parameter { start, unit, .. } = parameter;
         let reason =
             format!("{id} was frozen at {start:.4e} {unit}; its estimate {estimate:.4e} reduces χ² by {share}: no effect is needed");
-        let next = Some(format!("identify without --freeze {id}"));
+        let next = Some(format!("identify without freezing {id}"));
         return Ok((state(VerdictKind::WrongParameter, Vec::new(), reason, next), (hypothesis.clone(), fitted.clone())));
     }
     let Some((hypothesis, fitted)) = best.candidate.fitted.clone() else { return Ok((nothing_fitted(before), nominal)) };
@@ -401,7 +401,7 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
             names[0],
             if names.len() > 1 { format!(", and the model lacks {}", names[1..].join(" and ")) } else { String::new() }
         );
-        let next = Some(format!("identify without --freeze {}, then diagnose again", names[0]));
+        let next = Some(format!("identify without freezing {}, then diagnose again", names[0]));
         return Ok((state(VerdictKind::WrongParameter, Vec::new(), reason, next), chosen));
     }
     // Alternatives of the first effect are alternatives in the combination, too.

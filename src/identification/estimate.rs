@@ -369,7 +369,11 @@ fn gain_at_end(place: f64) -> Option<String> {
 /// Warns of searches that do not agree.
 fn disagreement(repeats: &[Repeat]) -> String {
     let worst = repeats.last().map_or(0.0, |r| r.found.cost);
-    format!("the {} searches do not agree (cost {:.6} to {worst:.6}): raise --repeats", repeats.len(), repeats[0].found.cost)
+    format!(
+        "the {} searches do not agree (cost {:.6} to {worst:.6}): raise the number of searches (repeats)",
+        repeats.len(),
+        repeats[0].found.cost
+    )
 }
 
 fn shortage(observations: usize, unknowns: usize) -> Vec<String> {
@@ -377,7 +381,7 @@ fn shortage(observations: usize, unknowns: usize) -> Vec<String> {
     short
         .then(|| {
             format!(
-                "{observations} observations cannot determine {unknowns} unknowns: those that the data do not determine are marked not identifiable; fit more positions, or --freeze parameters"
+                "{observations} observations cannot determine {unknowns} unknowns: those that the data do not determine are marked not identifiable; fit more positions, or freeze parameters"
             )
         })
         .into_iter()

@@ -23,6 +23,26 @@ pub enum MeasurementError {
         /// Finding and remedy.
         fault: String,
     },
+    /// A fault of a key of a file.
+    #[error("{path}: {key}: {fault}")]
+    Key {
+        /// File.
+        path: String,
+        /// Key, for example `tolerance.gain`.
+        key: String,
+        /// Finding and remedy.
+        fault: String,
+    },
+    /// A fault of one of several records of a file.
+    #[error("{path}, record {record}: {fault}")]
+    Record {
+        /// File.
+        path: String,
+        /// Name of the record.
+        record: String,
+        /// Finding and remedy.
+        fault: String,
+    },
 }
 
 impl MeasurementError {
@@ -32,5 +52,13 @@ impl MeasurementError {
 
     pub(super) fn line(path: &str, line: u64, fault: impl Into<String>) -> Self {
         MeasurementError::Line { path: path.into(), line, fault: fault.into() }
+    }
+
+    pub(super) fn key(path: &str, key: impl Into<String>, fault: impl Into<String>) -> Self {
+        MeasurementError::Key { path: path.into(), key: key.into(), fault: fault.into() }
+    }
+
+    pub(super) fn record(path: &str, record: &str, fault: impl Into<String>) -> Self {
+        MeasurementError::Record { path: path.into(), record: record.into(), fault: fault.into() }
     }
 }

@@ -136,11 +136,12 @@ impl MeasurementSet {
 }
 
 /// Returns the tolerances of the measuring chain: those stated, checked against their range, else the defaults.
-fn tolerance(file: &ChannelToleranceFile) -> Result<ChannelTolerance, String> {
+fn tolerance(path: &str, file: &ChannelToleranceFile) -> Result<ChannelTolerance, MeasurementError> {
     let default = ChannelTolerance::default();
     let known = |key: &str, stated: Option<f64>, default: f64, largest: f64| match stated {
         Some(sd) if !(0.0..=largest).contains(&sd) => {
-            Err(format!("tolerance.{key}: is {sd}; write a standard deviation from 0 to {largest} (default {default:e}), or leave it out"))
+            let remedy = format!("write a standard deviation from 0 to {largest} (default {default:e}), or leave it out");
+            Err(MeasurementError::key(path, format!("tolerance.{key}"), format!("is {sd}; {remedy}")))
         }
         stated => Ok(stated.unwrap_or(default)),
     };
@@ -201,13 +202,14 @@ pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> 
     let mut folder = OpenFolder { path, read: &read, files: Vec::new() };
     let manifest_path = folder.name("manifest.toml");
     let fault = |fault: String| MeasurementError::file(&manifest_path, fault);
+    let at_key = |key: &str, fault: String| MeasurementError::key(&manifest_path, key, fault);
     let text = folder.text("manifest.toml")?;
     let manifest = parse(&manifest_path, &text)?;
-    let positions = positions(&manifest).map_err(fault)?;
+    let positions = positions(&manifest_path, &manifest)?;
     let gain = match manifest.gain {
         None => Gain::Known(1.0),
         Some(GainFile::Number(g)) if g > 0.0 && g.is_finite() => Gain::Known(g),
-        Some(GainFile::Number(g)) => return Err(fault(format!("gain: is {g}; write a number above 0, or \"unknown\""))),
+        Some(GainFile::Number(g)) => return Err(at_key("gain", format!("is {g}; write a number above 0, or \"unknown\""))),
         Some(GainFile::Word(_)) => Gain::Unknown,
     };
     let mut warnings = Vec::new();
@@ -223,14 +225,13 @@ pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> 
         }
     };
     if let Some(step) = manifest.frequency_resolution_hz.filter(|s| !(*s > 0.0 && s.is_finite())) {
-        return Err(fault(format!("frequency_resolution_hz: is {step}; write a number above 0, or leave it out")));
+        return Err(at_key("frequency_resolution_hz", format!("is {step}; write a number above 0, or leave it out")));
     }
     if let Some(least) = manifest.least_prominence.filter(|p| !(*p > 1.0 && p.is_finite())) {
-        return Err(fault(format!(
-            "least_prominence: is {least}; write the smallest prominence of a read peak, above 1 (2: twice the adjacent valley), or leave it out"
-        )));
+        let remedy = "write the smallest prominence of a read peak, above 1 (2: twice the adjacent valley), or leave it out";
+        return Err(at_key("least_prominence", format!("is {least}; {remedy}")));
     }
-    let tolerance = tolerance(&manifest.tolerance).map_err(fault)?;
+    let tolerance = tolerance(&manifest_path, &manifest.tolerance)?;
     let mut modes = None;
     if let Some(file) = &manifest.modes {
         let text = folder.text(file)?;
@@ -277,7 +278,7 @@ pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> 
             || manifest.motion.iter().any(|m| m.name == *n)
     };
     if let Some(unknown) = split.iter().flatten().find(|n| !is_known(n)) {
-        return Err(fault(format!("split.fit: no position or record is called «{unknown}»")));
+        return Err(at_key("split.fit", format!("no position or record is called «{unknown}»")));
     }
     Ok(MeasurementSet {
         path: path.into(),
@@ -298,14 +299,15 @@ pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> 
     })
 }
 
-fn positions(manifest: &Manifest) -> Result<Vec<Position>, String> {
+fn positions(path: &str, manifest: &Manifest) -> Result<Vec<Position>, MeasurementError> {
     let mut positions: Vec<Position> = Vec::new();
     for p in &manifest.position {
         if positions.iter().any(|q| q.name == p.name) {
-            return Err(format!("position «{}» appears twice; give each position its own name", p.name));
+            return Err(MeasurementError::file(path, format!("position «{}» appears twice; give each position its own name", p.name)));
         }
         if let Some(nut_m) = p.nut_m.filter(|x| !x.is_finite()) {
-            return Err(format!("position «{}»: nut_m is {nut_m}; write a distance in m", p.name));
+            let fault = format!("nut_m is {nut_m}; write a distance in m");
+            return Err(MeasurementError::key(path, format!("position «{}»", p.name), fault));
         }
         positions.push(Position { name: p.name.clone(), nut_m: p.nut_m });
     }
@@ -314,7 +316,7 @@ fn positions(manifest: &Manifest) -> Result<Vec<Position>, String> {
 
 fn read_frf(folder: &mut OpenFolder<'_>, manifest: &Manifest, entry: &FrfFile, positions: &[Position]) -> Result<Frf, MeasurementError> {
     let manifest_path = folder.name("manifest.toml");
-    let fault = |text: String| MeasurementError::file(&manifest_path, format!("[[frf]] {}: {text}", entry.file));
+    let fault = |text: String| MeasurementError::key(&manifest_path, format!("[[frf]] {}", entry.file), text);
     let text = folder.text(&entry.file)?;
     let (lines, rejected) = read_lines(&folder.name(&entry.file), &text)?;
     let position = match &entry.position {

@@ -222,18 +222,22 @@ fn step_within(places: &[(f64, f64, f64)], derivatives: &DMatrix<f64>, residual:
 mod tests {
     use super::*;
 
+    /// c above its largest value.
+    #[derive(Debug, PartialEq)]
+    struct TooFast;
+
     /// y = a·t + 1e6/b + exp(−c·t): linear in a and 1/b, nonlinear in c.
     struct Decay;
 
     impl PredictionFunction for Decay {
-        type Error = String;
-        fn at(&self, v: &[f64]) -> Result<Option<DVector<f64>>, String> {
+        type Error = TooFast;
+        fn at(&self, v: &[f64]) -> Result<Option<DVector<f64>>, TooFast> {
             if v[2] > 40.0 {
-                return Err("too fast".into());
+                return Err(TooFast);
             }
             Ok(Some(DVector::from_fn(50, |i, _| v[0] * 0.1 * i as f64 + 1e6 / v[1] + (-v[2] * 0.1 * i as f64).exp())))
         }
-        fn derivatives(&self, v: &[f64], _: &DVector<f64>) -> Result<Option<DMatrix<f64>>, String> {
+        fn derivatives(&self, v: &[f64], _: &DVector<f64>) -> Result<Option<DMatrix<f64>>, TooFast> {
             Ok(Some(DMatrix::from_fn(50, 3, |i, j| {
                 let t = 0.1 * i as f64;
                 [t, -1e6 / (v[1] * v[1]), -t * (-v[2] * t).exp()][j]
@@ -260,13 +264,13 @@ mod tests {
     struct Stopped(std::cell::Cell<u64>);
 
     impl PredictionFunction for Stopped {
-        type Error = String;
-        fn at(&self, v: &[f64]) -> Result<Option<DVector<f64>>, String> {
+        type Error = TooFast;
+        fn at(&self, v: &[f64]) -> Result<Option<DVector<f64>>, TooFast> {
             let left = self.0.get();
             self.0.set(left.saturating_sub(1));
             if left == 0 { Ok(None) } else { Decay.at(v) }
         }
-        fn derivatives(&self, v: &[f64], here: &DVector<f64>) -> Result<Option<DMatrix<f64>>, String> {
+        fn derivatives(&self, v: &[f64], here: &DVector<f64>) -> Result<Option<DMatrix<f64>>, TooFast> {
             Decay.derivatives(v, here)
         }
     }
@@ -286,11 +290,11 @@ mod tests {
     fn dependent_coordinates_or_coordinates_without_influence_are_reported() {
         struct Twice(f64);
         impl PredictionFunction for Twice {
-            type Error = String;
-            fn at(&self, v: &[f64]) -> Result<Option<DVector<f64>>, String> {
+            type Error = TooFast;
+            fn at(&self, v: &[f64]) -> Result<Option<DVector<f64>>, TooFast> {
                 Ok(Some(DVector::from_fn(9, |i, _| (v[0] + self.0 * v[1]) * i as f64)))
             }
-            fn derivatives(&self, _: &[f64], _: &DVector<f64>) -> Result<Option<DMatrix<f64>>, String> {
+            fn derivatives(&self, _: &[f64], _: &DVector<f64>) -> Result<Option<DMatrix<f64>>, TooFast> {
                 Ok(Some(DMatrix::from_fn(9, 2, |i, j| [1.0, self.0][j] * i as f64)))
             }
         }

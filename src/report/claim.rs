@@ -4,6 +4,8 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
+use super::error::ReportError;
+
 /// Name of the file that is locked while a run writes.
 const NAME: &str = ".jointid-lock";
 /// Number of attempts to lock a file that other runs remove at the same time.
@@ -22,11 +24,11 @@ impl Claim {
     /// Makes the folder if it does not exist, and locks it.
     ///
     /// # Errors  another run has locked it (named by its process id); the disk is full; writing is not permitted.
-    pub fn new(folder: &Path) -> Result<Self, String> {
-        let cannot_write = |e: std::io::Error| format!("{}: cannot be written: {e}", folder.display());
+    pub fn new(folder: &Path) -> Result<Self, ReportError> {
+        let cannot_write = ReportError::unwritable(folder);
         let mut claim = Self { file: None, path: folder.join(NAME), made: Vec::new() };
         for _ in 0..ATTEMPTS {
-            claim.made.extend(make_folder(folder).map_err(cannot_write)?);
+            claim.made.extend(make_folder(folder).map_err(&cannot_write)?);
             let mut file = match OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&claim.path) {
                 Ok(file) => file,
                 Err(error) if error.kind() == ErrorKind::NotFound => continue,
@@ -39,7 +41,7 @@ impl Claim {
                     let who =
                         fs::read_to_string(&claim.path).ok().filter(|id| !id.is_empty()).map_or(String::new(), |id| format!(" ({id})"));
                     let remedy = "wait for its end, or name another folder";
-                    return Err(format!("{}: another run{who} is writing there; {remedy}", folder.display()));
+                    return Err(ReportError::target(folder, format!("another run{who} is writing there; {remedy}")));
                 }
                 Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => {
                     drop(file);
@@ -51,7 +53,7 @@ impl Claim {
             let own_id = format!("process {}", std::process::id());
             let written = file.set_len(0).and_then(|()| file.write_all(own_id.as_bytes()));
             claim.file = Some(file);
-            written.map_err(cannot_write)?;
+            written.map_err(&cannot_write)?;
             // A run that has just ended may have removed the file. A lock on a removed file would exclude nobody.
             match fs::read_to_string(&claim.path) {
                 Ok(id) if id != own_id => {}
@@ -60,7 +62,7 @@ impl Claim {
             }
             claim.file = None;
         }
-        Err(format!("{}: other runs write there continually; name another folder", folder.display()))
+        Err(ReportError::target(folder, "other runs write there continually; name another folder"))
     }
 }
 

@@ -415,8 +415,8 @@ pub(super) fn candidates_text(document: &DiagnosisDocument, heads: [&str; 5]) ->
     }
     match with_status("not-applicable").len() {
         0 => {}
-        1 => text += &wrapped("1 effect does not apply to this machine or these data (--verbose names it)"),
-        count => text += &wrapped(&format!("{count} effects do not apply to this machine or these data (--verbose names them)")),
+        1 => text += &wrapped("1 effect does not apply to this machine or these data (named with verbose output)"),
+        count => text += &wrapped(&format!("{count} effects do not apply to this machine or these data (named with verbose output)")),
     }
     text
 }

@@ -1,4 +1,4 @@
-//! Result documents of identification, validation and measurement: printed with `--json`, written with `--out`.
+//! Result documents of identification, validation and measurement: printed as JSON or written into the result folder.
 
 use std::collections::BTreeMap;
 

@@ -6,6 +6,7 @@ mod convergence;
 pub mod diagnosis;
 pub mod document;
 pub mod effects;
+mod error;
 mod friction;
 pub mod hybrid;
 mod identification;
@@ -24,6 +25,7 @@ mod terminal;
 
 mod write;
 
+pub use error::ReportError;
 pub use loops_text::{bode_text, circles_text, gain_text, hold_gains_text, hold_text};
 pub use motion_text::{motion_csv, motion_summary};
 pub use convergence::convergence_text;

@@ -8,14 +8,15 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::claim::{Claim, make_folder, remove_folders};
+use super::error::ReportError;
 
 /// Formats a document as JSON text with a line end.
 ///
 /// A number that is not finite becomes null.
 ///
 /// # Errors  a map's key is no text (an error of the program).
-pub fn to_json<T: Serialize>(document: &T) -> Result<String, String> {
-    serde_json::to_string_pretty(document).map(|text| text + "\n").map_err(|e| format!("cannot write the document as JSON: {e}"))
+pub fn to_json<T: Serialize>(document: &T) -> Result<String, ReportError> {
+    Ok(serde_json::to_string_pretty(document)? + "\n")
 }
 
 /// A result folder.
@@ -30,22 +31,22 @@ impl OutputFolder {
     /// Checks that the folder can be made, or files written into it. Makes nothing yet.
     ///
     /// # Errors  the name is that of a file, or writing is not permitted.
-    pub fn prepare(path: &Path) -> Result<Self, String> {
+    pub fn prepare(path: &Path) -> Result<Self, ReportError> {
         let cannot_write = |e: std::io::Error| {
             let fault = match e.kind() {
                 std::io::ErrorKind::PermissionDenied => "writing there is not permitted; name another folder".to_string(),
                 std::io::ErrorKind::AlreadyExists | std::io::ErrorKind::NotADirectory => "is a file; name a folder".into(),
                 _ => e.to_string(),
             };
-            format!("{}: {fault}", path.display())
+            ReportError::target(path, fault)
         };
         if path.is_file() {
-            return Err(format!("{}: is a file; name a folder", path.display()));
+            return Err(ReportError::target(path, "is a file; name a folder"));
         }
         // The folder is made with its first file. Until then the nearest existing folder must accept a file.
         let near = path.ancestors().find(|p| p.exists()).filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         if near.is_file() {
-            return Err(format!("{}: is a file; name a folder", near.display()));
+            return Err(ReportError::target(near, "is a file; name a folder"));
         }
         let probe = near.join(format!(".jointid-{}", std::process::id()));
         fs::write(&probe, b"").and_then(|()| fs::remove_file(&probe)).map_err(cannot_write)?;
@@ -57,7 +58,7 @@ impl OutputFolder {
     /// The folder is made, and removed again if nothing is written into it.
     ///
     /// # Errors  as [`OutputFolder::prepare`]; another run has claimed it.
-    pub fn claim(path: &Path) -> Result<Self, String> {
+    pub fn claim(path: &Path) -> Result<Self, ReportError> {
         let folder = Self::prepare(path)?;
         Ok(OutputFolder { _claim: Some(Arc::new(Claim::new(path)?)), ..folder })
     }
@@ -70,7 +71,7 @@ impl OutputFolder {
     /// Writes a file atomically. Returns its path.
     ///
     /// # Errors  the disk is full, or writing is not permitted.
-    pub fn write(&self, name: &str, content: &[u8]) -> Result<PathBuf, String> {
+    pub fn write(&self, name: &str, content: &[u8]) -> Result<PathBuf, ReportError> {
         self.write_all([(name, content)])?;
         Ok(self.file(name))
     }
@@ -83,12 +84,11 @@ impl OutputFolder {
     /// Writes files that belong together, all or none: each to a temporary name, and all are renamed at the end.
     ///
     /// # Errors  the disk is full, or writing is not permitted.
-    pub fn write_all<N: AsRef<str>, C: AsRef<[u8]>>(&self, files: impl IntoIterator<Item = (N, C)>) -> Result<(), String> {
+    pub fn write_all<N: AsRef<str>, C: AsRef<[u8]>>(&self, files: impl IntoIterator<Item = (N, C)>) -> Result<(), ReportError> {
         let mut batch = Batch::default();
         for (name, content) in files {
             let target = self.path.join(name.as_ref());
-            let cannot_write = |e: std::io::Error| format!("{}: cannot be written: {e}", target.display());
-            batch.add(&target, content.as_ref()).map_err(cannot_write)?;
+            batch.add(&target, content.as_ref()).map_err(ReportError::unwritable(&target))?;
         }
         batch.rename()
     }
@@ -113,13 +113,13 @@ impl Batch {
         file.write_all(content).and_then(|()| file.sync_all())
     }
 
-    fn rename(mut self) -> Result<(), String> {
+    fn rename(mut self) -> Result<(), ReportError> {
         // Checks all targets before any file is replaced.
         if let Some((_, folder)) = self.files.iter().find(|(_, target)| target.is_dir()) {
-            return Err(format!("{}: is a folder, but a file of this name is to be written; remove it", folder.display()));
+            return Err(ReportError::target(folder, "is a folder, but a file of this name is to be written; remove it"));
         }
         while let Some((temporary, target)) = self.files.first() {
-            fs::rename(temporary, target).map_err(|e| format!("{}: cannot be written: {e}", target.display()))?;
+            fs::rename(temporary, target).map_err(ReportError::unwritable(target))?;
             self.files.remove(0);
         }
         self.made.clear();

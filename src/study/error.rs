@@ -7,6 +7,8 @@ use dynamics::motion::MotionError;
 use identification::objective::ObjectiveError;
 use machine::MachineError;
 use measurement::MeasurementError;
+use report::ReportError;
+use withheld::WithheldError;
 
 /// Why a study cannot be made or run; the text names file, line or key, what was found, and what to write instead.
 #[derive(Debug, thiserror::Error)]
@@ -32,6 +34,12 @@ pub enum StudyError {
     /// The machine does not allow an operating condition or an effect.
     #[error(transparent)]
     Machine(#[from] MachineError),
+    /// A document cannot be written.
+    #[error(transparent)]
+    Report(#[from] ReportError),
+    /// Sealed cases cannot be verified.
+    #[error(transparent)]
+    Withheld(#[from] WithheldError),
     /// A setting or argument.
     #[error("{key}{}: {fault}", preceded(given))]
     Setting {
@@ -64,6 +72,9 @@ impl StudyError {
     pub fn setting_key(&self) -> Option<&str> {
         match self {
             StudyError::Setting { key, .. } => Some(key),
+            StudyError::Config(error) => error.setting(),
+            StudyError::Objective(error) => error.setting(),
+            StudyError::Inverse(error) => error.setting(),
             _ => None,
         }
     }

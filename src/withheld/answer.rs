@@ -7,6 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::Value;
 
+use super::error::WithheldError;
 use report::document::Input;
 
 /// Reads an interval; an end that is null (not finite) makes the whole interval unknown.
@@ -206,7 +207,7 @@ pub struct Run {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Answer {
     /// The diagnosis, or the reason of its failure.
-    pub diagnosis: Result<DiagnosisAnswer, String>,
+    pub diagnosis: Result<DiagnosisAnswer, WithheldError>,
     /// Duration (s).
     pub seconds: f64,
 }
@@ -221,26 +222,29 @@ impl Run {
         Answer { diagnosis: self.read(files), seconds: self.seconds }
     }
 
-    fn read(&self, files: &[Input]) -> Result<DiagnosisAnswer, String> {
+    fn read(&self, files: &[Input]) -> Result<DiagnosisAnswer, WithheldError> {
+        let no_answer = |reason: String| Err(WithheldError::Diagnosis(reason));
         let mut lines = self.said.lines().map(str::trim).rev().filter(|line| !line.is_empty());
         let last = lines.clone().next().unwrap_or("no output on stderr");
         let last = lines.find(|line| ["jointid:", "error:"].iter().any(|begin| line.starts_with(begin))).unwrap_or(last);
         match self.exit_code {
             Some(0) => {}
-            Some(code) => return Err(format!("exit code {code}: {last}")),
-            None => return Err(format!("the diagnosis did not end by itself (signal or time limit): {last}")),
+            Some(code) => return no_answer(format!("exit code {code}: {last}")),
+            None => return no_answer(format!("the diagnosis did not end by itself (signal or time limit): {last}")),
         }
-        let document = self.diagnosis.clone().ok_or("the diagnosis printed no JSON document")?;
-        let diagnosis: DiagnosisAnswer =
-            serde_json::from_value(document).map_err(|e| format!("the document of the diagnosis cannot be read: {e}"))?;
+        let Some(document) = self.diagnosis.clone() else { return no_answer("the diagnosis printed no JSON document".into()) };
+        let diagnosis: DiagnosisAnswer = match serde_json::from_value(document) {
+            Ok(diagnosis) => diagnosis,
+            Err(error) => return no_answer(format!("the document of the diagnosis cannot be read: {error}")),
+        };
         if !diagnosis.schema.starts_with("jointid/diagnosis/") {
-            return Err(format!("the printed document has schema {}, not a diagnosis", diagnosis.schema));
+            return no_answer(format!("the printed document has schema {}, not a diagnosis", diagnosis.schema));
         }
         if !diagnosis.complete {
-            return Err("the document of the diagnosis is not complete".into());
+            return no_answer("the document of the diagnosis is not complete".into());
         }
         match files.iter().find(|file| !diagnosis.inputs.iter().any(|input| input.sha256 == file.sha256)) {
-            Some(file) => Err(format!("the inputs of the diagnosis lack the case's file {}", file.path)),
+            Some(file) => no_answer(format!("the inputs of the diagnosis lack the case's file {}", file.path)),
             None => Ok(diagnosis),
         }
     }

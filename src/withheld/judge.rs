@@ -60,7 +60,7 @@ pub fn judge(label: &Label, follow_up: bool, answer: &Answer) -> Judgement {
     let diagnosis = answer.diagnosis.as_ref().ok();
     let verdict = match &answer.diagnosis {
         Ok(diagnosis) => diagnosis.verdict.clone(),
-        Err(reason) => VerdictAnswer::failed(reason),
+        Err(failure) => VerdictAnswer::failed(&failure.to_string()),
     };
     let named: Vec<&str> = verdict.named();
     let dominant = label.effects.first().map(String::as_str);

@@ -6,6 +6,7 @@
 //! judge      judgement of one answer against one label
 //! score      proportions over all cases, each with its exact interval
 //! document   withheld.json
+//! error      broken seals, failed diagnoses
 //! text       scores and confusion matrix as text
 //! ```
 //!
@@ -13,6 +14,7 @@
 
 mod answer;
 mod document;
+mod error;
 mod judge;
 mod score;
 mod seal;
@@ -22,6 +24,7 @@ pub use answer::{
     Answer, ChannelAnswer, ChosenAnswer, DiagnosisAnswer, EffectAnswer, GapAnswer, MotionAnswer, Run, VerdictAnswer, WhereAnswer,
 };
 pub use document::{CaseRow, SealRow, WithheldDocument};
+pub use error::WithheldError;
 pub use judge::{Judgement, judge};
 pub use score::{Confusion, Proportion, Scores, Spread, scores};
 pub use seal::{CASES, FOLLOW_UP, Generator, QUIET, Seal, SealedCase, files_of, folder_digest, label_of};

@@ -6,6 +6,7 @@ use std::path::Path;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::error::WithheldError;
 use reference_simulator::{Counts, Label};
 use report::document::Input;
 use report::{digest, to_json};
@@ -62,7 +63,6 @@ pub struct Seal {
 }
 
 const SCHEMA: &str = "jointid/withheld-seal/1";
-const REMEDY: &str = "make the cases again in a new folder";
 
 /// Folder of the cases.
 pub const CASES: &str = "cases";
@@ -75,7 +75,7 @@ impl Seal {
     /// Seals cases and labels.
     ///
     /// # Errors  a document cannot be written as JSON (a fault of the program).
-    pub fn new(generator: Generator, labels: &str, cases: Vec<SealedCase>, not_made: Vec<String>) -> Result<Self, String> {
+    pub fn new(generator: Generator, labels: &str, cases: Vec<SealedCase>, not_made: Vec<String>) -> Result<Self, WithheldError> {
         Ok(Self {
             schema: SCHEMA.into(),
             generator_sha256: digest(to_json(&generator)?.as_bytes()),
@@ -90,35 +90,34 @@ impl Seal {
     /// Reads the seal of a folder and verifies seal, labels and every case folder.
     ///
     /// # Errors  a file is missing, is of another kind, or was changed; the message names it and what to do.
-    pub fn verified(folder: &Path) -> Result<(Self, Vec<Label>), String> {
+    pub fn verified(folder: &Path) -> Result<(Self, Vec<Label>), WithheldError> {
         let path = folder.join("seal.json");
         let text = read(&path, "without it the cases cannot be verified")?;
-        let seal: Seal =
-            serde_json::from_str(&text).map_err(|e| format!("{}: is not a seal of withheld: {e}; {REMEDY}", path.display()))?;
+        let seal: Seal = serde_json::from_str(&text).map_err(|e| broken(&path, format!("is not a seal of withheld: {e}")))?;
         let recomputed = Self::new(seal.generator.clone(), "", seal.cases.clone(), Vec::new())?;
         if seal.schema != SCHEMA || seal.generator_sha256 != recomputed.generator_sha256 || seal.cases_sha256 != recomputed.cases_sha256 {
-            return Err(format!("{}: was changed after sealing, its digests do not match its contents; {REMEDY}", path.display()));
+            return Err(broken(&path, "was changed after sealing, its digests do not match its contents"));
         }
         let path = folder.join("labels.json");
         let text = read(&path, "without it nothing can be scored")?;
         if digest(text.as_bytes()) != seal.labels_sha256 {
-            return Err(format!("{}: its digest is not the sealed one, the labels were changed; {REMEDY}", path.display()));
+            return Err(broken(&path, "its digest is not the sealed one, the labels were changed"));
         }
         let labels: Vec<Label> =
-            serde_json::from_str(&text).map_err(|e| format!("{}: contains no labels of this version: {e}; {REMEDY}", path.display()))?;
+            serde_json::from_str(&text).map_err(|e| broken(&path, format!("contains no labels of this version: {e}")))?;
         for case in &seal.cases {
             for (whole, sealed) in [(CASES, Some(&case.sha256)), (QUIET, case.quiet_sha256.as_ref())] {
                 let (path, Some(sealed)) = (folder.join(whole).join(&case.name), sealed) else { continue };
                 if !path.is_dir() {
-                    return Err(format!("{}: the case folder is missing; {REMEDY}", path.display()));
+                    return Err(broken(&path, "the case folder is missing"));
                 }
                 if folder_digest(&path)? != *sealed {
-                    return Err(format!("{}: its digest is not the sealed one, a file in it was changed; {REMEDY}", path.display()));
+                    return Err(broken(&path, "its digest is not the sealed one, a file in it was changed"));
                 }
             }
             let path = folder.join(CASES).join(&case.name);
             if label_of(&labels, &case.name).is_none() {
-                return Err(format!("{}: has no label in labels.json; {REMEDY}", path.display()));
+                return Err(broken(&path, "has no label in labels.json"));
             }
         }
         Ok((seal, labels))
@@ -148,17 +147,22 @@ pub fn label_of<'a>(labels: &'a [Label], name: &str) -> Option<&'a Label> {
     labels.iter().find(|label| label.case == first)
 }
 
-fn read(path: &Path, why: &str) -> Result<String, String> {
+/// Creates the error of a file or folder that is not as it was sealed.
+fn broken(path: &Path, fault: impl Into<String>) -> WithheldError {
+    WithheldError::Seal { path: path.display().to_string(), fault: fault.into() }
+}
+
+fn read(path: &Path, why: &str) -> Result<String, WithheldError> {
     fs::read_to_string(path).map_err(|e| match e.kind() {
-        std::io::ErrorKind::NotFound => format!("{}: is missing, and {why}; {REMEDY}", path.display()),
-        _ => format!("{}: {e}; {REMEDY}", path.display()),
+        std::io::ErrorKind::NotFound => broken(path, format!("is missing, and {why}")),
+        _ => broken(path, e.to_string()),
     })
 }
 
 /// Returns the files of a folder with their digests, by path inside it.
 ///
 /// # Errors  a file cannot be read.
-pub fn files_of(folder: &Path) -> Result<Vec<Input>, String> {
+pub fn files_of(folder: &Path) -> Result<Vec<Input>, WithheldError> {
     fn walk(root: &Path, folder: &Path, found: &mut Vec<Input>) -> std::io::Result<()> {
         for entry in fs::read_dir(folder)? {
             let path = entry?.path();
@@ -173,7 +177,7 @@ pub fn files_of(folder: &Path) -> Result<Vec<Input>, String> {
         Ok(())
     }
     let mut found = Vec::new();
-    walk(folder, folder, &mut found).map_err(|e| format!("{}: {e}", folder.display()))?;
+    walk(folder, folder, &mut found).map_err(|e| WithheldError::Unreadable { path: folder.display().to_string(), fault: e.to_string() })?;
     found.sort_by(|a, b| a.path.cmp(&b.path));
     Ok(found)
 }
@@ -181,7 +185,7 @@ pub fn files_of(folder: &Path) -> Result<Vec<Input>, String> {
 /// Returns the digest of all files of a folder and their names.
 ///
 /// # Errors  a file cannot be read.
-pub fn folder_digest(folder: &Path) -> Result<String, String> {
+pub fn folder_digest(folder: &Path) -> Result<String, WithheldError> {
     let lines: Vec<String> = files_of(folder)?.into_iter().map(|file| format!("{}  {}\n", file.sha256, file.path)).collect();
     Ok(digest(lines.concat().as_bytes()))
 }

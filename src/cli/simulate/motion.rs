@@ -2,7 +2,7 @@
 
 use super::operating::{nut_place, outcome, stoppable, warn_of_result};
 use crate::arguments::{OutputArguments, Sources};
-use crate::outcome::{CommandResult, prepare, print_out, shown, write_announced};
+use crate::outcome::{CommandResult, prepare, print_out, shown, write_announced, to_message};
 use report::{motion_csv, motion_summary, to_json};
 use study::simulation::{MotionRequest, Reference, TravelProfile, motion};
 
@@ -89,7 +89,7 @@ pub fn run(given: &MotionArguments) -> CommandResult {
         MotionRequest { reference: given.command(), place: nut_place(given.nut_m), lumps: usize::from(given.lumps), step_s: given.step_s };
     let document = motion(&study, &request).map_err(shown)?;
     warn_of_result(&given.output, &study, &document.stamp);
-    let (csv, json) = (motion_csv(&document), to_json(&document)?);
+    let (csv, json) = (motion_csv(&document), to_json(&document).map_err(to_message)?);
     if let Some(folder) = &folder {
         write_announced(&given.output, folder, &[("motion.json", &json), ("motion.csv", &csv)])?;
     }

@@ -36,7 +36,7 @@ pub fn run(given: &WithheldArguments) -> CommandResult {
     }
     if given.cases_only {
         if given.output.json {
-            print_out(&to_json(&seal)?)?;
+            print_out(&to_json(&seal).map_err(to_message)?)?;
         }
         return Ok(Outcome::Done);
     }

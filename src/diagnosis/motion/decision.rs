@@ -143,7 +143,7 @@ pub(super) fn decide(inputs: &MotionDecisionInputs<'_>) -> Verdict {
             100.0 * ranked.gain,
             if more { format!("; in addition the model lacks {}", names[1..].join(" and ")) } else { ": no effect is needed".into() }
         );
-        let next = Some(format!("identify without --freeze {}", first.id(at)));
+        let next = Some(format!("identify without freezing {}", first.id(at)));
         return state(VerdictKind::WrongParameter, Vec::new(), reason, next);
     }
     // Compare the chosen effects with the best free function.

@@ -20,8 +20,8 @@ pub enum InverseError {
     NoDrive,
     /// The machine has more than one independent motion, or none that moves both drive and encoder.
     #[error(
-        "the machine is not one rigid axis ({fault}): its force does not follow from one position; use --objective output-error, or a description \
-         of one moving mass"
+        "the machine is not one rigid axis ({fault}): its force does not follow from one position; use the output-error objective, or a \
+         description of one moving mass"
     )]
     NotRigid {
         /// Fault of the rigid-body motion, as a part of a sentence.
@@ -47,7 +47,27 @@ pub enum InverseError {
         /// Name of the driven point.
         point: String,
     },
+    /// A setting does not match the machine.
+    #[error("{key} {given}: {fault}")]
+    Setting {
+        /// Name of the setting: `freeze`.
+        key: &'static str,
+        /// The setting as given.
+        given: String,
+        /// What was found and what to write.
+        fault: String,
+    },
     /// Any other fault, as a complete message.
     #[error("{0}")]
     Data(String),
+}
+
+impl InverseError {
+    /// Returns the name of the faulty setting, where a setting is at fault.
+    pub fn setting(&self) -> Option<&'static str> {
+        match self {
+            InverseError::Setting { key, .. } => Some(key),
+            _ => None,
+        }
+    }
 }

@@ -13,7 +13,8 @@ use machine::{FitRule, Machine};
 pub fn free_parameters(machine: &Machine, frozen: &[String]) -> Result<Vec<usize>, InverseError> {
     if let Some(id) = frozen.iter().find(|id| machine.parameter(id).is_none()) {
         let known: Vec<&str> = machine.parameters.iter().map(|p| p.id.as_str()).collect();
-        return Err(InverseError::Data(format!("--freeze {id}: the machine has no such parameter; it has {}", known.join(", "))));
+        let fault = format!("the machine has no such parameter; it has {}", known.join(", "));
+        return Err(InverseError::Setting { key: "freeze", given: id.clone(), fault });
     }
     let free = |i: &usize| machine.parameters[*i].fit != FitRule::Never && !frozen.contains(&machine.parameters[*i].id);
     Ok((0..machine.parameters.len()).filter(free).collect())

@@ -17,4 +17,24 @@ pub enum ObjectiveError {
     /// The measurements are insufficient or do not match the machine.
     #[error("{0}")]
     Data(String),
+    /// A setting does not match the machine.
+    #[error("{key} {given}: {fault}")]
+    Setting {
+        /// Name of the setting: `freeze`.
+        key: &'static str,
+        /// The setting as given.
+        given: String,
+        /// What was found and what to write.
+        fault: String,
+    },
+}
+
+impl ObjectiveError {
+    /// Returns the name of the faulty setting, where a setting is at fault.
+    pub fn setting(&self) -> Option<&'static str> {
+        match self {
+            ObjectiveError::Setting { key, .. } => Some(key),
+            _ => None,
+        }
+    }
 }

@@ -123,13 +123,13 @@ impl<'m> ModeObjective<'m> {
     pub fn new(machine: &'m Machine, fit: &FitSet<'_>, settings: ModeSettings, frozen: &[String]) -> Result<Self, ObjectiveError> {
         if fit.positions.is_empty() {
             return Err(ObjectiveError::Data(format!(
-                "{}: no position to fit is given; name some in split.fit or with --positions",
+                "{}: no position to fit is given; name some in split.fit or as positions",
                 fit.set.path
             )));
         }
         let objective = Self::for_positions(machine, fit.set, &fit.positions, settings, frozen, None)?;
         if objective.positions.iter().all(|p| p.measured_hz.is_empty()) {
-            return Err(ObjectiveError::Data("no mode was observed at the positions to fit; name others with --positions".into()));
+            return Err(ObjectiveError::Data("no mode was observed at the positions to fit; name other positions".into()));
         }
         Ok(objective)
     }

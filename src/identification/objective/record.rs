@@ -225,7 +225,7 @@ pub(super) fn record(
         let noise_sd = noise_sds[at];
         let sd = noise_sd.unwrap_or(0.0).hypot(model_error);
         if !(sd > 0.0) && !stated {
-            let fault = "the noise of its lines is unknown; give a model error above 0 with --frf-model-error";
+            let fault = "the noise of its lines is unknown; give a model error above 0 (frf_model_error)";
             return Err(ObjectiveError::Data(format!("{}: {fault}", frf.source)));
         }
         record.log_measured.push((line.value / frf.quantity.from_receptance(omega)).ln());
@@ -243,7 +243,10 @@ pub(super) fn record(
     }
     if record.omega_rad_s.is_empty() {
         let (from, to) = settings.band_hz;
-        return Err(ObjectiveError::Data(format!("{}: has no accepted line from {from} to {to} Hz; widen --band", frf.source)));
+        return Err(ObjectiveError::Data(format!(
+            "{}: has no accepted line from {from} to {to} Hz; widen the frequency band (band)",
+            frf.source
+        )));
     }
     Ok(record)
 }

@@ -26,7 +26,8 @@ pub(super) fn free_parameters(
     for id in frozen {
         if machine.parameter(id).is_none() {
             let known: Vec<&str> = machine.parameters.iter().map(|p| p.id.as_str()).collect();
-            return Err(ObjectiveError::Data(format!("--freeze {id}: the machine has no such parameter; it has {}", known.join(", "))));
+            let fault = format!("the machine has no such parameter; it has {}", known.join(", "));
+            return Err(ObjectiveError::Setting { key: "freeze", given: id.clone(), fault });
         }
     }
     let linear = machine.linear_parameters();

@@ -42,7 +42,7 @@ pub fn leave_one_out(
 ) -> Result<Vec<ObjectiveScore>, ObjectiveError> {
     let parts = fit.leave_one_out(false);
     if parts.len() < 2 {
-        return Err(ObjectiveError::Data("leave-one-out needs at least two positions to fit; name more with --positions".into()));
+        return Err(ObjectiveError::Data("leave-one-out needs at least two positions to fit; name more positions".into()));
     }
     let mut scores = Vec::new();
     for &objective in objectives {

@@ -3,7 +3,7 @@
 use num_complex::Complex64;
 
 use super::{ImportedFrf, label};
-use crate::Quantity;
+use crate::{MeasurementError, Quantity};
 
 /// Content of a column, by its usual names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,40 +56,42 @@ fn unit(name: &str) -> Option<&str> {
 /// Reads an FRF from a table with a header line, separated by commas, semicolons or tabs.
 ///
 /// # Errors  no header, a column missing or without unit, a cell that is not a number; no quantity is given.
-pub fn frf_from_csv(source: &str, stem: &str, text: &str, requested: Option<Quantity>) -> Result<ImportedFrf, String> {
+pub fn frf_from_csv(source: &str, stem: &str, text: &str, requested: Option<Quantity>) -> Result<ImportedFrf, MeasurementError> {
+    let in_file = |fault: String| MeasurementError::file(source, fault);
+    let in_header = |fault: String| MeasurementError::line(source, 1, fault);
     let quantity = requested
-        .ok_or_else(|| format!("{source}: a table does not state its quantity; write --quantity receptance, mobility or accelerance"))?;
+        .ok_or_else(|| in_file("a table does not state its quantity; set the quantity to receptance, mobility or accelerance".into()))?;
     let first = text.lines().next().unwrap_or("");
     let separator = [b';', b'\t', b','].into_iter().max_by_key(|s| first.bytes().filter(|b| b == s).count()).unwrap_or(b',');
     let mut reader = csv::ReaderBuilder::new().delimiter(separator).trim(csv::Trim::All).from_reader(text.as_bytes());
-    let header = reader.headers().map_err(|e| format!("{source}: is not a table: {e}"))?.clone();
+    let header = reader.headers().map_err(|e| in_file(format!("is not a table: {e}")))?.clone();
     let kinds: Vec<Option<Column>> = header.iter().map(column).collect();
     let find = |wanted: Column| kinds.iter().position(|k| *k == Some(wanted));
     if find(Column::PhaseWithoutUnit).is_some() {
-        return Err(format!("{source}, line 1: the phase has no unit; name the column phase_deg or phase_rad"));
+        return Err(in_header("the phase has no unit; name the column phase_deg or phase_rad".into()));
     }
-    let frequency = find(Column::Frequency).ok_or_else(|| format!("{source}, line 1: no frequency column; name one frequency_hz"))?;
+    let frequency = find(Column::Frequency).ok_or_else(|| in_header("no frequency column; name one frequency_hz".into()))?;
     let polar = find(Column::Magnitude).zip(find(Column::PhaseDegrees).or(find(Column::PhaseRadians)));
     let (first, second, is_polar) = match (find(Column::Real).zip(find(Column::Imaginary)), polar) {
         (Some((re, im)), _) => (re, im, false),
         (None, Some((magnitude, phase))) => (magnitude, phase, true),
         (None, None) => {
-            return Err(format!(
-                "{source}, line 1: write columns real,imag or magnitude,phase_deg (or phase_rad); found {}",
+            return Err(in_header(format!(
+                "write columns real,imag or magnitude,phase_deg (or phase_rad); found {}",
                 header.iter().collect::<Vec<_>>().join(", ")
-            ));
+            )));
         }
     };
     let name = |at: usize| header.get(at).unwrap_or("");
     let to_hz = match unit(name(frequency)) {
         None => 1.0,
         Some(text) => label::frequency(text)
-            .ok_or_else(|| format!("{source}, line 1: the frequency's unit «{text}» is unknown; write Hz, kHz, rad/s or rpm"))?,
+            .ok_or_else(|| in_header(format!("the frequency's unit «{text}» is unknown; write Hz, kHz, rad/s or rpm")))?,
     };
     let stated = unit(name(first)).filter(|_| is_polar || first != second);
     let decibels = |text: &str| text.to_lowercase().starts_with("db");
     if stated.is_some_and(decibels) || name(first).to_lowercase().contains("_db") {
-        return Err(format!("{source}, line 1: «{}» is in decibels with unknown reference; write linear values", name(first)));
+        return Err(in_header(format!("«{}» is in decibels with unknown reference; write linear values", name(first))));
     }
     let mut warnings = Vec::new();
     let size = match stated {
@@ -99,18 +101,17 @@ pub fn frf_from_csv(source: &str, stem: &str, text: &str, requested: Option<Quan
         }
         Some(text) => match label::ratio(text) {
             Some((by_unit, _)) if by_unit != quantity => {
-                return Err(format!(
-                    "{source}, line 1: the unit «{text}» is that of a {}, not of a {}; write --quantity {}",
+                let remedy = format!("set the quantity to {}", by_unit.word());
+                return Err(in_header(format!(
+                    "the unit «{text}» is that of a {}, not of a {}; {remedy}",
                     by_unit.word(),
-                    quantity.word(),
-                    by_unit.word()
-                ));
+                    quantity.word()
+                )));
             }
             Some((_, size)) => size,
             None => {
-                return Err(format!(
-                    "{source}, line 1: the unit «{text}» is unknown; write one like m/N, (mm/s)/N or (m/s^2)/N, or none for SI"
-                ));
+                let remedy = "write one like m/N, (mm/s)/N or (m/s^2)/N, or none for SI";
+                return Err(in_header(format!("the unit «{text}» is unknown; {remedy}")));
             }
         },
     };
@@ -118,18 +119,19 @@ pub fn frf_from_csv(source: &str, stem: &str, text: &str, requested: Option<Quan
     let coherence = find(Column::Coherence);
     let (mut frequency_hz, mut values, mut gammas) = (Vec::new(), Vec::new(), Vec::new());
     for record in reader.records() {
-        let record = record.map_err(|e| format!("{source}: {e}"))?;
+        let record = record.map_err(|e| in_file(e.to_string()))?;
         let line = record.position().map_or(0, csv::Position::line);
+        let in_line = |fault: String| MeasurementError::line(source, line, fault);
         let number = |at: usize| {
             let cell = record.get(at).unwrap_or("");
             cell.parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(|| {
                 let hint = if cell.contains(',') { "; write decimal points" } else { "" };
-                format!("{source}, line {line}: {} is «{cell}»; write a finite number{hint}", header.get(at).unwrap_or(""))
+                in_line(format!("{} is «{cell}»; write a finite number{hint}", header.get(at).unwrap_or("")))
             })
         };
         let (a, b) = (number(first)?, number(second)?);
         if is_polar && a < 0.0 {
-            return Err(format!("{source}, line {line}: the magnitude is {a}; a linear magnitude is not negative"));
+            return Err(in_line(format!("the magnitude is {a}; a linear magnitude is not negative")));
         }
         frequency_hz.push(number(frequency)? * to_hz);
         values.push(size * if is_polar { Complex64::from_polar(a, b * to_rad) } else { Complex64::new(a, b) });
@@ -172,19 +174,19 @@ mod tests {
         let a = read("freq (kHz),real (mm/N),imag (mm/N)\n1,2,0\n").unwrap();
         assert_eq!((a.frequency_hz[0], a.values[0].re), (1000.0, 2e-3));
         assert!(a.warnings.is_empty(), "{:?}", a.warnings);
-        assert!(read("f (Hz),Magnitude (dB),Phase (deg)\n1,-40,0\n").unwrap_err().contains("decibels"));
-        assert!(read("f (Hz),real (furlong),imag\n1,1,0\n").unwrap_err().contains("furlong"));
-        assert!(read("f (Hz),real ((m/s^2)/N),imag\n1,1,0\n").unwrap_err().contains("--quantity accelerance"));
-        assert!(read("f,mag,phase_deg\n1,-1,0\n").unwrap_err().contains("line 2"));
-        assert!(read("f (parsec),re,im\n1,1,0\n").unwrap_err().contains("kHz"));
+        assert!(read("f (Hz),Magnitude (dB),Phase (deg)\n1,-40,0\n").unwrap_err().to_string().contains("decibels"));
+        assert!(read("f (Hz),real (furlong),imag\n1,1,0\n").unwrap_err().to_string().contains("furlong"));
+        assert!(read("f (Hz),real ((m/s^2)/N),imag\n1,1,0\n").unwrap_err().to_string().contains("set the quantity to accelerance"));
+        assert!(read("f,mag,phase_deg\n1,-1,0\n").unwrap_err().to_string().contains("line 2"));
+        assert!(read("f (parsec),re,im\n1,1,0\n").unwrap_err().to_string().contains("kHz"));
     }
 
     #[test]
     fn refuse_a_phase_without_unit_and_decimal_commas() {
-        let phase = frf_from_csv("a.csv", "a", "f,mag,phase\n1,1,1\n", Some(Quantity::Receptance)).unwrap_err();
+        let phase = frf_from_csv("a.csv", "a", "f,mag,phase\n1,1,1\n", Some(Quantity::Receptance)).unwrap_err().to_string();
         assert!(phase.contains("phase_deg"), "{phase}");
-        let comma = frf_from_csv("a.csv", "a", "f;re;im\n1,5;1;1\n", Some(Quantity::Receptance)).unwrap_err();
+        let comma = frf_from_csv("a.csv", "a", "f;re;im\n1,5;1;1\n", Some(Quantity::Receptance)).unwrap_err().to_string();
         assert!(comma.contains("line 2") && comma.contains("points"), "{comma}");
-        assert!(frf_from_csv("a.csv", "a", "f,re,im\n1,1,1\n", None).unwrap_err().contains("--quantity"));
+        assert!(frf_from_csv("a.csv", "a", "f,re,im\n1,1,1\n", None).unwrap_err().to_string().contains("set the quantity"));
     }
 }

@@ -2,7 +2,7 @@
 
 use num_complex::Complex64;
 
-use crate::Quantity;
+use crate::{MeasurementError, Quantity};
 
 /// An imported FRF, in SI units.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,26 +35,26 @@ impl ImportedFrf {
     /// Drops the line at 0 Hz and refuses invalid data.
     ///
     /// # Errors  a frequency is negative, repeated or falling; a value is not finite; a coherence is outside [0, 1]; no line remains.
-    pub(super) fn checked(mut self) -> Result<Self, String> {
-        let name = format!("{}, record {}", self.source, self.name);
+    pub(super) fn checked(mut self) -> Result<Self, MeasurementError> {
+        let fault = |text: String| MeasurementError::record(&self.source, &self.name, text);
         for (at, pair) in self.frequency_hz.windows(2).enumerate() {
             if pair[0] >= pair[1] {
-                return Err(format!(
-                    "{name}: frequency {} Hz (line {}) does not follow {} Hz; sort the lines, each frequency once",
+                return Err(fault(format!(
+                    "frequency {} Hz (line {}) does not follow {} Hz; sort the lines, each frequency once",
                     pair[1],
                     at + 2,
                     pair[0]
-                ));
+                )));
             }
         }
         if let Some(f) = self.frequency_hz.iter().find(|f| !(**f >= 0.0 && f.is_finite())) {
-            return Err(format!("{name}: a frequency is {f} Hz; frequencies are 0 or above"));
+            return Err(fault(format!("a frequency is {f} Hz; frequencies are 0 or above")));
         }
         if let Some(at) = self.values.iter().position(|v| !v.re.is_finite() || !v.im.is_finite()) {
-            return Err(format!("{name}: the value at {} Hz is not finite", self.frequency_hz[at]));
+            return Err(fault(format!("the value at {} Hz is not finite", self.frequency_hz[at])));
         }
         if let Some(c) = self.coherence.iter().flatten().find(|c| !(-1e-9..=1.0 + 1e-6).contains(*c)) {
-            return Err(format!("{name}: a coherence is {c}; it lies between 0 and 1"));
+            return Err(fault(format!("a coherence is {c}; it lies between 0 and 1")));
         }
         self.coherence.iter_mut().flatten().for_each(|c| *c = c.clamp(0.0, 1.0));
         if self.frequency_hz.first() == Some(&0.0) {
@@ -66,7 +66,7 @@ impl ImportedFrf {
             self.dropped += 1;
         }
         if self.frequency_hz.is_empty() {
-            return Err(format!("{name}: holds no line above 0 Hz"));
+            return Err(fault("holds no line above 0 Hz".into()));
         }
         Ok(self)
     }

@@ -3,8 +3,8 @@
 use num_complex::Complex64;
 
 use super::{ImportedFrf, label};
-use crate::Quantity;
 use crate::universal::{NodeLocation, Ordinate, RecordAxis, RecordHeader, UniversalFile, UniversalRecord, data_type, function_type};
+use crate::{MeasurementError, Quantity};
 
 /// Largest relative difference of two abscissa values that count as equal (1).
 const ABSCISSA_TOLERANCE: f64 = 1e-6;
@@ -24,7 +24,7 @@ pub fn frfs_from_universal(
     stem: &str,
     file: UniversalFile,
     requested: Option<Quantity>,
-) -> Result<(Vec<ImportedFrf>, Vec<String>), String> {
+) -> Result<(Vec<ImportedFrf>, Vec<String>), MeasurementError> {
     let mut notes: Vec<String> = file.warnings.iter().map(|w| format!("{source}: {w}")).collect();
     let mut other_records = file.functions.iter().filter(|r| !is_of_frf(&r.header)).count() as u64;
     for skipped in &file.skipped {
@@ -42,8 +42,7 @@ pub fn frfs_from_universal(
     let mut imported = Vec::new();
     for (at, record) in frfs.into_iter().enumerate() {
         let name = if alone { stem.to_string() } else { format!("{stem}-{}", at + 1) };
-        let frf = import_record(source, name, &record, &coherences, requested);
-        imported.push(frf.map_err(|e| if e.starts_with(source) { e } else { format!("{source}, record {e}") })?);
+        imported.push(import_record(source, name, &record, &coherences, requested)?);
     }
     Ok((imported, notes))
 }
@@ -78,12 +77,12 @@ fn import_record(
     record: &UniversalRecord,
     coherences: &[UniversalRecord],
     requested: Option<Quantity>,
-) -> Result<ImportedFrf, String> {
+) -> Result<ImportedFrf, MeasurementError> {
     let header = &record.header;
     let mut warnings: Vec<String> = header.warnings.iter().map(|w| format!("{name}: {w}")).collect();
-    let (quantity, scale) = quantity_and_scale(&name, record, requested, &mut warnings)?;
+    let (quantity, scale) = quantity_and_scale(source, &name, record, requested, &mut warnings)?;
     let Ordinate::Complex(values) = &record.ordinate else {
-        return Err(format!("{name}: the FRF is stored as real numbers, without phase; export it as complex"));
+        return Err(MeasurementError::record(source, &name, "the FRF is stored as real numbers, without phase; export it as complex"));
     };
     let frequency_hz = record.abscissa.values();
     let same = |other: &&UniversalRecord| {
@@ -121,11 +120,12 @@ fn import_record(
 
 /// Returns the quantity and the factor from the file's units to SI.
 fn quantity_and_scale(
+    source: &str,
     name: &str,
     record: &UniversalRecord,
     requested: Option<Quantity>,
     warnings: &mut Vec<String>,
-) -> Result<(Quantity, f64), String> {
+) -> Result<(Quantity, f64), MeasurementError> {
     let header = &record.header;
     let text = |axis: &RecordAxis| axis.unit().map(str::to_string);
     let (response_unit, force_unit) = (text(&header.ordinate), text(&header.denominator));
@@ -142,7 +142,8 @@ fn quantity_and_scale(
         warnings.push(format!("{name}: neither code nor unit identifies the reference as a force; taken as a force in N"));
     }
     let quantity = by_code.or(by_label.map(|l| l.0)).or(requested).ok_or_else(|| {
-        format!("{name}: neither code nor unit states the quantity of the response; write --quantity receptance, mobility or accelerance")
+        let remedy = "set the quantity to receptance, mobility or accelerance";
+        MeasurementError::record(source, name, format!("neither code nor unit states the quantity of the response; {remedy}"))
     })?;
     if let Some((by_label, _)) = by_label.filter(|l| l.0 != quantity) {
         warnings.push(format!(

@@ -46,7 +46,7 @@ impl BlindCheck {
                 Generator { version: env!("CARGO_PKG_VERSION").into(), arm: arm.into(), truth: truth.into(), seed, counts, cases };
             return make_cases(&self.folder, &generator, control);
         }
-        let (seal, _) = Seal::verified(&self.folder).map_err(StudyError::Impossible)?;
+        let (seal, _) = Seal::verified(&self.folder)?;
         let there = &seal.generator;
         let other = self.request.seed.is_some() && seed != there.seed
             || self.request.arm.is_some() && arm != there.arm
@@ -75,7 +75,7 @@ impl BlindCheck {
     ///
     /// # Errors  a sealed file was changed, or a file of a case cannot be read.
     pub fn score(&self, given: &CaseAnswers, control: &Control) -> StudyResult<WithheldDocument> {
-        let (seal, labels) = Seal::verified(&self.folder).map_err(StudyError::Impossible)?;
+        let (seal, labels) = Seal::verified(&self.folder)?;
         let complete = !control.stopped() && given.answers.len() == seal.cases.len();
         let judged = given.answers.par_iter().map(|(name, answer)| self.judged(&seal, &labels, name, answer)).or_first_error()?;
         let (names, judgements): (Vec<String>, Vec<Judgement>) = judged.into_iter().flatten().unzip();

@@ -64,7 +64,7 @@ pub fn diagnose_cases(
         program,
         program_sha256: digest(&bytes),
         cases: folder.join(CASES),
-        results: OutputFolder::prepare(&kept).map_err(StudyError::Impossible)?,
+        results: OutputFolder::prepare(&kept)?,
         kept,
         seed: seal.generator.seed,
         ablation: &request.ablation,
@@ -100,7 +100,7 @@ impl DiagnosisRunner<'_> {
             None => self.run(case, control)?,
         };
         let Some(run) = run else { return Ok(None) };
-        let files = files_of(&self.cases.join(&case.name)).map_err(StudyError::Impossible)?;
+        let files = files_of(&self.cases.join(&case.name))?;
         Ok(Some(run.answer(&files)))
     }
 
@@ -167,8 +167,8 @@ impl DiagnosisRunner<'_> {
             said: words[from..].to_string(),
             diagnosis: serde_json::from_str::<Value>(&document).ok(),
         };
-        let text = to_json(&run).map_err(StudyError::Impossible)?;
-        self.results.write(&format!("{}.json", case.name), text.as_bytes()).map_err(StudyError::Impossible)?;
+        let text = to_json(&run)?;
+        self.results.write(&format!("{}.json", case.name), text.as_bytes())?;
         Ok(Some(run))
     }
 

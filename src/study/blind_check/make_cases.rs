@@ -47,13 +47,13 @@ impl CasePlan {
 /// # Errors  a file cannot be written.
 pub fn make_cases(folder: &Path, generator: &Generator, control: &Control) -> StudyResult<Option<Seal>> {
     let aside = folder.join("cases.partial");
-    let whose = to_json(generator).map_err(StudyError::Impossible)?;
+    let whose = to_json(generator)?;
     let stated = aside.join("generator.json");
     if fs::read_to_string(&stated).is_ok_and(|text| text != whose) {
         fs::remove_dir_all(&aside).map_err(|e| StudyError::input(aside.display(), e.to_string()))?;
     }
-    let out = OutputFolder::prepare(&aside).map_err(StudyError::Impossible)?;
-    out.write("generator.json", whose.as_bytes()).map_err(StudyError::Impossible)?;
+    let out = OutputFolder::prepare(&aside)?;
+    out.write("generator.json", whose.as_bytes())?;
     let plan = CasePlan::new(&generator.arm, &generator.counts, generator.seed);
     let step = control.steps("make cases", generator.cases);
     let made: Vec<Option<Made>> = (0..generator.cases)
@@ -81,14 +81,14 @@ pub fn make_cases(folder: &Path, generator: &Generator, control: &Control) -> St
         }
     }
     let labels = labels_json(&labels).map_err(StudyError::impossible)?;
-    let seal = Seal::new(generator.clone(), &labels, cases, not_made).map_err(StudyError::Impossible)?;
-    let sealed = OutputFolder::prepare(folder).map_err(StudyError::Impossible)?;
+    let seal = Seal::new(generator.clone(), &labels, cases, not_made)?;
+    let sealed = OutputFolder::prepare(folder)?;
     for part in [CASES, QUIET].into_iter().filter(|part| aside.join(part).exists()) {
         let moved = fs::rename(aside.join(part), folder.join(part));
         moved.map_err(|e| StudyError::input(aside.display(), format!("cannot be moved to its place: {e}")))?;
     }
-    let seal_text = to_json(&seal).map_err(StudyError::Impossible)?;
-    sealed.write_all([("labels.json", &labels), ("seal.json", &seal_text)]).map_err(StudyError::Impossible)?;
+    let seal_text = to_json(&seal)?;
+    sealed.write_all([("labels.json", &labels), ("seal.json", &seal_text)])?;
     fs::remove_dir_all(&aside).map_err(|e| StudyError::input(aside.display(), e.to_string()))?;
     Ok(Some(seal))
 }
@@ -105,7 +105,7 @@ fn one(out: &OutputFolder, aside: &Path, generator: &Generator, plan: &CasePlan,
         let written = |part: &str, write: Write<'_>| {
             let path = aside.join(part).join(name);
             write(&path).map_err(StudyError::impossible)?;
-            folder_digest(&path).map_err(StudyError::Impossible)
+            folder_digest(&path).map_err(StudyError::impossible)
         };
         let sha256 = written(CASES, write)?;
         let quiet_sha256 = quiet.map(|write| written(QUIET, write)).transpose()?;
@@ -137,6 +137,6 @@ fn one(out: &OutputFolder, aside: &Path, generator: &Generator, plan: &CasePlan,
         Ok(label) => Ok((label?, folders)),
         Err(refusal) => Err(refusal),
     };
-    out.write(&kept, to_json(&made).map_err(StudyError::Impossible)?.as_bytes()).map_err(StudyError::Impossible)?;
+    out.write(&kept, to_json(&made)?.as_bytes())?;
     Ok(made)
 }

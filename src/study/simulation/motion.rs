@@ -9,7 +9,7 @@ use crate::stamp::digest_file;
 use crate::{Study, StudyError, StudyResult};
 use dynamics::motion::{Course, EventKind, LinearLoops, RecordGap, SimulationSettings, Sine, Trace, simulate, simulate_record};
 use machine::{Machine, PointMotion};
-use measurement::{MeasurementError, SourceFile, read_reference};
+use measurement::{SourceFile, read_reference};
 use report::motion::{EnergyBalance, EventRow, Instability, MotionDocument, RecordRow};
 
 /// Command of a simulated motion. For an axis whose encoder reads an angle, rad replaces m.
@@ -141,10 +141,7 @@ fn course(reference: &Reference, period_s: f64) -> StudyResult<(String, Course, 
             Ok(("sine".into(), sine.course(period_s)?, None))
         }
         Reference::Table(path) | Reference::Record(path) => {
-            let read = read_reference(path).map_err(|error| match error {
-                MeasurementError::Line { path, line, fault } => StudyError::setting("reference", format!("{path}, line {line}"), fault),
-                MeasurementError::File { path, fault } => StudyError::setting("reference", path, fault),
-            })?;
+            let read = read_reference(path)?;
             let course = Course { added: read.added_v, ..Course::new(read.step_s, read.command_m) };
             Ok((path.clone(), course, Some(read.file)))
         }
