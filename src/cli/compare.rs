@@ -64,7 +64,7 @@ pub fn run(given: &CompareArguments) -> CommandResult {
         return Ok(finish(&given.output, &control, complete));
     }
     let whole = plan.frf.is_some();
-    let multi = document_rows::names(&loaded.set, &fit.positions, &fit.frfs, whole);
+    let multi = document_rows::names(&loaded.set, fit.positions(), fit.frfs(), whole);
     let singles: Vec<String> = match &given.single {
         Some(names) => names.clone(),
         None => multi.iter().skip(usize::from(multi.len() > 1)).cloned().collect(),
@@ -73,7 +73,7 @@ pub fn run(given: &CompareArguments) -> CommandResult {
     if singles.iter().any(|s| s == "multi") {
         return Err("--single multi: this name is reserved for the multi-position run; rename the position".into());
     }
-    let mut common = document_rows::names(&loaded.set, &held_out.positions, &held_out.frfs, whole);
+    let mut common = document_rows::names(&loaded.set, held_out.positions(), held_out.frfs(), whole);
     common.retain(|n| !singles.contains(n));
     if common.is_empty() {
         return Err("no position is held out of all runs to compare them on; name fewer --positions or --single".into());
@@ -161,7 +161,7 @@ fn compare_objectives(
         positions: fit
             .leave_one_out(false)
             .iter()
-            .flat_map(|(_, left)| &left.positions)
+            .flat_map(|(_, left)| left.positions())
             .map(|i| loaded.set.positions[*i].name.clone())
             .collect(),
         objectives: scores

@@ -58,7 +58,7 @@ pub fn run(given: &ConvergenceArguments) -> CommandResult {
     let folder = prepare(&given.output)?;
     let progress = WorkProgress::searches(given.output.quiet, "convergence", requested.repeats * (counts.len() + 1));
     let control = control(&given.output, folder.as_ref(), &progress, &loaded)?;
-    let first = fit.positions.first().map(|p| Operating::at(loaded.set.positions[*p].nut_m));
+    let first = fit.positions().first().map(|p| Operating::at(loaded.set.positions[*p].nut_m));
     let condition = first.unwrap_or_else(|| Operating::at(machine.stroke_m().map(|s| 0.5 * s)));
     machine.check_operating("the first position", &condition).map_err(to_message)?;
     let mut rows = Vec::new();
@@ -74,7 +74,7 @@ pub fn run(given: &ConvergenceArguments) -> CommandResult {
     let document = ConvergenceDocument {
         stamp: stamp("convergence", requested.seed, complete, &loaded, Vec::new()),
         nut_m: condition.nut_m,
-        fit_positions: fit.positions.iter().map(|p| loaded.set.positions[*p].name.clone()).collect(),
+        fit_positions: fit.positions().iter().map(|p| loaded.set.positions[*p].name.clone()).collect(),
         rows,
     };
     warn(&given.output, &document.stamp.warnings);
@@ -98,7 +98,7 @@ fn row(
         frf.rods = rods;
     }
     let found = on_threads(threads, || identify(machine, fit, held_out, &plan, control))?.map_err(to_message)?;
-    let fit_names: Vec<String> = fit.positions.iter().map(|p| loaded.set.positions[*p].name.clone()).collect();
+    let fit_names: Vec<String> = fit.positions().iter().map(|p| loaded.set.positions[*p].name.clone()).collect();
     let positions = document_rows::positions(loaded, &found, &fit_names);
     let held_out_errors: BTreeMap<String, f64> =
         positions.iter().filter(|(_, row)| row.role != "fit").filter_map(|(name, row)| Some((name.clone(), row.overall_error?))).collect();

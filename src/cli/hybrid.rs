@@ -163,7 +163,8 @@ fn axis(
     if set.motions.is_empty() {
         return Err(format!("{}: holds no [[motion]] record; name a set that does with --measurements", set.path));
     }
-    let (fit, _) = set.split_motions(given.split.positions.as_deref(), &given.split.hold_out).map_err(to_message)?;
+    let split = set.split_motions(given.split.positions.as_deref(), &given.split.hold_out).map_err(to_message)?;
+    let fit = split.fit();
     let column = |p: &&machine::Point| set.motions.iter().all(|m| m.others.contains_key(&format!("{}_m", p.name)));
     let point = machine.points.iter().find(column).ok_or_else(|| {
         let names: Vec<String> = machine.points.iter().filter(|p| !p.fixed).map(|p| format!("{}_m", p.name)).collect();

@@ -65,6 +65,11 @@ pub fn share_closed(before: f64, after: f64, floor: f64) -> Option<f64> {
     (before > floor).then(|| 1.0 - (after * after - floor * floor) / (before * before - floor * floor))
 }
 
+/// Returns the number of compared lines per FRF.
+fn lines_of_one(frfs: &[usize]) -> usize {
+    (TOTAL_LINES / frfs.len().max(1)).clamp(LINES.0, LINES.1)
+}
+
 impl<'h> DomainObjective<'h> {
     /// Builds the objective of data to fit. Parameters in `frozen` keep their start values.
     ///
@@ -73,11 +78,24 @@ impl<'h> DomainObjective<'h> {
         let machine = &hypothesis.machine;
         Ok(match domain {
             Domain::Frf(settings) => {
-                let lines = (TOTAL_LINES / fit.frfs.len().max(1)).clamp(LINES.0, LINES.1);
-                DomainObjective::Frf(FrfObjective::new(machine, fit, settings, frozen)?.thinned(lines))
+                DomainObjective::Frf(FrfObjective::new(machine, fit, settings, frozen)?.thinned(lines_of_one(fit.frfs())))
             }
             Domain::Modes(settings) => DomainObjective::Modes(ModeObjective::new(machine, fit, settings, frozen)?),
         })
+    }
+
+    /// Builds the objective of held-out FRFs whose records are to be simulated: their measured values enter no fit.
+    ///
+    /// # Errors  as [`FrfObjective::to_simulate`]; modes are not simulated in this way.
+    pub(super) fn to_simulate(
+        hypothesis: &'h Hypothesis,
+        held_out: &HoldOutSet<'_>,
+        domain: Domain,
+        frozen: &[String],
+    ) -> Result<Self, ObjectiveError> {
+        let Domain::Frf(settings) = domain else { return Err(ObjectiveError::Data("modes are drawn from predictions".into())) };
+        let objective = FrfObjective::to_simulate(&hypothesis.machine, held_out, settings, frozen)?;
+        Ok(DomainObjective::Frf(objective.thinned(lines_of_one(held_out.frfs()))))
     }
 
     /// Returns the objective on few lines, for coarse searches; `None` for modes.
@@ -219,12 +237,12 @@ pub fn gaps(
 ) -> Result<Vec<PartialGap>, ObjectiveError> {
     match domain {
         Domain::Frf(settings) => {
-            if data.frfs.is_empty() {
+            if data.frfs().is_empty() {
                 return Ok(Vec::new());
             }
             let objective = FrfObjective::held_out(&hypothesis.machine, data, settings)?;
             let part = |g: identification::objective::FrfGap| PartialGap {
-                position: data.set.frfs[g.frf].position,
+                position: data.set().frfs[g.frf].position,
                 frf: Some(g.frf),
                 gap: g.gap,
                 floor: g.noise_floor,
@@ -233,11 +251,11 @@ pub fn gaps(
             Ok(objective.gaps(parameters, gain).into_iter().map(part).collect())
         }
         Domain::Modes(settings) => {
-            if data.positions.is_empty() {
+            if data.positions().is_empty() {
                 return Ok(Vec::new());
             }
             let objective = ModeObjective::held_out(&hypothesis.machine, data, settings, None)?;
-            let resolution_hz = data.set.modes.as_ref().and_then(|m| m.resolution_hz).unwrap_or(0.0);
+            let resolution_hz = data.set().modes.as_ref().and_then(|m| m.resolution_hz).unwrap_or(0.0);
             Ok(objective.predict(parameters).iter().map(|p| mode_part(p, resolution_hz)).collect())
         }
     }

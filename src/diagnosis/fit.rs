@@ -73,7 +73,7 @@ pub struct Fitter<'s> {
 impl<'s> Fitter<'s> {
     /// Returns the number of lines per FRF, given that of all FRFs and the least and largest number per FRF.
     fn lines_of_one(&self, (all, least, most): (usize, usize, usize)) -> usize {
-        (all / self.fit.frfs.len().max(1)).clamp(least, most)
+        (all / self.fit.frfs().len().max(1)).clamp(least, most)
     }
 
     /// Whether a part of the method is disabled.
@@ -84,8 +84,8 @@ impl<'s> Fitter<'s> {
     /// Whether the data to fit cover more than one value of an operating variable.
     pub fn varies(&self, variable: OperatingVariable) -> bool {
         let Domain::Frf(_) = self.domain else { return false };
-        let set = self.fit.set;
-        let values = self.fit.frfs.iter().map(|at| variable.size(&operating(set, &set.frfs[*at])));
+        let set = self.fit.set();
+        let values = self.fit.frfs().iter().map(|at| variable.size(&operating(set, &set.frfs[*at])));
         let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
         high - low > 1e-3
     }
@@ -113,17 +113,31 @@ impl<'s> Fitter<'s> {
 
     /// Returns the blocks of cross-validation over positions (or records): retained and left-out data.
     pub fn blocks(&self) -> Vec<(FitSet<'s>, FitSet<'s>)> {
-        let parts = self.fit.leave_one_out(matches!(self.domain, Domain::Frf(_)));
-        parts.into_iter().map(|(kept, left)| (kept, FitSet { set: left.set, positions: left.positions, frfs: left.frfs })).collect()
+        self.fit.blocks(matches!(self.domain, Domain::Frf(_)))
     }
 
     /// Returns the objective of a hypothesis. A parameter that the hypothesis releases is not frozen.
     ///
     /// # Errors  as [`DomainObjective::new`].
     pub fn objective<'h>(&self, hypothesis: &'h Hypothesis) -> Result<DomainObjective<'h>, ObjectiveError> {
+        DomainObjective::new(hypothesis, &self.fit, self.domain, &self.frozen_in(hypothesis))
+    }
+
+    /// Returns the objective of a hypothesis on held-out FRFs whose records are to be simulated.
+    ///
+    /// # Errors  as [`DomainObjective::to_simulate`].
+    pub(super) fn objective_to_simulate<'h>(
+        &self,
+        hypothesis: &'h Hypothesis,
+        held_out: &HoldOutSet<'_>,
+    ) -> Result<DomainObjective<'h>, ObjectiveError> {
+        DomainObjective::to_simulate(hypothesis, held_out, self.domain, &self.frozen_in(hypothesis))
+    }
+
+    /// Returns the frozen parameters that a hypothesis does not release.
+    fn frozen_in(&self, hypothesis: &Hypothesis) -> Vec<String> {
         let released: Vec<&String> = hypothesis.added.iter().map(|i| &hypothesis.machine.parameters[*i].id).collect();
-        let frozen: Vec<String> = self.frozen.iter().filter(|id| !released.contains(id)).cloned().collect();
-        DomainObjective::new(hypothesis, &self.fit, self.domain, &frozen)
+        self.frozen.iter().filter(|id| !released.contains(id)).cloned().collect()
     }
 
     /// Minimises χ² from given coordinates.
@@ -148,7 +162,7 @@ impl<'s> Fitter<'s> {
 
     /// Returns the key of a calculation on these data, under which its result is stored.
     pub(super) fn cache_key(&self, what: &str, hypothesis: &Hypothesis, bases: &[Fitted]) -> String {
-        format!("{what} {} {:?} {:?} {bases:?}", hypothesis.id, self.fit.positions, self.fit.frfs)
+        format!("{what} {} {:?} {:?} {bases:?}", hypothesis.id, self.fit.positions(), self.fit.frfs())
     }
 
     fn fit_uncached(&self, hypothesis: &Hypothesis, bases: &[Fitted], control: &Control) -> Result<Fitted, ObjectiveError> {
@@ -290,7 +304,7 @@ impl<'s> Fitter<'s> {
         let objective = self.objective(hypothesis)?;
         let place = coordinates_of(&objective, fitted);
         Ok(match &objective {
-            DomainObjective::Frf(objective) if self.has_nuisances() => tolerances_at(objective, self.fit.set, &place),
+            DomainObjective::Frf(objective) if self.has_nuisances() => tolerances_at(objective, self.fit.set(), &place),
             _ => Vec::new(),
         })
     }

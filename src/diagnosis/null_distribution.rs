@@ -225,7 +225,7 @@ pub fn simulate(
         match &objective {
             DomainObjective::Frf(objective) => {
                 let Domain::Frf(settings) = fitter.domain else { return None };
-                let (by, drawn) = redraw_machine(fitter, nominal, base, settings, usize::MAX, random.clone())?;
+                let (by, drawn) = redraw_machine(|h| fitter.objective(h).ok(), nominal, base, settings, usize::MAX, random.clone())?;
                 let data = objective.shifted(&by);
                 let few = data.curvature_sampled(LINES);
                 let end = |from: &[f64]| least_squares_within(&few, from, &[], (STEPS, 1e-3), control.stop());
@@ -286,9 +286,9 @@ pub fn simulate(
 }
 
 /// Returns the changes of the logarithms of measured FRFs that simulate a machine with random discrepancies around a fit and the noise of the lines,
-/// and the drawn coordinates. `lines` is the number of lines per record to which the objective is thinned; `usize::MAX` for all.
+/// and the drawn coordinates. `objective` builds that of a hypothesis on these FRFs. `lines` is the number of lines per record to which the objective is thinned; `usize::MAX` for all.
 pub(super) fn redraw_machine(
-    fitter: &Fitter<'_>,
+    objective: impl for<'h> FnOnce(&'h Hypothesis) -> Option<DomainObjective<'h>>,
     hypothesis: &Hypothesis,
     base: &Fitted,
     settings: FrfSettings,
@@ -304,7 +304,7 @@ pub(super) fn redraw_machine(
         }
     }
     let discrepant = Hypothesis { machine: sample_discrepancy(&hypothesis.machine, random), ..hypothesis.clone() };
-    let target = fitter.objective(&discrepant).ok()?;
+    let target = objective(&discrepant)?;
     let mut place = coordinates_of(&target, &Fitted { units, ..base.clone() });
     let known_within = target.nut_coordinates().start..place.len();
     // Nut positions and channels: one standard deviation is a twentieth of the coordinate's range.

@@ -9,7 +9,7 @@ use super::hypothesis::{Hypothesis, interfaces};
 use identification::objective::{FrfSettings, ObjectiveError};
 use identification::{IdentificationSettings, identify};
 use machine::{Base, Data, Effect, Lever, Machine, Operating, Value};
-use measurement::{FitSet, HoldOutSet};
+use measurement::FitSet;
 use optimizer::Control;
 
 /// Outcome of a candidate.
@@ -81,7 +81,7 @@ const ARMS: (f64, f64) = (0.3, 8.0);
 pub fn fitter<'s>(fit: &FitSet<'s>, domain: Domain, frozen: &[String], ablated: &[Ablation]) -> Fitter<'s> {
     let domain = match domain {
         Domain::Frf(settings) if ablated.contains(&Ablation::NoNuisances) => Domain::Frf(FrfSettings { of_level: true, ..settings }),
-        Domain::Frf(settings) => Domain::Frf(FrfSettings { of_level: true, ..settings.with_tolerances(&fit.set.tolerance) }),
+        Domain::Frf(settings) => Domain::Frf(FrfSettings { of_level: true, ..settings.with_tolerances(&fit.set().tolerance) }),
         modes @ Domain::Modes(_) => modes,
     };
     Fitter { fit: fit.clone(), domain, frozen: frozen.to_vec(), ablated: ablated.to_vec() }
@@ -92,7 +92,7 @@ pub fn fitter<'s>(fit: &FitSet<'s>, domain: Domain, frozen: &[String], ablated: 
 ///
 /// # Errors  as [`Machine::with_tolerances`].
 pub fn nominal(machine: &Machine, fitter: &Fitter<'_>) -> Result<Hypothesis, ObjectiveError> {
-    let nuts_m = fitter.fit.set.nuts_m();
+    let nuts_m = fitter.fit.set().nuts_m();
     Ok(Hypothesis::nominal(match fitter.domain {
         Domain::Frf(_) if fitter.has_nuisances() => machine.with_tolerances(&nuts_m)?,
         _ => machine.clone(),
@@ -109,7 +109,7 @@ pub fn nominal_fits(
     seed: u64,
     control: &Control,
 ) -> Result<Vec<Fitted>, ObjectiveError> {
-    let none = HoldOutSet { set: fitter.fit.set, positions: Vec::new(), frfs: Vec::new() };
+    let none = fitter.fit.nothing_to_predict();
     let mut plan =
         IdentificationSettings { frozen: fitter.frozen.clone(), seed, repeats: 1, profile: false, ..IdentificationSettings::default() };
     match fitter.domain {

@@ -8,7 +8,7 @@ use super::uncertainty::{NARROWING, RANGE_SD, certainty};
 use crate::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings, ModeSquares, ObjectiveError, VISIBLE};
 use dynamics::model::{PeakSearch, Structure, peaks};
 use machine::{Chain, Machine, Operating};
-use measurement::{Condition, FitSet, Frf, FrfLine, FrfNoise, MeasurementSet, ModeObservation, ModeTable, Quantity};
+use measurement::{Condition, Frf, FrfLine, FrfNoise, MeasurementSet, ModeObservation, ModeTable, Quantity};
 use numeric::unit::omega_rad_s;
 use optimizer::LeastSquares;
 
@@ -78,6 +78,7 @@ impl PlanDesign {
     ) -> Result<Self, ObjectiveError> {
         let mut made = set.clone();
         made.frfs.clear();
+        made.split = None;
         let mut places: Vec<(Option<usize>, Option<f64>)> = set.positions.iter().enumerate().map(|(at, p)| (Some(at), p.nut_m)).collect();
         if places.is_empty() {
             places.push((None, None));
@@ -88,8 +89,9 @@ impl PlanDesign {
             }
         }
         let mut design = PlanDesign { candidates: Vec::new(), free: Vec::new(), prior_information: Vec::new() };
+        let Ok((all, _)) = made.split(None, &[]) else { return Ok(design) };
         for (index, frf) in made.frfs.iter().enumerate() {
-            let fit = FitSet { set: &made, positions: Vec::new(), frfs: vec![index] };
+            let fit = all.with_frfs(|at| at == index);
             let objective = FrfObjective::new(machine, &fit, settings, frozen)?;
             let place = coordinates_of(machine, &objective.free, values, objective.estimates_gain());
             design.free.clone_from(&objective.free);
@@ -118,6 +120,7 @@ impl PlanDesign {
         frozen: &[String],
     ) -> Result<Self, ObjectiveError> {
         let mut made = set.clone();
+        made.split = None;
         (made.response, made.excitation) = (Some(channel.0.clone()), Some(channel.1.clone()));
         let structure = structure(machine, channel, settings.rods)?;
         let power = set.quantity.map_or(0, Quantity::power);
@@ -139,8 +142,9 @@ impl PlanDesign {
         }
         made.modes = Some(table);
         let mut design = PlanDesign { candidates: Vec::new(), free: Vec::new(), prior_information: Vec::new() };
+        let Ok((all, _)) = made.split(None, &[]) else { return Ok(design) };
         for position in 0..set.positions.len() {
-            let fit = FitSet { set: &made, positions: vec![position], frfs: Vec::new() };
+            let fit = all.with_positions(|at| at == position);
             let objective = ModeObjective::new(machine, &fit, settings, frozen)?;
             let mut place = coordinates_of(machine, &objective.free, values, false);
             place = objective.extended(&place);

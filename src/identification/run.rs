@@ -100,11 +100,11 @@ pub fn identify(
     control: &Control,
 ) -> Result<Identification, ObjectiveError> {
     // Machine and set are the same for the whole run. Positions, FRFs and plan distinguish its identifications.
-    let control = &control.within(&format!("{:?} {:?} {plan:?}", fit.positions, fit.frfs));
+    let control = &control.within(&format!("{:?} {:?} {plan:?}", fit.positions(), fit.frfs()));
     match plan.frf {
         Some(settings) => {
             let (fitted, settings) = match plan.tolerances {
-                true => (machine.with_tolerances(&fit.set.nuts_m())?, settings.with_tolerances(&fit.set.tolerance)),
+                true => (machine.with_tolerances(&fit.set().nuts_m())?, settings.with_tolerances(&fit.set().tolerance)),
                 false => (machine.clone(), settings),
             };
             let objective = FrfObjective::new(&fitted, fit, settings, &plan.frozen)?;
@@ -116,7 +116,7 @@ pub fn identify(
                 identification(machine, &fitted, estimation, gain, &objective.free[..objective.own_count], objective.observations());
             found.varied_parameters.clone_from(&objective.free);
             found.channels = objective.channels_at(&place);
-            found.tolerances = tolerance_estimates(&objective, fit.set, &place, &sd);
+            found.tolerances = tolerance_estimates(&objective, fit.set(), &place, &sd);
             found.warnings.extend(found.tolerances.iter().filter_map(ToleranceEstimate::warning));
             let validation = FrfObjective::held_out(&fitted, held_out, settings.as_stated())?.calibrated(&found.channels);
             found.fitted_frfs = objective.gaps_at(&place);

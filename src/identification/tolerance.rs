@@ -131,7 +131,7 @@ pub fn mode_columns(
     (objective, place): (&ModeObjective<'_>, &[f64]),
 ) -> Result<Vec<Vec<f64>>, ObjectiveError> {
     let gain = objective.gain(place);
-    let toleranced = machine.with_tolerances(&fit.set.nuts_m())?;
+    let toleranced = machine.with_tolerances(&fit.set().nuts_m())?;
     let own = objective.parameters(place);
     let tolerance_starts = toleranced.parameters.iter().skip(own.len()).map(|p| p.start);
     let values: Vec<f64> = own.iter().copied().chain(tolerance_starts).collect();
@@ -150,13 +150,13 @@ pub fn mode_columns(
         };
         columns.push(column(moved(STEP), moved(-STEP)));
     }
-    for position in fit.positions.iter().filter(|p| fit.set.positions[**p].nut_m.is_some() && fit.set.tolerance.nut_m > 0.0) {
+    for position in fit.positions().iter().filter(|p| fit.set().positions[**p].nut_m.is_some() && fit.set().tolerance.nut_m > 0.0) {
         let moved = |by: f64| -> Result<Vec<f64>, ObjectiveError> {
-            let mut set = fit.set.clone();
+            let mut set = fit.set().clone();
             if let Some(nut_m) = &mut set.positions[*position].nut_m {
-                *nut_m += by * fit.set.tolerance.nut_m;
+                *nut_m += by * fit.set().tolerance.nut_m;
             }
-            let fit = FitSet { set: &set, positions: fit.positions.clone(), frfs: Vec::new() };
+            let fit = fit.in_version(&set);
             let there = ModeObjective::new(machine, &fit, plan.settings, &plan.frozen)?;
             Ok(there.residuals(&there.predict(&own), gain))
         };

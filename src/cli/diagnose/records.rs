@@ -29,11 +29,12 @@ pub fn run(given: &DiagnoseArguments, loaded: &Loaded) -> CommandResult {
     let machine = &loaded.config.machine;
     check_frozen(loaded, &plan.frozen)?;
     let effects = choose_effects(given, &loaded.config.effects, Data::Motion)?;
-    let (fit, held_out) = loaded.set.split_motions(given.split.positions.as_deref(), &given.split.hold_out).map_err(to_message)?;
+    let split = loaded.set.split_motions(given.split.positions.as_deref(), &given.split.hold_out).map_err(to_message)?;
+    let (fit, held_out) = (split.fit(), split.held_out());
     let (motions, _, told_of) = preprocess_all(loaded)?;
     let folder = prepare(&given.output)?;
     let of = |records: &[usize]| records.iter().map(|i| &motions[*i]).collect::<Vec<&MotionSignal>>();
-    let (fitted, left) = (of(&fit), of(&held_out));
+    let (fitted, left) = (of(fit), of(held_out));
     let settings = MotionSettings { seed: plan.seed, draws: NULLS * usize::from(given.nulls) };
     let progress = WorkProgress::begin(given.output.quiet, "diagnose");
     let control = control(&given.output, folder.as_ref(), &progress, loaded)?;

@@ -31,7 +31,8 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
     let plan = plan(&given.search, &loaded.set)?;
     let machine = &loaded.config.machine;
     check_frozen(loaded, &plan.frozen)?;
-    let (fit, held_out) = loaded.set.split_motions(given.split.positions.as_deref(), &given.split.hold_out).map_err(to_message)?;
+    let split = loaded.set.split_motions(given.split.positions.as_deref(), &given.split.hold_out).map_err(to_message)?;
+    let (fit, held_out) = (split.fit(), split.held_out());
     let (mut motions, rigid, mut warnings) = preprocess_all(loaded)?;
     let folder = prepare(&given.output)?;
     let asked = free_parameters(machine, &plan.frozen).map_err(to_message)?;
@@ -43,10 +44,10 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
     let progress = WorkProgress::begin(given.output.quiet, "identify");
     let control = control(&given.output, folder.as_ref(), &progress, loaded)?;
     let ran = on_threads(given.search.threads, || {
-        let found = estimate_weighted(&rigid, machine, &free, &mut motions, &fit)?;
+        let found = estimate_weighted(&rigid, machine, &free, &mut motions, fit)?;
         if simulated {
             progress.now("simulate");
-            return refine_by_simulation(loaded, (&free, found), (&fit, &motions), &control);
+            return refine_by_simulation(loaded, (&free, found), (fit, &motions), &control);
         }
         let fitted: Vec<&MotionSignal> = fit.iter().map(|i| &motions[*i]).collect();
         let estimates = found.estimates(machine, &free, &fitted);
@@ -56,7 +57,7 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
     let shown_nowhere = |i: &usize| Estimated { parameter: *i, value: found.values[*i], interval: None, at_bound: false };
     estimates.extend(unseen.iter().map(shown_nowhere));
     let values = &found.values;
-    let mut records = list_records(loaded, (&rigid, values), &motions, 0..motions.len(), &fit);
+    let mut records = list_records(loaded, (&rigid, values), &motions, 0..motions.len(), fit);
     if simulated {
         let all: Vec<&MotionRecord> = loaded.set.motions.iter().collect();
         complete &= on_threads(given.search.threads, || add_simulated_gaps(&mut records, (machine, values), &all, &control))??;
@@ -93,8 +94,8 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
         leave_one_out: false,
         fitted_parameters: free.iter().map(|i| machine.parameters[*i].id.clone()).collect(),
         correlation: correlation(&found.derivatives),
-        fit_positions: names(&loaded.set, &fit),
-        held_out_positions: names(&loaded.set, &held_out),
+        fit_positions: names(&loaded.set, fit),
+        held_out_positions: names(&loaded.set, held_out),
         positions: list_positions(&records, error),
         frfs: Vec::new(),
         preprocessing: motions.first().map(|m| recipe_row(&m.preprocessing)),

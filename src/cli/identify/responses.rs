@@ -24,7 +24,7 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
     let run = || -> Result<_, ObjectiveError> {
         let mut found = identify(machine, &fit, &held_out, &plan, &control)?;
         // Where nothing is held out, each position is predicted by a fit without it.
-        let alone = held_out.positions.is_empty() && held_out.frfs.is_empty();
+        let alone = held_out.is_empty();
         let predicted = if alone && found.complete { cross_validation(machine, &fit, &plan, &found, &control)? } else { None };
         found.complete &= !control.stopped();
         let left_one_out = predicted.is_some();
@@ -38,7 +38,7 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
     let (found, leave_one_out) = ran.map_err(to_message)?;
     let whole = plan.frf.is_some();
     let names = |positions: &[usize], frfs: &[usize]| document_rows::names(&loaded.set, positions, frfs, whole);
-    let fit_positions = names(&fit.positions, &fit.frfs);
+    let fit_positions = names(fit.positions(), fit.frfs());
     let positions = document_rows::positions(loaded, &found, &fit_positions);
     let frfs = document_rows::all_frfs(&loaded.set, &found);
     let mut warnings = found.warnings.clone();
@@ -89,7 +89,7 @@ pub fn run(given: &IdentifyArguments, loaded: &Loaded) -> CommandResult {
             free.chain((found.certainty.sd.len() > found.free.len()).then(|| "gain".to_string())).collect()
         },
         correlation: found.certainty.correlation.clone(),
-        held_out_positions: names(&held_out.positions, &held_out.frfs),
+        held_out_positions: names(held_out.positions(), held_out.frfs()),
         fit_positions,
         positions,
         frfs,

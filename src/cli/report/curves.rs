@@ -57,7 +57,7 @@ impl Overlay<'_> {
 
     /// Returns all positions and FRFs of the set, fitted and held out.
     fn all_data(&self) -> HoldOutSet<'_> {
-        HoldOutSet { set: self.set, positions: (0..self.set.positions.len()).collect(), frfs: (0..self.set.frfs.len()).collect() }
+        self.set.everything_to_predict()
     }
 
     /// Returns the gain of a model: the factor from its prediction to the record (1).
@@ -115,7 +115,7 @@ impl Overlay<'_> {
         Ok(PageCurve {
             position,
             channel,
-            held_out: !self.fit.frfs.contains(&at),
+            held_out: !self.fit.frfs().contains(&at),
             unit,
             measured: frf.lines.iter().map(|l| (l.frequency_hz, l.value * factor)).collect(),
             predicted,
@@ -156,7 +156,7 @@ impl Overlay<'_> {
             curves.push(PageCurve {
                 position: position.name.clone(),
                 channel: format!("{response}/{excitation}"),
-                held_out: !self.fit.positions.contains(&at),
+                held_out: !self.fit.positions().contains(&at),
                 unit: unit.clone(),
                 measured: Vec::new(),
                 predicted,

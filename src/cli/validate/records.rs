@@ -32,21 +32,19 @@ pub fn run(
     let machine = &loaded.config.machine;
     let same_set = given.measurements.is_none();
     let all: Vec<usize> = (0..loaded.set.motions.len()).collect();
-    let (fitted, held_out) = if same_set {
-        loaded.set.split_motions(identified.settings.positions.as_deref(), &identified.settings.hold_out).map_err(to_message)?
-    } else {
-        (Vec::new(), all.clone())
-    };
+    let split = || loaded.set.split_motions(identified.settings.positions.as_deref(), &identified.settings.hold_out).map_err(to_message);
+    let split = same_set.then(split).transpose()?;
+    let (fitted, held_out) = split.as_ref().map_or((&[][..], &all[..]), |split| (split.fit(), split.held_out()));
     let chosen = match &given.positions {
-        Some(names) => loaded.set.split_motions(Some(names), &[]).map_err(to_message)?.0,
-        None if !held_out.is_empty() => held_out,
-        None => all,
+        Some(names) => loaded.set.split_motions(Some(names), &[]).map_err(to_message)?.fit().to_vec(),
+        None if !held_out.is_empty() => held_out.to_vec(),
+        None => all.clone(),
     };
     let (motions, rigid, column_warnings) = preprocess_all(loaded)?;
     let warnings: Vec<String> = warnings.into_iter().chain(column_warnings).collect();
     let folder = prepare(&given.output)?;
     let control = Control::new(stop_flag(), None);
-    let mut records = list_records(loaded, (&rigid, values), &motions, chosen.iter().copied(), &fitted);
+    let mut records = list_records(loaded, (&rigid, values), &motions, chosen.iter().copied(), fitted);
     let own: Vec<&MotionRecord> = chosen.iter().map(|i| &loaded.set.motions[*i]).collect();
     let complete = !simulated || add_simulated_gaps(&mut records, (machine, values), &own, &control)?;
     let positions = list_positions(&records, |r| if simulated { r.simulated_force_error } else { Some(r.force_error) });

@@ -10,7 +10,6 @@ use crate::sources::{Loaded, stamp};
 use dynamics::model::RodModel;
 use identification::channels_of;
 use identification::objective::{FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, PositionPrediction};
-use measurement::{FitSet, HoldOutSet};
 use report::document::{IdentificationDocument, Input, ValidationDocument};
 use report::{gaps_table, positions_table};
 
@@ -29,24 +28,15 @@ pub fn run(
     let whole_frfs = settings.objective == "frf";
     let same_set = given.measurements.is_none();
     // The split of the identification, where the set is the same.
-    let (fitted, left) =
-        loaded.set.split(if same_set { settings.positions.as_deref() } else { Some(&[]) }, &settings.hold_out).unwrap_or((
-            FitSet { set: &loaded.set, positions: Vec::new(), frfs: Vec::new() },
-            HoldOutSet { set: &loaded.set, positions: Vec::new(), frfs: Vec::new() },
-        ));
-    let held_out = match &given.positions {
-        Some(names) => {
-            let (chosen, _) = loaded.set.split(Some(names), &[]).map_err(to_message)?;
-            HoldOutSet { set: &loaded.set, positions: chosen.positions, frfs: chosen.frfs }
-        }
-        None if same_set && !(left.positions.is_empty() && left.frfs.is_empty()) => left,
-        None => HoldOutSet {
-            set: &loaded.set,
-            positions: (0..loaded.set.positions.len()).collect(),
-            frfs: (0..loaded.set.frfs.len()).collect(),
-        },
+    let split = if same_set { loaded.set.split(settings.positions.as_deref(), &settings.hold_out).ok() } else { None };
+    let (fitted, left) = split.unzip();
+    let (fitted_positions, fitted_frfs) = fitted.as_ref().map_or((&[][..], &[][..]), |fit| (fit.positions(), fit.frfs()));
+    let held_out = match (&given.positions, left) {
+        (Some(names), _) => loaded.set.to_predict(names).map_err(to_message)?,
+        (None, Some(left)) if !left.is_empty() => left,
+        (None, _) => loaded.set.everything_to_predict(),
     };
-    if whole_frfs && held_out.frfs.is_empty() {
+    if whole_frfs && held_out.frfs().is_empty() {
         return Err(format!("{}: holds no FRF to check at these positions; the identification is on whole FRFs", loaded.set.path));
     }
     let rods = settings.lumps.map_or(RodModel::Exact, RodModel::Lumped);
@@ -63,7 +53,7 @@ pub fn run(
         let gain = own_gain.unwrap_or_else(|| objective.best_gain(values));
         let mut frfs = Vec::new();
         for gap in objective.gaps(values, gain) {
-            frfs.extend(document_rows::frfs(&loaded.set, &[gap], if fitted.frfs.contains(&gap.frf) { "fit" } else { "held_out" }));
+            frfs.extend(document_rows::frfs(&loaded.set, &[gap], if fitted_frfs.contains(&gap.frf) { "fit" } else { "held_out" }));
         }
         document_rows::gathered(&frfs)
     } else {
@@ -73,7 +63,7 @@ pub fn run(
         let gain = own_gain.or_else(|| Some(objective.amplitude_fit(&predictions)).filter(|f| f.count > 0 && !same_set).map(|f| f.gain));
         let row = |p: &PositionPrediction| {
             let name = loaded.set.positions[p.position].name.clone();
-            let role = if fitted.positions.contains(&p.position) { "fit" } else { "held_out" };
+            let role = if fitted_positions.contains(&p.position) { "fit" } else { "held_out" };
             let row = document_rows::position(&loaded.set, p, role, gain, &identified.fit_positions);
             (name, row)
         };

@@ -71,19 +71,35 @@ impl<'m> FrfObjective<'m> {
     ///
     /// # Errors  there is no FRF to fit; one names points that the machine lacks, or lies outside the screw; two do not overlap in frequency.
     pub fn new(machine: &'m Machine, fit: &FitSet<'_>, settings: FrfSettings, frozen: &[String]) -> Result<Self, ObjectiveError> {
-        if fit.frfs.is_empty() {
-            let path = &fit.set.path;
+        if fit.frfs().is_empty() {
+            let path = &fit.set().path;
             return Err(ObjectiveError::Data(format!("{path}: the selection to fit contains no FRF; name other positions or records")));
         }
         let free = free_parameters(machine, frozen, |rule| rule != FitRule::Never)?;
-        Self::for_frfs(machine, fit.set, &fit.frfs, settings, free)
+        Self::for_frfs(machine, fit.set(), fit.frfs(), settings, free)
+    }
+
+    /// As [`FrfObjective::new`] for held-out FRFs whose records are to be simulated: [`FrfObjective::shifted`] replaces their measured values.
+    ///
+    /// # Errors  as [`FrfObjective::new`].
+    pub fn to_simulate(
+        machine: &'m Machine,
+        held_out: &HoldOutSet<'_>,
+        settings: FrfSettings,
+        frozen: &[String],
+    ) -> Result<Self, ObjectiveError> {
+        if held_out.frfs().is_empty() {
+            return Err(ObjectiveError::Data(format!("{}: no FRF is held out", held_out.set().path)));
+        }
+        let free = free_parameters(machine, frozen, |rule| rule != FitRule::Never)?;
+        Self::for_frfs(machine, held_out.set(), held_out.frfs(), settings, free)
     }
 
     /// Builds the objective of the held-out FRFs, to predict them.
     ///
     /// # Errors  as [`FrfObjective::new`], except that no FRF is needed.
     pub fn held_out(machine: &'m Machine, held_out: &HoldOutSet<'_>, settings: FrfSettings) -> Result<Self, ObjectiveError> {
-        Self::for_frfs(machine, held_out.set, &held_out.frfs, settings, Vec::new())
+        Self::for_frfs(machine, held_out.set(), held_out.frfs(), settings, Vec::new())
     }
 
     fn for_frfs(

@@ -121,13 +121,13 @@ impl<'m> ModeObjective<'m> {
     ///
     /// # Errors  the set has no modes there, names points that the machine lacks, or lies outside the screw.
     pub fn new(machine: &'m Machine, fit: &FitSet<'_>, settings: ModeSettings, frozen: &[String]) -> Result<Self, ObjectiveError> {
-        if fit.positions.is_empty() {
+        if fit.positions().is_empty() {
             return Err(ObjectiveError::Data(format!(
                 "{}: no position to fit is given; name some in split.fit or with --positions",
-                fit.set.path
+                fit.set().path
             )));
         }
-        let objective = Self::for_positions(machine, fit.set, &fit.positions, settings, frozen, None)?;
+        let objective = Self::for_positions(machine, fit.set(), fit.positions(), settings, frozen, None)?;
         if objective.positions.iter().all(|p| p.measured_hz.is_empty()) {
             return Err(ObjectiveError::Data("no mode was observed at the positions to fit; name others with --positions".into()));
         }
@@ -170,11 +170,11 @@ impl<'m> ModeObjective<'m> {
         settings: ModeSettings,
         fit_band_hz: Option<(f64, f64)>,
     ) -> Result<Self, ObjectiveError> {
-        let objective = Self::for_positions(machine, held_out.set, &held_out.positions, settings, &[], fit_band_hz)?;
+        let objective = Self::for_positions(machine, held_out.set(), held_out.positions(), settings, &[], fit_band_hz)?;
         if !objective.band_hz.0.is_finite() {
             return Err(ObjectiveError::Data(format!(
                 "{}: no mode was observed at the held-out positions; there is nothing to compare",
-                held_out.set.path
+                held_out.set().path
             )));
         }
         Ok(objective)
