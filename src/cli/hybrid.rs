@@ -13,7 +13,7 @@ use crate::progress::WorkProgress;
 use crate::sources::{Loaded, inputs, load, load_again, stamp};
 use dynamics::motion::{SimulationSettings, contour_error, simulate_record};
 use identification::neural_residual::{Example, NeuralResidual, Trained};
-use machine::Machine;
+use machine::{Machine, ParameterValues};
 use measurement::MotionRecord;
 use numeric::parallel::OrFirstError;
 use numeric::statistics::quantile;
@@ -138,7 +138,7 @@ pub fn run(given: &HybridArguments) -> CommandResult {
 /// The machine as identified with the diagnosed effects.
 struct Physics {
     machine: Machine,
-    values: Vec<f64>,
+    values: ParameterValues,
     input: report::document::Input,
 }
 

@@ -8,7 +8,7 @@ use crate::outcome::to_message;
 use crate::sources::Loaded;
 use config::MachineConfig;
 use identification::held_at;
-use machine::Machine;
+use machine::{Machine, ParameterValues};
 use report::digest;
 use report::document::{IdentificationDocument, Input};
 
@@ -72,10 +72,10 @@ pub fn identified_machine(
     identified: &IdentificationDocument,
     loaded: &Loaded,
     configured_values: &[f64],
-) -> Result<(Machine, Vec<f64>), String> {
+) -> Result<(Machine, ParameterValues), String> {
     let machine = held_at(&loaded.config.machine, &loaded.set.nuts_m(), &tolerances(identified)).map_err(to_message)?;
     let added = machine.parameters.iter().skip(configured_values.len()).map(|p| p.start);
-    let values = configured_values.iter().copied().chain(added).collect();
+    let values = ParameterValues(configured_values.iter().copied().chain(added).collect());
     Ok((machine, values))
 }
 
@@ -85,11 +85,11 @@ pub fn tolerances(identified: &IdentificationDocument) -> BTreeMap<String, f64> 
 }
 
 /// Returns the identified values of all parameters of a configured machine, in its order.
-pub fn identified_values(path: &Path, identified: &IdentificationDocument, config: &MachineConfig) -> Result<Vec<f64>, String> {
+pub fn identified_values(path: &Path, identified: &IdentificationDocument, config: &MachineConfig) -> Result<ParameterValues, String> {
     let value = |id: &String| {
         let row = identified.parameters.get(id);
         row.map(|row| row.value)
             .ok_or_else(|| format!("{}: has no parameter «{id}», which {} has; identify again", path.display(), config.path))
     };
-    config.machine.parameters.iter().map(|p| value(&p.id)).collect()
+    config.machine.parameters.iter().map(|p| value(&p.id)).collect::<Result<_, _>>().map(ParameterValues)
 }

@@ -8,6 +8,7 @@ use crate::outcome::{CommandResult, deliver, prepare, to_message};
 use crate::sources::{Loaded, load, load_with_result, stamp};
 use identification::objective::{FrfSettings, ModeSettings};
 use identification::{Choice, FrfPlan, PlanDesign};
+use machine::ParameterValues;
 use report::document::{ChoiceRow, PlanDocument, PlanRanking};
 use report::plan_table;
 
@@ -176,7 +177,7 @@ fn channels(given: &PlanArguments, loaded: &Loaded) -> Result<Vec<(String, Strin
     given.channels.iter().map(pair).collect()
 }
 
-fn of_frfs(given: &PlanArguments, loaded: &Loaded, values: &[f64], channels: &[(String, String)]) -> Result<PlanDesign, String> {
+fn of_frfs(given: &PlanArguments, loaded: &Loaded, values: &ParameterValues, channels: &[(String, String)]) -> Result<PlanDesign, String> {
     let (from, to) = band(given, (5.0, 1000.0))?;
     if !(given.noise > 0.0 && given.noise < 1.0) {
         return Err(format!("--noise {}: write a share above 0 and below 1, such as 0.02", given.noise));
@@ -186,7 +187,7 @@ fn of_frfs(given: &PlanArguments, loaded: &Loaded, values: &[f64], channels: &[(
     PlanDesign::of_frfs(&loaded.config.machine, values, &loaded.set, channels, plan, settings, &given.freeze).map_err(to_message)
 }
 
-fn of_modes(given: &PlanArguments, loaded: &Loaded, values: &[f64], channels: &[(String, String)]) -> Result<PlanDesign, String> {
+fn of_modes(given: &PlanArguments, loaded: &Loaded, values: &ParameterValues, channels: &[(String, String)]) -> Result<PlanDesign, String> {
     if loaded.set.positions.is_empty() {
         return Err(format!("{}: has no positions to take modes at; plan FRFs with --data frf", loaded.set.path));
     }

@@ -9,6 +9,7 @@ use super::evidence::{Domain, DomainObjective, PartialGap};
 use super::fit::{Fitted, Fitter, coordinates_of, values_of};
 use super::hypothesis::Hypothesis;
 use super::null_distribution::redraw_machine;
+use identification::Place;
 use identification::objective::{FrfGap, FrfObjective, FrfSettings, ModeObjective, ModeSettings};
 use measurement::{HoldOutSet, MeasurementSet, ModeTable};
 use numeric::random::normal;
@@ -86,10 +87,10 @@ fn closed_of_drawn_frfs(
     let gap = |(hypothesis, fitted): Model<'_>| -> Option<Vec<PartialGap>> {
         let own = coarse(described.objective(hypothesis).ok()?)?.shifted(&fit_change);
         let start = coordinates_of(&described.objective(hypothesis).ok()?, fitted);
-        let polished = least_squares_within(&own, &start, &[], (STEPS, 1e-3), control.stop());
+        let place = Place(least_squares_within(&own, &start, &[], (STEPS, 1e-3), control.stop()).place);
         let there = coarse(described.objective_to_simulate(hypothesis, held_out).ok()?)?.shifted(&held_out_change);
         let part = |g: FrfGap| PartialGap { position: None, frf: Some(g.frf), gap: g.gap, floor: g.noise_floor, count: g.lines };
-        Some(there.gaps(&own.parameters(&polished.place), own.gain(&polished.place)).into_iter().map(part).collect())
+        Some(there.gaps(&own.parameters(&place), own.gain(&place)).into_iter().map(part).collect())
     };
     closed(&gap(before)?, &gap(after)?)
 }

@@ -3,9 +3,11 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::hypothesis::Hypothesis;
+use identification::Place;
 use identification::objective::{
     FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, ModeSquares, ObjectiveError, PositionPrediction,
 };
+use machine::ParameterValues;
 use measurement::{FitSet, HoldOutSet};
 use numeric::statistics::{root_mean_square, root_mean_square_of_parts};
 use optimizer::LeastSquares;
@@ -137,7 +139,7 @@ impl<'h> DomainObjective<'h> {
     }
 
     /// Extends coordinates of the free parameters by the others.
-    pub fn extended(&self, place: &[f64]) -> Vec<f64> {
+    pub fn extended(&self, place: &[f64]) -> Place {
         match self {
             DomainObjective::Frf(o) => o.extended(place),
             DomainObjective::Modes(o) => o.extended(place),
@@ -169,7 +171,7 @@ impl<'h> DomainObjective<'h> {
     }
 
     /// Returns the gain at given coordinates.
-    pub fn gain(&self, place: &[f64]) -> f64 {
+    pub fn gain(&self, place: &Place) -> f64 {
         match self {
             DomainObjective::Frf(o) => o.gain(place),
             DomainObjective::Modes(o) => o.gain(place),
@@ -177,7 +179,7 @@ impl<'h> DomainObjective<'h> {
     }
 
     /// Returns the machine's parameters at given coordinates.
-    pub fn parameters(&self, place: &[f64]) -> Vec<f64> {
+    pub fn parameters(&self, place: &Place) -> ParameterValues {
         match self {
             DomainObjective::Frf(o) => o.parameters(place),
             DomainObjective::Modes(o) => o.parameters(place),
@@ -185,7 +187,7 @@ impl<'h> DomainObjective<'h> {
     }
 
     /// Returns the weighted residuals of the data, without priors.
-    pub fn residuals(&self, place: &[f64]) -> DVector<f64> {
+    pub fn residuals(&self, place: &Place) -> DVector<f64> {
         match self {
             DomainObjective::Frf(o) => o.weighted_residuals(place),
             DomainObjective::Modes(o) => {
@@ -196,7 +198,7 @@ impl<'h> DomainObjective<'h> {
     }
 
     /// Returns all terms whose squares sum to χ²: weighted residuals, then priors.
-    pub fn rows(&self, place: &[f64]) -> DVector<f64> {
+    pub fn rows(&self, place: &Place) -> DVector<f64> {
         match self {
             DomainObjective::Frf(o) => o.rows(place),
             DomainObjective::Modes(o) => DVector::from_vec(o.residuals_at(place)),
@@ -204,14 +206,14 @@ impl<'h> DomainObjective<'h> {
     }
 
     /// Returns the derivatives of [`DomainObjective::rows`] with respect to the coordinates.
-    pub fn slopes(&self, place: &[f64]) -> DMatrix<f64> {
+    pub fn slopes(&self, place: &Place) -> DMatrix<f64> {
         match self {
             DomainObjective::Frf(o) => o.slopes(place),
             DomainObjective::Modes(_) => {
                 let columns: Vec<DVector<f64>> = (0..place.len())
                     .map(|column| {
                         let shifted = |by: f64| {
-                            let mut other = place.to_vec();
+                            let mut other = place.clone();
                             other[column] = (other[column] + by).clamp(0.0, 1.0);
                             other
                         };
@@ -230,7 +232,7 @@ impl<'h> DomainObjective<'h> {
 /// # Errors  as [`FrfObjective::held_out`] and [`ModeObjective::held_out`].
 pub fn gaps(
     hypothesis: &Hypothesis,
-    parameters: &[f64],
+    parameters: &ParameterValues,
     gain: f64,
     data: &HoldOutSet<'_>,
     domain: Domain,
@@ -270,7 +272,7 @@ const LAST_ORDER: u32 = 1000;
 /// # Errors  as [`ModeObjective::held_out`].
 pub fn gaps_by_mode(
     hypothesis: &Hypothesis,
-    parameters: &[f64],
+    parameters: &ParameterValues,
     data: &HoldOutSet<'_>,
     settings: ModeSettings,
 ) -> Result<Vec<Option<f64>>, ObjectiveError> {

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use super::evidence::{Domain, DomainObjective, PartialGap, gaps};
 use super::hypothesis::Hypothesis;
 use identification::objective::{ObjectiveError, operating};
-use identification::{ToleranceEstimate, tolerances_at};
-use machine::{OperatingVariable, Parameter};
+use identification::{Place, Tail, ToleranceEstimate, tolerances_at};
+use machine::{OperatingVariable, Parameter, ParameterValues, UnitValues};
 use measurement::{FitSet, HoldOutSet};
 use numeric::halton::halton_point;
 use optimizer::{Control, least_squares_within};
@@ -16,9 +16,9 @@ use optimizer::{Control, least_squares_within};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Fitted {
     /// Coordinate of each parameter of the hypothesis' machine in its unit interval.
-    pub units: Vec<f64>,
+    pub units: UnitValues,
     /// Coordinates of an unknown gain, of nut positions, and of the gains and delays of channels.
-    pub tail: Vec<f64>,
+    pub tail: Tail,
     /// Least χ².
     pub chi_square: f64,
     /// Whether the best starts end at the same χ²; false where the search ends in several minima.
@@ -149,7 +149,7 @@ impl<'s> Fitter<'s> {
     pub(super) fn descend_until(&self, objective: &DomainObjective<'_>, from: &Fitted, end: (u64, f64), control: &Control) -> Fitted {
         let place = coordinates_of(objective, from);
         let polished = objective.squares(|squares| least_squares_within(squares, &place, &[], end, control.stop()));
-        read_back(objective, from, &polished.place, polished.normal.chi_square)
+        read_back(objective, from, &Place(polished.place), polished.normal.chi_square)
     }
 
     /// Fits a hypothesis from fits of the nominal machine. Amplitudes over their whole ranges are evaluated, the best followed on coarse lines, and
@@ -320,20 +320,20 @@ impl<'s> Fitter<'s> {
 }
 
 /// Returns the parameter values of a fit.
-pub fn values_of(hypothesis: &Hypothesis, fitted: &Fitted) -> Vec<f64> {
-    hypothesis.machine.parameters.iter().zip(&fitted.units).map(|(p, u)| p.from_unit(*u)).collect()
+pub fn values_of(hypothesis: &Hypothesis, fitted: &Fitted) -> ParameterValues {
+    hypothesis.machine.from_units(&fitted.units)
 }
 
 /// Returns the start values of a machine as a fit.
 pub fn at_start(hypothesis: &Hypothesis) -> Fitted {
-    let units = hypothesis.machine.parameters.iter().map(|p| p.to_unit(p.start)).collect();
-    Fitted { units, tail: Vec::new(), chi_square: f64::INFINITY, agrees: true }
+    let units = hypothesis.machine.to_units(&hypothesis.machine.start());
+    Fitted { units, tail: Tail::default(), chi_square: f64::INFINITY, agrees: true }
 }
 
 /// Returns the coordinates of a fit in the unit cube of an objective. For other data than those of the fit, gain and channels are kept and nut
 /// positions start as stated. An unknown gain starts at its best value.
-pub fn coordinates_of(objective: &DomainObjective<'_>, fitted: &Fitted) -> Vec<f64> {
-    let place: Vec<f64> = objective.free().iter().map(|i| fitted.units[*i]).collect();
+pub fn coordinates_of(objective: &DomainObjective<'_>, fitted: &Fitted) -> Place {
+    let mut place: Vec<f64> = objective.free().iter().map(|i| fitted.units[*i]).collect();
     if fitted.tail.is_empty() {
         return objective.extended(&place);
     }
@@ -341,7 +341,6 @@ pub fn coordinates_of(objective: &DomainObjective<'_>, fitted: &Fitted) -> Vec<f
     let rest = objective.dimension() - nuts.end;
     let gain = nuts.start - place.len();
     let same_data = fitted.tail.len() == gain + nuts.len() + rest;
-    let mut place = place;
     place.extend(fitted.tail.iter().take(gain));
     if same_data {
         place.extend(fitted.tail.iter().skip(gain));
@@ -349,15 +348,15 @@ pub fn coordinates_of(objective: &DomainObjective<'_>, fitted: &Fitted) -> Vec<f
         place.extend(std::iter::repeat_n(0.5, nuts.len()));
         place.extend(fitted.tail.iter().skip(fitted.tail.len().saturating_sub(rest)));
     }
-    place
+    Place(place)
 }
 
-fn read_back(objective: &DomainObjective<'_>, from: &Fitted, place: &[f64], chi_square: f64) -> Fitted {
+fn read_back(objective: &DomainObjective<'_>, from: &Fitted, place: &Place, chi_square: f64) -> Fitted {
     let mut units = from.units.clone();
     for (&index, &u) in objective.free().iter().zip(place) {
         units[index] = u;
     }
-    Fitted { units, tail: place[objective.free().len()..].to_vec(), chi_square, agrees: from.agrees }
+    Fitted { units, tail: Tail(place[objective.free().len()..].to_vec()), chi_square, agrees: from.agrees }
 }
 
 /// Lowest and highest frequency (Hz) of trial resonances, and their number.
@@ -432,8 +431,8 @@ fn resonances(described: &[&Parameter]) -> Option<Vec<Vec<f64>>> {
 /// Returns a nominal fit extended by added parameters at given coordinates.
 pub fn start_of(hypothesis: &Hypothesis, base: &Fitted, added: &[f64]) -> Fitted {
     let described = &hypothesis.machine.parameters;
-    let mut units: Vec<f64> = base.units.clone();
-    units.extend(described.iter().skip(base.units.len()).map(|p| p.to_unit(p.start)));
+    let mut units = base.units.clone();
+    units.0.extend(described.iter().skip(base.units.len()).map(|p| p.to_unit(p.start)));
     for (&index, &u) in hypothesis.added.iter().zip(added) {
         units[index] = u;
     }

@@ -15,6 +15,7 @@ use super::evidence::{Domain, DomainObjective};
 use super::fit::{Fitted, Fitter, amplitudes, coordinates_of, start_of};
 use super::hypothesis::Hypothesis;
 use super::model_discrepancy::{sample_discrepancy, sample_prior};
+use identification::Place;
 use identification::objective::{FrfSettings, ObjectiveError};
 use numeric::distribution::normal_upper_tail;
 use numeric::parallel::OrFirstError;
@@ -176,7 +177,7 @@ struct Projection {
 }
 
 impl Projection {
-    fn at(objective: &DomainObjective<'_>, place: &[f64]) -> Projection {
+    fn at(objective: &DomainObjective<'_>, place: &Place) -> Projection {
         Projection::of(objective.slopes(place))
     }
 
@@ -246,7 +247,7 @@ pub fn simulate(
                 }
                 let fitted = least_squares_within(&data, &best.place, &[], (STEPS, 1e-3), control.stop());
                 let misfit = fitted.normal.chi_square / data.observations() as f64;
-                Some((gains(&data.rows(&fitted.place)), misfit))
+                Some((gains(&data.rows(&Place(fitted.place))), misfit))
             }
             DomainObjective::Modes(_) => {
                 let mut random = random;
@@ -294,7 +295,7 @@ pub(super) fn redraw_machine(
     settings: FrfSettings,
     lines: usize,
     mut random: Xoshiro256PlusPlus,
-) -> Option<(Vec<Vec<Complex64>>, Vec<f64>)> {
+) -> Option<(Vec<Vec<Complex64>>, Place)> {
     let random = &mut random;
     let parameters = &hypothesis.machine.parameters;
     let mut units = base.units.clone();

@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 use super::uncertainty::{NARROWING, RANGE_SD, certainty};
 use crate::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings, ModeSquares, ObjectiveError, VISIBLE};
 use dynamics::model::{PeakSearch, Structure, peaks};
-use machine::{Chain, Machine, Operating};
+use machine::{Chain, Machine, Operating, ParameterValues};
 use measurement::{Condition, Frf, FrfLine, FrfNoise, MeasurementSet, ModeObservation, ModeTable, Quantity};
 use numeric::unit::omega_rad_s;
 use optimizer::LeastSquares;
@@ -69,7 +69,7 @@ impl PlanDesign {
     /// # Errors  as [`FrfObjective::new`].
     pub fn of_frfs(
         machine: &Machine,
-        values: &[f64],
+        values: &ParameterValues,
         set: &MeasurementSet,
         channels: &[(String, String)],
         plan: FrfPlan,
@@ -112,7 +112,7 @@ impl PlanDesign {
     /// # Errors  as [`ModeObjective::new`].
     pub fn of_modes(
         machine: &Machine,
-        values: &[f64],
+        values: &ParameterValues,
         set: &MeasurementSet,
         channel: &(String, String),
         band_hz: (f64, f64),
@@ -146,8 +146,7 @@ impl PlanDesign {
         for position in 0..set.positions.len() {
             let fit = all.with_positions(|at| at == position);
             let objective = ModeObjective::new(machine, &fit, settings, frozen)?;
-            let mut place = coordinates_of(machine, &objective.free, values, false);
-            place = objective.extended(&place);
+            let place = objective.extended(&coordinates_of(machine, &objective.free, values, false));
             design.free.clone_from(&objective.free);
             design.prior_information = prior_information(machine, &objective.free, values);
             let information = without_prior(ModeSquares::new(&objective, None).normal(&place).information, &design.prior_information);
@@ -189,7 +188,7 @@ impl PlanDesign {
 }
 
 /// Returns the prior information on each free parameter, in its unit interval.
-fn prior_information(machine: &Machine, free: &[usize], values: &[f64]) -> Vec<f64> {
+fn prior_information(machine: &Machine, free: &[usize], values: &ParameterValues) -> Vec<f64> {
     let of = |i: &usize| {
         let parameter = &machine.parameters[*i];
         parameter.prior.map_or(0.0, |prior| (parameter.unit_slope(values[*i]) * prior.slope(values[*i])).powi(2))
@@ -215,7 +214,7 @@ fn structure(machine: &Machine, channel: &(String, String), rods: dynamics::mode
 
 fn predicted_frf(
     machine: &Machine,
-    values: &[f64],
+    values: &ParameterValues,
     (position, nut_m): (Option<usize>, Option<f64>),
     (response, excitation): (&String, &String),
     plan: FrfPlan,
@@ -250,7 +249,7 @@ fn predicted_frf(
 }
 
 /// Returns the unit-cube coordinates of parameter values, with an unknown gain in the middle of its range.
-fn coordinates_of(machine: &Machine, free: &[usize], values: &[f64], gain: bool) -> Vec<f64> {
+fn coordinates_of(machine: &Machine, free: &[usize], values: &ParameterValues, gain: bool) -> Vec<f64> {
     let mut place: Vec<f64> = free.iter().map(|i| machine.parameters[*i].to_unit(values[*i])).collect();
     place.extend(gain.then_some(0.5));
     place

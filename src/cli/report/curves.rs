@@ -7,7 +7,7 @@ use num_complex::Complex64;
 use crate::outcome::to_message;
 use dynamics::model::{RodModel, Structure};
 use identification::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings, operating};
-use machine::{Chain, Machine, Operating, PointMotion};
+use machine::{Chain, Machine, Operating, ParameterValues, PointMotion};
 use measurement::{FitSet, Frf, Gain, HoldOutSet, MeasurementSet, Quantity};
 use numeric::unit::omega_rad_s;
 use report::page::{PageCurve, PeakMark};
@@ -29,7 +29,7 @@ type FrfSample = (f64, Complex64);
 pub(super) struct CurveModel {
     pub(super) machine: Machine,
     /// Values of the parameters, in the order of the machine.
-    pub(super) values: Vec<f64>,
+    pub(super) values: ParameterValues,
     /// Model of the rods.
     pub(super) rods: RodModel,
     /// Gain: factor from prediction to record (1). Where it is absent, it is fitted to the measurements.

@@ -23,7 +23,7 @@ pub fn run(
 ) -> CommandResult {
     let settings = &identified.settings;
     let (machine, values) = identified_machine(identified, loaded, values)?;
-    let (machine, values) = (&machine, values.as_slice());
+    let (machine, values) = (&machine, &values);
     let folder = prepare(&given.output)?;
     let whole_frfs = settings.objective == "frf";
     let same_set = given.measurements.is_none();
