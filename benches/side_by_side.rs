@@ -13,7 +13,7 @@ use std::time::Instant;
 
 use clap::{Parser, Subcommand};
 use config::{read_machine, read_machine_text};
-use identification::{IdentificationSettings, identify};
+use identification::{IdentificationSettings, Place, identify};
 use machine::{Machine, Operating};
 use measurement::universal::{
     Abscissa, ByteOrder, Encoding, NodeLocation, Ordinate, RecordAxis, UniversalRecord, UniversalWriter, read_path,
@@ -262,7 +262,7 @@ fn modes(places: &[Vec<f64>], with_peaks: bool, repeats: usize) -> Value {
         costs.iter_mut().zip(places).for_each(|(cost, place)| *cost = objective.at(black_box(place)));
     });
     let peaks = |place: &Vec<f64>| -> Vec<Vec<[f64; 3]>> {
-        let predictions = objective.predict(&objective.parameters(place));
+        let predictions = objective.predict(&objective.parameters(&Place(place.clone())));
         predictions.iter().map(|p| p.peaks.iter().map(|p| [p.frequency_hz, p.amplitude, p.prominence]).collect()).collect()
     };
     let peaks: Vec<_> = places.iter().filter(|_| with_peaks).map(peaks).collect();

@@ -1,7 +1,7 @@
 //! Identification from whole FRFs: exact derivatives, recovery from another model, statistics.
 
-use identification::{Identification, IdentificationSettings, identify};
-use machine::{Machine, Operating};
+use identification::{Identification, IdentificationSettings, Place, identify};
+use machine::{Machine, Operating, ParameterValues};
 use measurement::{Condition, Frf, FrfLine, FrfNoise, Gain, MeasurementSet, Position, Quantity};
 use dynamics::model::{RodModel, Structure};
 use identification::objective::{FrfObjective, FrfSettings};
@@ -124,7 +124,7 @@ fn recover_from_finite_elements_with_noise() {
 }
 
 /// Returns the true joint values and rotor hold as parameters of the machine.
-fn true_values(machine: &Machine) -> Vec<f64> {
+fn true_values(machine: &Machine) -> ParameterValues {
     let mut values = machine.start();
     for (id, value) in [
         ("k_al", TRUTH.k_al),
@@ -143,8 +143,8 @@ fn true_values(machine: &Machine) -> Vec<f64> {
     values
 }
 
-fn unit_coordinates(machine: &Machine, objective: &FrfObjective<'_>, values: &[f64]) -> Vec<f64> {
-    objective.free.iter().map(|i| machine.parameters[*i].to_unit(values[*i])).collect()
+fn unit_coordinates(machine: &Machine, objective: &FrfObjective<'_>, values: &ParameterValues) -> Place {
+    Place(objective.free.iter().map(|i| machine.parameters[*i].to_unit(values[*i])).collect())
 }
 
 /// Jᵀr by exact derivatives equals central differences of χ², for exact rods and for lumped ones, with rotor and cross channels.

@@ -9,8 +9,9 @@ use super::evidence::{Domain, DomainObjective, PartialGap};
 use super::fit::{Fitted, Fitter, coordinates_of, values_of};
 use super::hypothesis::Hypothesis;
 use super::null_distribution::redraw_machine;
+use identification::Place;
 use identification::objective::{FrfGap, FrfObjective, FrfSettings, ModeObjective, ModeSettings};
-use measurement::{FitSet, HoldOutSet, MeasurementSet, ModeTable};
+use measurement::{HoldOutSet, MeasurementSet, ModeTable};
 use numeric::random::normal;
 use numeric::statistics::root_mean_square;
 use optimizer::{Control, least_squares_within};
@@ -78,18 +79,18 @@ fn closed_of_drawn_frfs(
     random: Xoshiro256PlusPlus,
     control: &Control,
 ) -> Option<f64> {
-    let held_out_fitter = fitter.on(FitSet { set: held_out.set, positions: held_out.positions.clone(), frfs: held_out.frfs.clone() });
     // The same seed draws the same machine for both.
-    let (fit_change, _) = redraw_machine(fitter, chosen.0, chosen.1, settings, LINES, random.clone())?;
-    let (held_out_change, _) = redraw_machine(&held_out_fitter, chosen.0, chosen.1, settings, LINES, random)?;
-    let (described, held_out_fitter) = (fitter.without_nuisances(), held_out_fitter.without_nuisances());
+    let (fit_change, _) = redraw_machine(|h| fitter.objective(h).ok(), chosen.0, chosen.1, settings, LINES, random.clone())?;
+    let held_out_change =
+        redraw_machine(|h| fitter.objective_to_simulate(h, held_out).ok(), chosen.0, chosen.1, settings, LINES, random)?.0;
+    let described = fitter.without_nuisances();
     let gap = |(hypothesis, fitted): Model<'_>| -> Option<Vec<PartialGap>> {
-        let own = coarse(&described, hypothesis)?.shifted(&fit_change);
+        let own = coarse(described.objective(hypothesis).ok()?)?.shifted(&fit_change);
         let start = coordinates_of(&described.objective(hypothesis).ok()?, fitted);
-        let polished = least_squares_within(&own, &start, &[], (STEPS, 1e-3), control.stop());
-        let there = coarse(&held_out_fitter, hypothesis)?.shifted(&held_out_change);
+        let place = Place(least_squares_within(&own, &start, &[], (STEPS, 1e-3), control.stop()).place);
+        let there = coarse(described.objective_to_simulate(hypothesis, held_out).ok()?)?.shifted(&held_out_change);
         let part = |g: FrfGap| PartialGap { position: None, frf: Some(g.frf), gap: g.gap, floor: g.noise_floor, count: g.lines };
-        Some(there.gaps(&own.parameters(&polished.place), own.gain(&polished.place)).into_iter().map(part).collect())
+        Some(there.gaps(&own.parameters(&place), own.gain(&place)).into_iter().map(part).collect())
     };
     closed(&gap(before)?, &gap(after)?)
 }
@@ -104,8 +105,8 @@ fn closed_of_drawn_modes(
     control: &Control,
 ) -> Option<f64> {
     let set = draw_modes(fitter, held_out, after, settings, &mut random)?;
-    let there = HoldOutSet { set: &set, ..held_out.clone() };
-    let again = fitter.on(FitSet { set: &set, ..fitter.fit.clone() });
+    let there = held_out.in_version(&set);
+    let again = fitter.on(fitter.fit.in_version(&set));
     let gap = |(hypothesis, fitted): Model<'_>| -> Option<Vec<PartialGap>> {
         let found = again.descend(&again.objective(hypothesis).ok()?, fitted, STEPS, control);
         again.gaps(hypothesis, &found, &there).ok()
@@ -121,14 +122,13 @@ fn draw_modes(
     settings: ModeSettings,
     random: &mut Xoshiro256PlusPlus,
 ) -> Option<MeasurementSet> {
-    let mut set = fitter.fit.set.clone();
+    let mut set = fitter.fit.set().clone();
     let own = fitter.objective(hypothesis).ok()?;
     let (gain, values) = (own.gain(&coordinates_of(&own, fitted)), values_of(hypothesis, fitted));
-    let all = [fitter.fit.positions.clone(), held_out.positions.clone()].concat();
-    let all = HoldOutSet { set: fitter.fit.set, positions: all, frfs: Vec::new() };
+    let all = fitter.fit.both(held_out);
     let predictions = ModeObjective::held_out(&hypothesis.machine, &all, settings, None).ok()?.predict(&values);
     // Root mean square of the fitted residuals, of frequencies and of amplitudes.
-    let fitted_here = || predictions.iter().filter(|p| fitter.fit.positions.contains(&p.position)).flat_map(|p| &p.deviations);
+    let fitted_here = || predictions.iter().filter(|p| fitter.fit.positions().contains(&p.position)).flat_map(|p| &p.deviations);
     let pairs = || fitted_here().filter_map(|d| Some((d.observed?, d.predicted?)));
     let frequency_sd = root_mean_square(pairs().filter_map(|(o, p)| Some(p.frequency_hz / o.frequency_hz? - 1.0)))?;
     let amplitude_sd = root_mean_square(pairs().filter_map(|(o, p)| Some((gain * p.amplitude / o.amplitude?).ln()))).unwrap_or(0.0);
@@ -146,8 +146,8 @@ fn draw_modes(
     Some(set)
 }
 
-fn coarse<'h>(fitter: &Fitter<'_>, hypothesis: &'h Hypothesis) -> Option<FrfObjective<'h>> {
-    match fitter.objective(hypothesis).ok()? {
+fn coarse(objective: DomainObjective<'_>) -> Option<FrfObjective<'_>> {
+    match objective {
         DomainObjective::Frf(objective) => Some(objective.thinned(LINES)),
         DomainObjective::Modes(_) => None,
     }

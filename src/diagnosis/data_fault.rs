@@ -7,7 +7,7 @@ use super::fit::{Fitted, Fitter, MULTISTART};
 use super::hypothesis::Hypothesis;
 use super::null_distribution::NullDistribution;
 use identification::objective::ObjectiveError;
-use measurement::{FitSet, HoldOutSet, MeasurementSet};
+use measurement::{HoldOutSet, MeasurementSet};
 use numeric::parallel::OrFirstError;
 use numeric::statistics::quantile;
 use optimizer::Control;
@@ -81,17 +81,17 @@ fn faulty(
     null: &NullDistribution,
     control: &Control,
 ) -> Result<Option<usize>, ObjectiveError> {
-    let frfs = &fitter.fit.frfs;
+    let frfs = fitter.fit.frfs();
     if frfs.len() < 3 {
         return Ok(None);
     }
     let without: Result<Vec<(usize, f64, f64)>, ObjectiveError> = frfs
         .par_iter()
         .map(|left| {
-            let kept = fitter.on(FitSet { frfs: frfs.iter().copied().filter(|f| f != left).collect(), ..fitter.fit.clone() });
+            let kept = fitter.on(fitter.fit.with_frfs(|frf| frf != *left));
             let objective = kept.objective(nominal)?;
             let part = kept.descend(&objective, base, STEPS, control);
-            let own = fitter.on(FitSet { frfs: vec![*left], ..fitter.fit.clone() });
+            let own = fitter.on(fitter.fit.with_frfs(|frf| frf == *left));
             let count = own.objective(nominal)?.observations() as f64;
             Ok((*left, part.chi_square / objective.observations() as f64, own.loss(nominal, &part)? / count))
         })
@@ -131,14 +131,14 @@ fn exchanged(
     null: &NullDistribution,
     control: &Control,
 ) -> Result<Option<(usize, usize)>, ObjectiveError> {
-    let set = fitter.fit.set;
-    let all: Vec<usize> = fitter.fit.frfs.iter().chain(&held_out.frfs).copied().collect();
-    let candidates: Vec<(usize, usize)> = pairs(set, &fitter.fit.frfs, &all).collect();
+    let set = fitter.fit.set();
+    let all: Vec<usize> = fitter.fit.frfs().iter().chain(held_out.frfs()).copied().collect();
+    let candidates: Vec<(usize, usize)> = pairs(set, fitter.fit.frfs(), &all).collect();
     let fits: Result<Vec<_>, ObjectiveError> = candidates
         .into_par_iter()
         .map(|pair| {
             let other = with_exchanged(set, pair);
-            let right = fitter.on(FitSet { set: &other, ..fitter.fit.clone() });
+            let right = fitter.on(fitter.fit.in_version(&other));
             let fitted = right.descend(&right.objective(nominal)?, base, STEPS, control);
             Ok((pair, fitted.chi_square))
         })
@@ -150,7 +150,7 @@ fn exchanged(
     // Records at wrong positions lead the joint parameters far astray: fit the most likely pairs from many starts.
     for (pair, chi_square) in fits.into_iter().take(MOST_LIKELY) {
         let other = with_exchanged(set, pair);
-        let right = fitter.on(FitSet { set: &other, ..fitter.fit.clone() });
+        let right = fitter.on(fitter.fit.in_version(&other));
         let again = right.multistart_uncached(nominal, base, MULTISTART, control)?.chi_square;
         let least = again.min(chi_square);
         if least <= RESTORED.0 * base.chi_square && null.excess(least / count) <= reach {
@@ -169,12 +169,12 @@ pub(super) fn held_out_fault(
     (nominal, base): (&Hypothesis, &Fitted),
     gaps: &[PartialGap],
 ) -> Result<Option<Fault>, ObjectiveError> {
-    let set = fitter.fit.set;
+    let set = fitter.fit.set();
     let Some(middle) = quantile(gaps.iter().map(|p| p.gap), 0.5) else { return Ok(None) };
     let outlying: Vec<usize> = gaps.iter().filter(|p| p.gap > OUTLIER.0 * middle).filter_map(|p| p.frf).collect();
     for pair in pairs(set, &outlying, &outlying) {
         let other = with_exchanged(set, pair);
-        let two = HoldOutSet { set: &other, positions: held_out.positions.clone(), frfs: vec![pair.0, pair.1] };
+        let two = held_out.in_version(&other).with_frfs(|frf| frf == pair.0 || frf == pair.1);
         if fitter.gaps(nominal, base, &two)?.iter().all(|p| p.gap < OUTLIER.1 * middle) {
             return Ok(Some(Fault::Exchanged(pair.0, pair.1)));
         }

@@ -212,7 +212,7 @@ pub fn diagnose(
         control,
     })?;
     let place = Location::of(&verdict, fitter, as_described, (&chosen.0, &chosen.1), (effects, &located))?;
-    let all = HoldOutSet { set: fitter.fit.set, positions: fitter.fit.positions.clone(), frfs: fitter.fit.frfs.clone() };
+    let all = fitter.fit.to_predict();
     control.begin("6/7 gaps of the machine as described");
     let refit = NominalRefit::new(machine, effects, fitter, as_described, control)?;
     let gaps_with = |candidate: &Candidate| -> Result<Vec<PartialGap>, ObjectiveError> {
@@ -340,7 +340,7 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
         return Ok((state(VerdictKind::Insufficient, Vec::new(), reason, next), nominal));
     }
     if let Some(fault) = inputs.faulty {
-        let (reason, next) = fault.fault_text(inputs.fitter.fit.set);
+        let (reason, next) = fault.fault_text(inputs.fitter.fit.set());
         return Ok((state(VerdictKind::Measurement, Vec::new(), reason, Some(next)), nominal));
     }
     // A generic impedance has no scale of its own in null simulations: it needs a clear reduction of χ².

@@ -3,9 +3,11 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::hypothesis::Hypothesis;
+use identification::Place;
 use identification::objective::{
     FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, ModeSquares, ObjectiveError, PositionPrediction,
 };
+use machine::ParameterValues;
 use measurement::{FitSet, HoldOutSet};
 use numeric::statistics::{root_mean_square, root_mean_square_of_parts};
 use optimizer::LeastSquares;
@@ -65,6 +67,11 @@ pub fn share_closed(before: f64, after: f64, floor: f64) -> Option<f64> {
     (before > floor).then(|| 1.0 - (after * after - floor * floor) / (before * before - floor * floor))
 }
 
+/// Returns the number of compared lines per FRF.
+fn lines_of_one(frfs: &[usize]) -> usize {
+    (TOTAL_LINES / frfs.len().max(1)).clamp(LINES.0, LINES.1)
+}
+
 impl<'h> DomainObjective<'h> {
     /// Builds the objective of data to fit. Parameters in `frozen` keep their start values.
     ///
@@ -73,11 +80,24 @@ impl<'h> DomainObjective<'h> {
         let machine = &hypothesis.machine;
         Ok(match domain {
             Domain::Frf(settings) => {
-                let lines = (TOTAL_LINES / fit.frfs.len().max(1)).clamp(LINES.0, LINES.1);
-                DomainObjective::Frf(FrfObjective::new(machine, fit, settings, frozen)?.thinned(lines))
+                DomainObjective::Frf(FrfObjective::new(machine, fit, settings, frozen)?.thinned(lines_of_one(fit.frfs())))
             }
             Domain::Modes(settings) => DomainObjective::Modes(ModeObjective::new(machine, fit, settings, frozen)?),
         })
+    }
+
+    /// Builds the objective of held-out FRFs whose records are to be simulated: their measured values enter no fit.
+    ///
+    /// # Errors  as [`FrfObjective::to_simulate`]; modes are not simulated in this way.
+    pub(super) fn to_simulate(
+        hypothesis: &'h Hypothesis,
+        held_out: &HoldOutSet<'_>,
+        domain: Domain,
+        frozen: &[String],
+    ) -> Result<Self, ObjectiveError> {
+        let Domain::Frf(settings) = domain else { return Err(ObjectiveError::Data("modes are drawn from predictions".into())) };
+        let objective = FrfObjective::to_simulate(&hypothesis.machine, held_out, settings, frozen)?;
+        Ok(DomainObjective::Frf(objective.thinned(lines_of_one(held_out.frfs()))))
     }
 
     /// Returns the objective on few lines, for coarse searches; `None` for modes.
@@ -119,7 +139,7 @@ impl<'h> DomainObjective<'h> {
     }
 
     /// Extends coordinates of the free parameters by the others.
-    pub fn extended(&self, place: &[f64]) -> Vec<f64> {
+    pub fn extended(&self, place: &[f64]) -> Place {
         match self {
             DomainObjective::Frf(o) => o.extended(place),
             DomainObjective::Modes(o) => o.extended(place),
@@ -151,7 +171,7 @@ impl<'h> DomainObjective<'h> {
     }
 
     /// Returns the gain at given coordinates.
-    pub fn gain(&self, place: &[f64]) -> f64 {
+    pub fn gain(&self, place: &Place) -> f64 {
         match self {
             DomainObjective::Frf(o) => o.gain(place),
             DomainObjective::Modes(o) => o.gain(place),
@@ -159,7 +179,7 @@ impl<'h> DomainObjective<'h> {
     }
 
     /// Returns the machine's parameters at given coordinates.
-    pub fn parameters(&self, place: &[f64]) -> Vec<f64> {
+    pub fn parameters(&self, place: &Place) -> ParameterValues {
         match self {
             DomainObjective::Frf(o) => o.parameters(place),
             DomainObjective::Modes(o) => o.parameters(place),
@@ -167,7 +187,7 @@ impl<'h> DomainObjective<'h> {
     }
 
     /// Returns the weighted residuals of the data, without priors.
-    pub fn residuals(&self, place: &[f64]) -> DVector<f64> {
+    pub fn residuals(&self, place: &Place) -> DVector<f64> {
         match self {
             DomainObjective::Frf(o) => o.weighted_residuals(place),
             DomainObjective::Modes(o) => {
@@ -178,7 +198,7 @@ impl<'h> DomainObjective<'h> {
     }
 
     /// Returns all terms whose squares sum to χ²: weighted residuals, then priors.
-    pub fn rows(&self, place: &[f64]) -> DVector<f64> {
+    pub fn rows(&self, place: &Place) -> DVector<f64> {
         match self {
             DomainObjective::Frf(o) => o.rows(place),
             DomainObjective::Modes(o) => DVector::from_vec(o.residuals_at(place)),
@@ -186,14 +206,14 @@ impl<'h> DomainObjective<'h> {
     }
 
     /// Returns the derivatives of [`DomainObjective::rows`] with respect to the coordinates.
-    pub fn slopes(&self, place: &[f64]) -> DMatrix<f64> {
+    pub fn slopes(&self, place: &Place) -> DMatrix<f64> {
         match self {
             DomainObjective::Frf(o) => o.slopes(place),
             DomainObjective::Modes(_) => {
                 let columns: Vec<DVector<f64>> = (0..place.len())
                     .map(|column| {
                         let shifted = |by: f64| {
-                            let mut other = place.to_vec();
+                            let mut other = place.clone();
                             other[column] = (other[column] + by).clamp(0.0, 1.0);
                             other
                         };
@@ -212,19 +232,19 @@ impl<'h> DomainObjective<'h> {
 /// # Errors  as [`FrfObjective::held_out`] and [`ModeObjective::held_out`].
 pub fn gaps(
     hypothesis: &Hypothesis,
-    parameters: &[f64],
+    parameters: &ParameterValues,
     gain: f64,
     data: &HoldOutSet<'_>,
     domain: Domain,
 ) -> Result<Vec<PartialGap>, ObjectiveError> {
     match domain {
         Domain::Frf(settings) => {
-            if data.frfs.is_empty() {
+            if data.frfs().is_empty() {
                 return Ok(Vec::new());
             }
             let objective = FrfObjective::held_out(&hypothesis.machine, data, settings)?;
             let part = |g: identification::objective::FrfGap| PartialGap {
-                position: data.set.frfs[g.frf].position,
+                position: data.set().frfs[g.frf].position,
                 frf: Some(g.frf),
                 gap: g.gap,
                 floor: g.noise_floor,
@@ -233,11 +253,11 @@ pub fn gaps(
             Ok(objective.gaps(parameters, gain).into_iter().map(part).collect())
         }
         Domain::Modes(settings) => {
-            if data.positions.is_empty() {
+            if data.positions().is_empty() {
                 return Ok(Vec::new());
             }
             let objective = ModeObjective::held_out(&hypothesis.machine, data, settings, None)?;
-            let resolution_hz = data.set.modes.as_ref().and_then(|m| m.resolution_hz).unwrap_or(0.0);
+            let resolution_hz = data.set().modes.as_ref().and_then(|m| m.resolution_hz).unwrap_or(0.0);
             Ok(objective.predict(parameters).iter().map(|p| mode_part(p, resolution_hz)).collect())
         }
     }
@@ -252,7 +272,7 @@ const LAST_ORDER: u32 = 1000;
 /// # Errors  as [`ModeObjective::held_out`].
 pub fn gaps_by_mode(
     hypothesis: &Hypothesis,
-    parameters: &[f64],
+    parameters: &ParameterValues,
     data: &HoldOutSet<'_>,
     settings: ModeSettings,
 ) -> Result<Vec<Option<f64>>, ObjectiveError> {

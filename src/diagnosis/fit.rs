@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use super::evidence::{Domain, DomainObjective, PartialGap, gaps};
 use super::hypothesis::Hypothesis;
 use identification::objective::{ObjectiveError, operating};
-use identification::{ToleranceEstimate, tolerances_at};
-use machine::{OperatingVariable, Parameter};
+use identification::{Place, Tail, ToleranceEstimate, tolerances_at};
+use machine::{OperatingVariable, Parameter, ParameterValues, UnitValues};
 use measurement::{FitSet, HoldOutSet};
 use numeric::halton::halton_point;
 use optimizer::{Control, least_squares_within};
@@ -16,9 +16,9 @@ use optimizer::{Control, least_squares_within};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Fitted {
     /// Coordinate of each parameter of the hypothesis' machine in its unit interval.
-    pub units: Vec<f64>,
+    pub units: UnitValues,
     /// Coordinates of an unknown gain, of nut positions, and of the gains and delays of channels.
-    pub tail: Vec<f64>,
+    pub tail: Tail,
     /// Least χ².
     pub chi_square: f64,
     /// Whether the best starts end at the same χ²; false where the search ends in several minima.
@@ -73,7 +73,7 @@ pub struct Fitter<'s> {
 impl<'s> Fitter<'s> {
     /// Returns the number of lines per FRF, given that of all FRFs and the least and largest number per FRF.
     fn lines_of_one(&self, (all, least, most): (usize, usize, usize)) -> usize {
-        (all / self.fit.frfs.len().max(1)).clamp(least, most)
+        (all / self.fit.frfs().len().max(1)).clamp(least, most)
     }
 
     /// Whether a part of the method is disabled.
@@ -84,8 +84,8 @@ impl<'s> Fitter<'s> {
     /// Whether the data to fit cover more than one value of an operating variable.
     pub fn varies(&self, variable: OperatingVariable) -> bool {
         let Domain::Frf(_) = self.domain else { return false };
-        let set = self.fit.set;
-        let values = self.fit.frfs.iter().map(|at| variable.size(&operating(set, &set.frfs[*at])));
+        let set = self.fit.set();
+        let values = self.fit.frfs().iter().map(|at| variable.size(&operating(set, &set.frfs[*at])));
         let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
         high - low > 1e-3
     }
@@ -113,17 +113,31 @@ impl<'s> Fitter<'s> {
 
     /// Returns the blocks of cross-validation over positions (or records): retained and left-out data.
     pub fn blocks(&self) -> Vec<(FitSet<'s>, FitSet<'s>)> {
-        let parts = self.fit.leave_one_out(matches!(self.domain, Domain::Frf(_)));
-        parts.into_iter().map(|(kept, left)| (kept, FitSet { set: left.set, positions: left.positions, frfs: left.frfs })).collect()
+        self.fit.blocks(matches!(self.domain, Domain::Frf(_)))
     }
 
     /// Returns the objective of a hypothesis. A parameter that the hypothesis releases is not frozen.
     ///
     /// # Errors  as [`DomainObjective::new`].
     pub fn objective<'h>(&self, hypothesis: &'h Hypothesis) -> Result<DomainObjective<'h>, ObjectiveError> {
+        DomainObjective::new(hypothesis, &self.fit, self.domain, &self.frozen_in(hypothesis))
+    }
+
+    /// Returns the objective of a hypothesis on held-out FRFs whose records are to be simulated.
+    ///
+    /// # Errors  as [`DomainObjective::to_simulate`].
+    pub(super) fn objective_to_simulate<'h>(
+        &self,
+        hypothesis: &'h Hypothesis,
+        held_out: &HoldOutSet<'_>,
+    ) -> Result<DomainObjective<'h>, ObjectiveError> {
+        DomainObjective::to_simulate(hypothesis, held_out, self.domain, &self.frozen_in(hypothesis))
+    }
+
+    /// Returns the frozen parameters that a hypothesis does not release.
+    fn frozen_in(&self, hypothesis: &Hypothesis) -> Vec<String> {
         let released: Vec<&String> = hypothesis.added.iter().map(|i| &hypothesis.machine.parameters[*i].id).collect();
-        let frozen: Vec<String> = self.frozen.iter().filter(|id| !released.contains(id)).cloned().collect();
-        DomainObjective::new(hypothesis, &self.fit, self.domain, &frozen)
+        self.frozen.iter().filter(|id| !released.contains(id)).cloned().collect()
     }
 
     /// Minimises χ² from given coordinates.
@@ -135,7 +149,7 @@ impl<'s> Fitter<'s> {
     pub(super) fn descend_until(&self, objective: &DomainObjective<'_>, from: &Fitted, end: (u64, f64), control: &Control) -> Fitted {
         let place = coordinates_of(objective, from);
         let polished = objective.squares(|squares| least_squares_within(squares, &place, &[], end, control.stop()));
-        read_back(objective, from, &polished.place, polished.normal.chi_square)
+        read_back(objective, from, &Place(polished.place), polished.normal.chi_square)
     }
 
     /// Fits a hypothesis from fits of the nominal machine. Amplitudes over their whole ranges are evaluated, the best followed on coarse lines, and
@@ -148,7 +162,7 @@ impl<'s> Fitter<'s> {
 
     /// Returns the key of a calculation on these data, under which its result is stored.
     pub(super) fn cache_key(&self, what: &str, hypothesis: &Hypothesis, bases: &[Fitted]) -> String {
-        format!("{what} {} {:?} {:?} {bases:?}", hypothesis.id, self.fit.positions, self.fit.frfs)
+        format!("{what} {} {:?} {:?} {bases:?}", hypothesis.id, self.fit.positions(), self.fit.frfs())
     }
 
     fn fit_uncached(&self, hypothesis: &Hypothesis, bases: &[Fitted], control: &Control) -> Result<Fitted, ObjectiveError> {
@@ -290,7 +304,7 @@ impl<'s> Fitter<'s> {
         let objective = self.objective(hypothesis)?;
         let place = coordinates_of(&objective, fitted);
         Ok(match &objective {
-            DomainObjective::Frf(objective) if self.has_nuisances() => tolerances_at(objective, self.fit.set, &place),
+            DomainObjective::Frf(objective) if self.has_nuisances() => tolerances_at(objective, self.fit.set(), &place),
             _ => Vec::new(),
         })
     }
@@ -306,20 +320,20 @@ impl<'s> Fitter<'s> {
 }
 
 /// Returns the parameter values of a fit.
-pub fn values_of(hypothesis: &Hypothesis, fitted: &Fitted) -> Vec<f64> {
-    hypothesis.machine.parameters.iter().zip(&fitted.units).map(|(p, u)| p.from_unit(*u)).collect()
+pub fn values_of(hypothesis: &Hypothesis, fitted: &Fitted) -> ParameterValues {
+    hypothesis.machine.from_units(&fitted.units)
 }
 
 /// Returns the start values of a machine as a fit.
 pub fn at_start(hypothesis: &Hypothesis) -> Fitted {
-    let units = hypothesis.machine.parameters.iter().map(|p| p.to_unit(p.start)).collect();
-    Fitted { units, tail: Vec::new(), chi_square: f64::INFINITY, agrees: true }
+    let units = hypothesis.machine.to_units(&hypothesis.machine.start());
+    Fitted { units, tail: Tail::default(), chi_square: f64::INFINITY, agrees: true }
 }
 
 /// Returns the coordinates of a fit in the unit cube of an objective. For other data than those of the fit, gain and channels are kept and nut
 /// positions start as stated. An unknown gain starts at its best value.
-pub fn coordinates_of(objective: &DomainObjective<'_>, fitted: &Fitted) -> Vec<f64> {
-    let place: Vec<f64> = objective.free().iter().map(|i| fitted.units[*i]).collect();
+pub fn coordinates_of(objective: &DomainObjective<'_>, fitted: &Fitted) -> Place {
+    let mut place: Vec<f64> = objective.free().iter().map(|i| fitted.units[*i]).collect();
     if fitted.tail.is_empty() {
         return objective.extended(&place);
     }
@@ -327,7 +341,6 @@ pub fn coordinates_of(objective: &DomainObjective<'_>, fitted: &Fitted) -> Vec<f
     let rest = objective.dimension() - nuts.end;
     let gain = nuts.start - place.len();
     let same_data = fitted.tail.len() == gain + nuts.len() + rest;
-    let mut place = place;
     place.extend(fitted.tail.iter().take(gain));
     if same_data {
         place.extend(fitted.tail.iter().skip(gain));
@@ -335,15 +348,15 @@ pub fn coordinates_of(objective: &DomainObjective<'_>, fitted: &Fitted) -> Vec<f
         place.extend(std::iter::repeat_n(0.5, nuts.len()));
         place.extend(fitted.tail.iter().skip(fitted.tail.len().saturating_sub(rest)));
     }
-    place
+    Place(place)
 }
 
-fn read_back(objective: &DomainObjective<'_>, from: &Fitted, place: &[f64], chi_square: f64) -> Fitted {
+fn read_back(objective: &DomainObjective<'_>, from: &Fitted, place: &Place, chi_square: f64) -> Fitted {
     let mut units = from.units.clone();
     for (&index, &u) in objective.free().iter().zip(place) {
         units[index] = u;
     }
-    Fitted { units, tail: place[objective.free().len()..].to_vec(), chi_square, agrees: from.agrees }
+    Fitted { units, tail: Tail(place[objective.free().len()..].to_vec()), chi_square, agrees: from.agrees }
 }
 
 /// Lowest and highest frequency (Hz) of trial resonances, and their number.
@@ -418,8 +431,8 @@ fn resonances(described: &[&Parameter]) -> Option<Vec<Vec<f64>>> {
 /// Returns a nominal fit extended by added parameters at given coordinates.
 pub fn start_of(hypothesis: &Hypothesis, base: &Fitted, added: &[f64]) -> Fitted {
     let described = &hypothesis.machine.parameters;
-    let mut units: Vec<f64> = base.units.clone();
-    units.extend(described.iter().skip(base.units.len()).map(|p| p.to_unit(p.start)));
+    let mut units = base.units.clone();
+    units.0.extend(described.iter().skip(base.units.len()).map(|p| p.to_unit(p.start)));
     for (&index, &u) in hypothesis.added.iter().zip(added) {
         units[index] = u;
     }

@@ -2,7 +2,7 @@
 
 use machine::{
     Data, Effect, FitRule, JointPatch, Machine, MachineError, NumberSource, Operating, Parameter, Patch, PointMotion, PointPatch, Rescale,
-    Scale, Target,
+    Scale, Target, UnitValues,
 };
 use numeric::statistics::quantile;
 
@@ -107,7 +107,7 @@ impl Hypothesis {
     }
 
     /// Freezes all parameters except the added ones at the given coordinates.
-    pub(super) fn kept_at(mut self, units: &[f64]) -> Self {
+    pub(super) fn kept_at(mut self, units: &UnitValues) -> Self {
         for (index, (parameter, unit)) in self.machine.parameters.iter_mut().zip(units).enumerate() {
             if !self.added.contains(&index) {
                 parameter.start = parameter.from_unit(*unit);

@@ -15,6 +15,7 @@ use super::evidence::{Domain, DomainObjective};
 use super::fit::{Fitted, Fitter, amplitudes, coordinates_of, start_of};
 use super::hypothesis::Hypothesis;
 use super::model_discrepancy::{sample_discrepancy, sample_prior};
+use identification::Place;
 use identification::objective::{FrfSettings, ObjectiveError};
 use numeric::distribution::normal_upper_tail;
 use numeric::parallel::OrFirstError;
@@ -176,7 +177,7 @@ struct Projection {
 }
 
 impl Projection {
-    fn at(objective: &DomainObjective<'_>, place: &[f64]) -> Projection {
+    fn at(objective: &DomainObjective<'_>, place: &Place) -> Projection {
         Projection::of(objective.slopes(place))
     }
 
@@ -225,7 +226,7 @@ pub fn simulate(
         match &objective {
             DomainObjective::Frf(objective) => {
                 let Domain::Frf(settings) = fitter.domain else { return None };
-                let (by, drawn) = redraw_machine(fitter, nominal, base, settings, usize::MAX, random.clone())?;
+                let (by, drawn) = redraw_machine(|h| fitter.objective(h).ok(), nominal, base, settings, usize::MAX, random.clone())?;
                 let data = objective.shifted(&by);
                 let few = data.curvature_sampled(LINES);
                 let end = |from: &[f64]| least_squares_within(&few, from, &[], (STEPS, 1e-3), control.stop());
@@ -246,7 +247,7 @@ pub fn simulate(
                 }
                 let fitted = least_squares_within(&data, &best.place, &[], (STEPS, 1e-3), control.stop());
                 let misfit = fitted.normal.chi_square / data.observations() as f64;
-                Some((gains(&data.rows(&fitted.place)), misfit))
+                Some((gains(&data.rows(&Place(fitted.place))), misfit))
             }
             DomainObjective::Modes(_) => {
                 let mut random = random;
@@ -286,15 +287,15 @@ pub fn simulate(
 }
 
 /// Returns the changes of the logarithms of measured FRFs that simulate a machine with random discrepancies around a fit and the noise of the lines,
-/// and the drawn coordinates. `lines` is the number of lines per record to which the objective is thinned; `usize::MAX` for all.
+/// and the drawn coordinates. `objective` builds that of a hypothesis on these FRFs. `lines` is the number of lines per record to which the objective is thinned; `usize::MAX` for all.
 pub(super) fn redraw_machine(
-    fitter: &Fitter<'_>,
+    objective: impl for<'h> FnOnce(&'h Hypothesis) -> Option<DomainObjective<'h>>,
     hypothesis: &Hypothesis,
     base: &Fitted,
     settings: FrfSettings,
     lines: usize,
     mut random: Xoshiro256PlusPlus,
-) -> Option<(Vec<Vec<Complex64>>, Vec<f64>)> {
+) -> Option<(Vec<Vec<Complex64>>, Place)> {
     let random = &mut random;
     let parameters = &hypothesis.machine.parameters;
     let mut units = base.units.clone();
@@ -304,7 +305,7 @@ pub(super) fn redraw_machine(
         }
     }
     let discrepant = Hypothesis { machine: sample_discrepancy(&hypothesis.machine, random), ..hypothesis.clone() };
-    let target = fitter.objective(&discrepant).ok()?;
+    let target = objective(&discrepant)?;
     let mut place = coordinates_of(&target, &Fitted { units, ..base.clone() });
     let known_within = target.nut_coordinates().start..place.len();
     // Nut positions and channels: one standard deviation is a twentieth of the coordinate's range.

@@ -8,8 +8,8 @@ use super::fit::{Ablation, Fitted, Fitter, at_start, values_of};
 use super::hypothesis::{Hypothesis, interfaces};
 use identification::objective::{FrfSettings, ObjectiveError};
 use identification::{IdentificationSettings, identify};
-use machine::{Base, Data, Effect, Lever, Machine, Operating, Value};
-use measurement::{FitSet, HoldOutSet};
+use machine::{Base, Data, Effect, Lever, Machine, Operating, UnitValues, Value};
+use measurement::FitSet;
 use optimizer::Control;
 
 /// Outcome of a candidate.
@@ -81,7 +81,7 @@ const ARMS: (f64, f64) = (0.3, 8.0);
 pub fn fitter<'s>(fit: &FitSet<'s>, domain: Domain, frozen: &[String], ablated: &[Ablation]) -> Fitter<'s> {
     let domain = match domain {
         Domain::Frf(settings) if ablated.contains(&Ablation::NoNuisances) => Domain::Frf(FrfSettings { of_level: true, ..settings }),
-        Domain::Frf(settings) => Domain::Frf(FrfSettings { of_level: true, ..settings.with_tolerances(&fit.set.tolerance) }),
+        Domain::Frf(settings) => Domain::Frf(FrfSettings { of_level: true, ..settings.with_tolerances(&fit.set().tolerance) }),
         modes @ Domain::Modes(_) => modes,
     };
     Fitter { fit: fit.clone(), domain, frozen: frozen.to_vec(), ablated: ablated.to_vec() }
@@ -92,7 +92,7 @@ pub fn fitter<'s>(fit: &FitSet<'s>, domain: Domain, frozen: &[String], ablated: 
 ///
 /// # Errors  as [`Machine::with_tolerances`].
 pub fn nominal(machine: &Machine, fitter: &Fitter<'_>) -> Result<Hypothesis, ObjectiveError> {
-    let nuts_m = fitter.fit.set.nuts_m();
+    let nuts_m = fitter.fit.set().nuts_m();
     Ok(Hypothesis::nominal(match fitter.domain {
         Domain::Frf(_) if fitter.has_nuisances() => machine.with_tolerances(&nuts_m)?,
         _ => machine.clone(),
@@ -109,7 +109,7 @@ pub fn nominal_fits(
     seed: u64,
     control: &Control,
 ) -> Result<Vec<Fitted>, ObjectiveError> {
-    let none = HoldOutSet { set: fitter.fit.set, positions: Vec::new(), frfs: Vec::new() };
+    let none = fitter.fit.nothing_to_predict();
     let mut plan =
         IdentificationSettings { frozen: fitter.frozen.clone(), seed, repeats: 1, profile: false, ..IdentificationSettings::default() };
     match fitter.domain {
@@ -150,7 +150,7 @@ fn descend_to_minimum(fitter: &Fitter<'_>, objective: &DomainObjective<'_>, from
     fitter.descend_until(objective, from, if matches!(fitter.domain, Domain::Frf(_)) { frf } else { modes }, control)
 }
 
-fn close(a: &[f64], b: &[f64]) -> bool {
+fn close(a: &UnitValues, b: &UnitValues) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() < 0.02)
 }
 
@@ -214,7 +214,7 @@ pub fn screen(
     deepest.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
     let mut shared: Vec<Fitted> = Vec::new();
     for fitted in deepest.into_iter().take(6) {
-        let start = Fitted { units: fitted.units[..own].to_vec(), ..fitted.clone() };
+        let start = Fitted { units: UnitValues(fitted.units[..own].to_vec()), ..fitted.clone() };
         let distinct = |other: &Fitted| !close(&other.units, &start.units);
         if shared.len() < SHARED_STARTS && fitted.chi_square < 0.9 * bases[0].chi_square && shared.iter().chain(&bases).all(distinct) {
             shared.push(start);
@@ -269,7 +269,8 @@ pub fn refit_from_generic_impedances(screening: &mut Screening, located: &[Candi
     let own = screening.nominal.machine.parameters.len();
     let fits = located.iter().filter_map(|c| c.fitted.as_ref()).map(|(_, fitted)| fitted);
     let better = fits.filter(|fitted| fitted.chi_square < BETTER_START * least);
-    let bases: Vec<Fitted> = better.take(SHARED_STARTS).map(|f| Fitted { units: f.units[..own].to_vec(), ..f.clone() }).collect();
+    let bases: Vec<Fitted> =
+        better.take(SHARED_STARTS).map(|f| Fitted { units: UnitValues(f.units[..own].to_vec()), ..f.clone() }).collect();
     if bases.is_empty() || fitter.lacks(Ablation::FrozenNominal) {
         return;
     }

@@ -4,6 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
+use super::place::Place;
 use super::problem::Problem;
 use numeric::statistics::quantile;
 use optimizer::{Control, least_squares};
@@ -62,7 +63,7 @@ fn groups(blocks: &[(usize, usize)]) -> usize {
 ///
 /// # Source  Efron and Tibshirani, An Introduction to the Bootstrap, 1993, ch. 13 (percentile interval); runs of lines: Künsch,
 /// Ann. Stat. 17 (1989) 1217–1241.
-pub fn bootstrap<P: Problem>(problem: &P, best: &[f64], drawn: Drawn, samples: usize, seed: u64, control: &Control) -> Option<Bootstrap> {
+pub fn bootstrap<P: Problem>(problem: &P, best: &Place, drawn: Drawn, samples: usize, seed: u64, control: &Control) -> Option<Bootstrap> {
     let blocks = problem.blocks();
     if samples == 0 || (drawn == Drawn::Positions && groups(&blocks) < 2) {
         return None;

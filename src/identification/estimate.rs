@@ -5,12 +5,13 @@ use serde::{Deserialize, Serialize};
 
 use super::bootstrap::{Bootstrap, Drawn, bootstrap};
 use super::combination::{Combination, combinations};
+use super::place::Place;
 use super::problem::{Problem, SearchEnd, distance};
 use super::profile::{CHI_SQUARE_95, profiles};
 use super::settings::{IdentificationSettings, Repeat};
 use super::uncertainty::{Certainty, NARROWING, RANGE_SD, certainty, counted};
 use crate::objective::{GAIN_RANGE, ObjectiveError};
-use machine::{Machine, Parameter};
+use machine::{Machine, Parameter, ParameterValues};
 use optimizer::{Control, Polished, SearchResult, SearchSettings, least_squares, least_squares_within, search};
 
 /// An identified parameter.
@@ -30,8 +31,8 @@ pub struct Estimate {
 
 /// Parameters after a fit: values, intervals, identifiability, warnings.
 pub(super) struct Estimation {
-    pub place: Vec<f64>,
-    pub values: Vec<f64>,
+    pub place: Place,
+    pub values: ParameterValues,
     pub gain: f64,
     pub estimates: Vec<Estimate>,
     pub gain_interval95: Option<(f64, f64)>,
@@ -54,8 +55,8 @@ pub(super) struct Estimation {
 /// A minimum of χ² that the data cannot distinguish from the least one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Basin {
-    /// Unit-cube coordinates of the free parameters and nuisance parameters.
-    pub place: Vec<f64>,
+    /// Its coordinates.
+    pub place: Place,
     /// χ².
     pub cost: f64,
     /// Number of searches that found it.
@@ -72,13 +73,13 @@ const CONTINUED: usize = 6;
 const AT_BOUND: f64 = 1e-3;
 
 /// Runs least squares from a nearby start. Returns the result, and its coordinates with the nuisance parameters.
-fn polished_from_nearby<P: Problem>(problem: &P, near: &[f64], control: &Control) -> (SearchResult, Vec<f64>) {
+fn polished_from_nearby<P: Problem>(problem: &P, near: &Place, control: &Control) -> (SearchResult, Place) {
     let polished = problem.squares(None, |squares| least_squares(squares, &problem.start_near(near), &[], POLISH, control.stop()));
     let (place, cost) = (polished.place[..problem.dimension()].to_vec(), polished.normal.chi_square);
     let (trace, population) = (Vec::new(), Vec::new());
     let found =
         SearchResult { place, cost, evaluations: polished.evaluations, generations: 0, trace, population, complete: !control.stopped() };
-    (found, polished.place)
+    (found, Place(polished.place))
 }
 
 /// Runs the searches of the plan, each with its own seed: differential evolution, then the refinement of the problem.
@@ -130,14 +131,14 @@ fn runs<P: Problem>(problem: &P, plan: &IdentificationSettings, control: &Contro
 }
 
 /// A problem with more free parameters and uncertainties, on which the intervals are computed, and its starts.
-pub(super) type Wider<P> = Option<(P, Vec<Vec<f64>>)>;
+pub(super) type Wider<P> = Option<(P, Vec<Place>)>;
 
 /// Fits a problem and computes intervals and identifiability: for FRFs on the problem itself, for modes on a wider one about the minimum.
 ///
 /// # Errors  no parameter is free; those of `wider`.
 pub(super) fn estimate<P: Problem>(
     problem: &P,
-    wider: impl Fn(&[f64]) -> Result<Wider<P>, ObjectiveError>,
+    wider: impl Fn(&Place) -> Result<Wider<P>, ObjectiveError>,
     machine: &Machine,
     plan: &IdentificationSettings,
     control: &Control,
@@ -149,7 +150,7 @@ pub(super) fn estimate<P: Problem>(
     let (repeats, ends) = runs(problem, plan, control);
     let unknowns = ends[0][0].place.len();
     let freedom = problem.observations().saturating_sub(unknowns);
-    let misfit_at = |place: &[f64]| {
+    let misfit_at = |place: &Place| {
         let chi_square = problem.squares(None, |squares| squares.chi_square(place));
         let misfit = if freedom > 0 { (chi_square / freedom as f64).max(1.0) } else { 1.0 };
         (chi_square, misfit, problem.correlation_factor(place).max(1.0))
@@ -242,7 +243,7 @@ pub(super) fn estimate<P: Problem>(
 fn refined_basins<P: Problem>(problem: &P, basins: Vec<Basin>, (free, rise): (usize, f64), control: &Control) -> Vec<Basin> {
     let settle = |basin: Basin, end: (u64, f64)| {
         let polished = problem.squares(None, |squares| least_squares_within(squares, &basin.place, &[], end, control.stop()));
-        Basin { place: polished.place, cost: polished.normal.chi_square, ..basin }
+        Basin { place: Place(polished.place), cost: polished.normal.chi_square, ..basin }
     };
     let all = |basins: Vec<Basin>, end: (u64, f64)| {
         let mut ends: Vec<Basin> = basins.into_par_iter().map(|basin| settle(basin, end)).collect();
@@ -278,7 +279,7 @@ fn combined<P: Problem>(
 ) -> Vec<Combination> {
     let free = problem.free();
     let described: Vec<&Parameter> = free.iter().map(|i| &machine.parameters[*i]).collect();
-    let of = |place: &[f64]| -> Vec<f64> {
+    let of = |place: &Place| -> Vec<f64> {
         let all = problem.values(place);
         free.iter().map(|i| all[*i]).collect()
     };
@@ -287,7 +288,7 @@ fn combined<P: Problem>(
         moved[column] = (moved[column] + by).clamp(0.0, 1.0);
         let held: Vec<bool> = (0..moved.len()).map(|i| i == column).collect();
         let polished = problem.squares(None, |squares| least_squares(squares, &moved, &held, POLISH, control.stop()));
-        (polished.normal.chi_square - here.cost < CHI_SQUARE_95 * inflation).then(|| of(&polished.place))
+        (polished.normal.chi_square - here.cost < CHI_SQUARE_95 * inflation).then(|| of(&Place(polished.place)))
     };
     let mut found = combinations(&described, &of(&here.place), certainty, valley);
     found.iter_mut().for_each(|c| c.parameters = (free[c.parameters.0], free[c.parameters.1]));
@@ -331,7 +332,7 @@ fn joined_profiles<P: Problem>(
             continue;
         }
         let own = problem.squares(None, |squares| {
-            let best = Polished { place: basin.place.clone(), normal: squares.normal(&basin.place), evaluations: 0, converged: true };
+            let best = Polished { place: basin.place.0.clone(), normal: squares.normal(&basin.place), evaluations: 0, converged: true };
             let certainty = certainty(&best.normal.information, inflation, shares);
             let rise = CHI_SQUARE_95 * inflation - (basin.cost - least);
             profiles(squares, &best, &certainty, (columns, rise), control)
@@ -392,8 +393,8 @@ fn shortage(observations: usize, unknowns: usize) -> Vec<String> {
 fn parameter_estimates(
     machine: &Machine,
     free: &[usize],
-    place: &[f64],
-    values: &[f64],
+    place: &Place,
+    values: &ParameterValues,
     intervals: &[(f64, f64)],
     certainty: &Certainty,
     has_intervals: bool,

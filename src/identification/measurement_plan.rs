@@ -7,8 +7,8 @@ use nalgebra::DMatrix;
 use super::uncertainty::{NARROWING, RANGE_SD, certainty};
 use crate::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings, ModeSquares, ObjectiveError, VISIBLE};
 use dynamics::model::{PeakSearch, Structure, peaks};
-use machine::{Chain, Machine, Operating};
-use measurement::{Condition, FitSet, Frf, FrfLine, FrfNoise, MeasurementSet, ModeObservation, ModeTable, Quantity};
+use machine::{Chain, Machine, Operating, ParameterValues};
+use measurement::{Condition, Frf, FrfLine, FrfNoise, MeasurementSet, ModeObservation, ModeTable, Quantity};
 use numeric::unit::omega_rad_s;
 use optimizer::LeastSquares;
 
@@ -69,7 +69,7 @@ impl PlanDesign {
     /// # Errors  as [`FrfObjective::new`].
     pub fn of_frfs(
         machine: &Machine,
-        values: &[f64],
+        values: &ParameterValues,
         set: &MeasurementSet,
         channels: &[(String, String)],
         plan: FrfPlan,
@@ -78,6 +78,7 @@ impl PlanDesign {
     ) -> Result<Self, ObjectiveError> {
         let mut made = set.clone();
         made.frfs.clear();
+        made.split = None;
         let mut places: Vec<(Option<usize>, Option<f64>)> = set.positions.iter().enumerate().map(|(at, p)| (Some(at), p.nut_m)).collect();
         if places.is_empty() {
             places.push((None, None));
@@ -88,8 +89,9 @@ impl PlanDesign {
             }
         }
         let mut design = PlanDesign { candidates: Vec::new(), free: Vec::new(), prior_information: Vec::new() };
+        let Ok((all, _)) = made.split(None, &[]) else { return Ok(design) };
         for (index, frf) in made.frfs.iter().enumerate() {
-            let fit = FitSet { set: &made, positions: Vec::new(), frfs: vec![index] };
+            let fit = all.with_frfs(|at| at == index);
             let objective = FrfObjective::new(machine, &fit, settings, frozen)?;
             let place = coordinates_of(machine, &objective.free, values, objective.estimates_gain());
             design.free.clone_from(&objective.free);
@@ -110,7 +112,7 @@ impl PlanDesign {
     /// # Errors  as [`ModeObjective::new`].
     pub fn of_modes(
         machine: &Machine,
-        values: &[f64],
+        values: &ParameterValues,
         set: &MeasurementSet,
         channel: &(String, String),
         band_hz: (f64, f64),
@@ -118,6 +120,7 @@ impl PlanDesign {
         frozen: &[String],
     ) -> Result<Self, ObjectiveError> {
         let mut made = set.clone();
+        made.split = None;
         (made.response, made.excitation) = (Some(channel.0.clone()), Some(channel.1.clone()));
         let structure = structure(machine, channel, settings.rods)?;
         let power = set.quantity.map_or(0, Quantity::power);
@@ -139,11 +142,11 @@ impl PlanDesign {
         }
         made.modes = Some(table);
         let mut design = PlanDesign { candidates: Vec::new(), free: Vec::new(), prior_information: Vec::new() };
+        let Ok((all, _)) = made.split(None, &[]) else { return Ok(design) };
         for position in 0..set.positions.len() {
-            let fit = FitSet { set: &made, positions: vec![position], frfs: Vec::new() };
+            let fit = all.with_positions(|at| at == position);
             let objective = ModeObjective::new(machine, &fit, settings, frozen)?;
-            let mut place = coordinates_of(machine, &objective.free, values, false);
-            place = objective.extended(&place);
+            let place = objective.extended(&coordinates_of(machine, &objective.free, values, false));
             design.free.clone_from(&objective.free);
             design.prior_information = prior_information(machine, &objective.free, values);
             let information = without_prior(ModeSquares::new(&objective, None).normal(&place).information, &design.prior_information);
@@ -185,7 +188,7 @@ impl PlanDesign {
 }
 
 /// Returns the prior information on each free parameter, in its unit interval.
-fn prior_information(machine: &Machine, free: &[usize], values: &[f64]) -> Vec<f64> {
+fn prior_information(machine: &Machine, free: &[usize], values: &ParameterValues) -> Vec<f64> {
     let of = |i: &usize| {
         let parameter = &machine.parameters[*i];
         parameter.prior.map_or(0.0, |prior| (parameter.unit_slope(values[*i]) * prior.slope(values[*i])).powi(2))
@@ -211,7 +214,7 @@ fn structure(machine: &Machine, channel: &(String, String), rods: dynamics::mode
 
 fn predicted_frf(
     machine: &Machine,
-    values: &[f64],
+    values: &ParameterValues,
     (position, nut_m): (Option<usize>, Option<f64>),
     (response, excitation): (&String, &String),
     plan: FrfPlan,
@@ -246,7 +249,7 @@ fn predicted_frf(
 }
 
 /// Returns the unit-cube coordinates of parameter values, with an unknown gain in the middle of its range.
-fn coordinates_of(machine: &Machine, free: &[usize], values: &[f64], gain: bool) -> Vec<f64> {
+fn coordinates_of(machine: &Machine, free: &[usize], values: &ParameterValues, gain: bool) -> Vec<f64> {
     let mut place: Vec<f64> = free.iter().map(|i| machine.parameters[*i].to_unit(values[*i])).collect();
     place.extend(gain.then_some(0.5));
     place

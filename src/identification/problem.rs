@@ -3,7 +3,9 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::place::Place;
 use crate::objective::{COARSE_LINES, FrfObjective, ModeObjective, ModeSquares};
+use machine::ParameterValues;
 use optimizer::{Control, Cost, LeastSquares, Polished, SearchResult, SearchSettings, least_squares, least_squares_within, simplex};
 
 /// Largest number of members of the last population from which least squares starts.
@@ -28,10 +30,10 @@ const THIN_STEPS: u64 = 80;
 /// Largest number of steps on all data.
 const STEPS: u64 = 200;
 
-/// The end of a search: unit-cube coordinates, nuisance parameters included, and cost.
+/// The end of a search and its cost.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SearchEnd {
-    pub place: Vec<f64>,
+    pub place: Place,
     pub cost: f64,
 }
 
@@ -44,16 +46,16 @@ pub trait Problem: Cost {
     /// Returns the number of real numbers compared.
     fn observations(&self) -> usize;
     /// Returns the machine's parameters at the given coordinates.
-    fn values(&self, place: &[f64]) -> Vec<f64>;
+    fn values(&self, place: &Place) -> ParameterValues;
     /// Returns the gain at the given coordinates.
-    fn gain_at(&self, place: &[f64]) -> f64;
+    fn gain_at(&self, place: &Place) -> f64;
     /// Adapts the usual settings of the global search.
     fn settings(&self, usual: SearchSettings) -> SearchSettings;
     /// Refines the result of a search. Returns the deepest minima, the best first, and the number of evaluations.
     fn polish(&self, found: &SearchResult, control: &Control) -> (Vec<SearchEnd>, u64);
     /// Returns a start from coordinates of other data of the same set.
     /// Free parameters and tolerances of the description are kept; the data's own coordinates restart.
-    fn start_near(&self, near: &[f64]) -> Vec<f64>;
+    fn start_near(&self, near: &Place) -> Place;
     /// Returns the problem with the variance of the data multiplied by a factor and priors unchanged; `None` without priors.
     fn with_inflated_variance(&self, variance: f64) -> Option<Self>
     where
@@ -61,7 +63,7 @@ pub trait Problem: Cost {
     /// Whether χ² is a likelihood.
     fn is_likelihood(&self) -> bool;
     /// Returns the variance inflation by correlation of neighbouring residuals; 1 for independent ones.
-    fn correlation_factor(&self, place: &[f64]) -> f64;
+    fn correlation_factor(&self, place: &Place) -> f64;
     /// Returns the blocks of residuals of a bootstrap: rows of each block, and its position (or record).
     fn blocks(&self) -> Vec<(usize, usize)>;
     /// Calls `work` with χ² as a sum of squares. If given, `counts[block][row]` weights the rows.
@@ -71,7 +73,7 @@ pub trait Problem: Cost {
 }
 
 /// Runs least squares from several starts and sorts the results by rising χ².
-fn least_squares_from(squares: &FrfObjective<'_>, from: &[Vec<f64>], end: (u64, f64), control: &Control) -> Vec<Polished> {
+fn least_squares_from(squares: &FrfObjective<'_>, from: &[Place], end: (u64, f64), control: &Control) -> Vec<Polished> {
     let mut ends: Vec<Polished> = from.par_iter().map(|place| least_squares_within(squares, place, &[], end, control.stop())).collect();
     ends.sort_by(|a, b| a.normal.chi_square.total_cmp(&b.normal.chi_square));
     ends
@@ -106,10 +108,10 @@ impl Problem for ModeObjective<'_> {
     fn observations(&self) -> usize {
         self.observations()
     }
-    fn values(&self, place: &[f64]) -> Vec<f64> {
+    fn values(&self, place: &Place) -> ParameterValues {
         self.parameters(place)
     }
-    fn gain_at(&self, place: &[f64]) -> f64 {
+    fn gain_at(&self, place: &Place) -> f64 {
         self.gain(place)
     }
     fn settings(&self, usual: SearchSettings) -> SearchSettings {
@@ -122,7 +124,7 @@ impl Problem for ModeObjective<'_> {
             let last = self.squares(None, |squares| least_squares(squares, &self.extended(&place), &[], STEPS, control.stop()));
             let better = Cost::at(self, &last.place[..self.free.len()]);
             let end = if better <= cost {
-                SearchEnd { place: last.place, cost: better }
+                SearchEnd { place: Place(last.place), cost: better }
             } else {
                 SearchEnd { place: self.extended(&place), cost }
             };
@@ -134,13 +136,13 @@ impl Problem for ModeObjective<'_> {
     fn with_inflated_variance(&self, _variance: f64) -> Option<Self> {
         None
     }
-    fn start_near(&self, near: &[f64]) -> Vec<f64> {
+    fn start_near(&self, near: &Place) -> Place {
         self.extended(&near[..self.free.len().min(near.len())])
     }
     fn is_likelihood(&self) -> bool {
         self.is_likelihood()
     }
-    fn correlation_factor(&self, _place: &[f64]) -> f64 {
+    fn correlation_factor(&self, _place: &Place) -> f64 {
         1.0
     }
     fn blocks(&self) -> Vec<(usize, usize)> {
@@ -171,10 +173,10 @@ impl Problem for FrfObjective<'_> {
     fn observations(&self) -> usize {
         self.observations()
     }
-    fn values(&self, place: &[f64]) -> Vec<f64> {
+    fn values(&self, place: &Place) -> ParameterValues {
         self.parameters(place)
     }
-    fn gain_at(&self, place: &[f64]) -> f64 {
+    fn gain_at(&self, place: &Place) -> f64 {
         self.gain(place)
     }
     /// Uses a large population for few generations: the search has to find the basins, least squares finds their minima.
@@ -191,9 +193,9 @@ impl Problem for FrfObjective<'_> {
                 starts.push(member);
             }
         }
-        let extended_starts: Vec<Vec<f64>> = starts.iter().map(|start| thin.extended(start)).collect();
+        let extended_starts: Vec<Place> = starts.iter().map(|start| thin.extended(start)).collect();
         let near = least_squares_from(&thin, &extended_starts, (FIRST_STEPS, 1e-3), control);
-        let continued: Vec<Vec<f64>> = near.iter().take(CONTINUED_STARTS).map(|p| p.place.clone()).collect();
+        let continued: Vec<Place> = near.iter().take(CONTINUED_STARTS).map(|p| Place(p.place.clone())).collect();
         let polished = least_squares_from(&thin, &continued, (THIN_STEPS, 1e-6), control);
         let mut spent: u64 = near.iter().chain(&polished).map(|p| p.evaluations).sum();
         let least = polished.first().map_or(0.0, |p| p.normal.chi_square);
@@ -206,7 +208,7 @@ impl Problem for FrfObjective<'_> {
         }
         let all: Vec<Polished> = deepest.par_iter().map(|end| least_squares(self, &end.place, &[], STEPS, control.stop())).collect();
         spent += all.iter().map(|p| p.evaluations).sum::<u64>();
-        let mut ends: Vec<SearchEnd> = all.into_iter().map(|p| SearchEnd { place: p.place, cost: p.normal.chi_square }).collect();
+        let mut ends: Vec<SearchEnd> = all.into_iter().map(|p| SearchEnd { place: Place(p.place), cost: p.normal.chi_square }).collect();
         ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         (ends, spent)
     }
@@ -214,13 +216,13 @@ impl Problem for FrfObjective<'_> {
         let lines: Vec<Vec<f64>> = self.lines().iter().map(|count| vec![1.0 / variance; *count]).collect();
         (self.has_priors() && variance > 1.0).then(|| self.resampled(&lines))
     }
-    fn start_near(&self, near: &[f64]) -> Vec<f64> {
+    fn start_near(&self, near: &Place) -> Place {
         self.extended(&near[..self.free.len().min(near.len())])
     }
     fn is_likelihood(&self) -> bool {
         true
     }
-    fn correlation_factor(&self, place: &[f64]) -> f64 {
+    fn correlation_factor(&self, place: &Place) -> f64 {
         self.correlation_factor(place)
     }
     fn blocks(&self) -> Vec<(usize, usize)> {

@@ -3,12 +3,13 @@
 use super::bootstrap::Bootstrap;
 use super::combination::Combination;
 use super::estimate::{Basin, Estimate, Estimation, Wider, estimate};
+use super::place::Place;
 use super::settings::{IdentificationSettings, Repeat};
 use super::tolerance::{ToleranceEstimate, estimates as tolerance_estimates, mode_columns as tolerance_columns};
 use super::uncertainty::Certainty;
 use crate::objective::{AmplitudeFit, Channel, FrfGap, FrfObjective, ModeObjective, ObjectiveError, PositionPrediction};
 use dynamics::model::derived;
-use machine::{Machine, Operating};
+use machine::{Machine, Operating, ParameterValues};
 use measurement::{FitSet, HoldOutSet};
 use numeric::halton::halton_point;
 use optimizer::Control;
@@ -32,7 +33,7 @@ pub struct Identification {
     /// Estimates of all parameters of the machine as described, in its order.
     pub estimates: Vec<Estimate>,
     /// Values of all parameters of the machine as fitted.
-    pub values: Vec<f64>,
+    pub values: ParameterValues,
     /// Fitted nuisance parameters; empty where they are held fixed.
     pub tolerances: Vec<ToleranceEstimate>,
     /// Gain and delay of each measurement channel.
@@ -68,7 +69,7 @@ pub struct Identification {
     /// Variance inflation by correlation of neighbouring lines (1).
     pub correlation_factor: f64,
     /// Unit-cube coordinates of the best fit: free parameters, and last the gain where it was estimated.
-    pub place: Vec<f64>,
+    pub place: Place,
     /// Indices of the free parameters of the machine as described.
     pub free: Vec<usize>,
     /// Indices of all varied parameters, tolerances included: the first unit-cube coordinates.
@@ -100,11 +101,11 @@ pub fn identify(
     control: &Control,
 ) -> Result<Identification, ObjectiveError> {
     // Machine and set are the same for the whole run. Positions, FRFs and plan distinguish its identifications.
-    let control = &control.within(&format!("{:?} {:?} {plan:?}", fit.positions, fit.frfs));
+    let control = &control.within(&format!("{:?} {:?} {plan:?}", fit.positions(), fit.frfs()));
     match plan.frf {
         Some(settings) => {
             let (fitted, settings) = match plan.tolerances {
-                true => (machine.with_tolerances(&fit.set.nuts_m())?, settings.with_tolerances(&fit.set.tolerance)),
+                true => (machine.with_tolerances(&fit.set().nuts_m())?, settings.with_tolerances(&fit.set().tolerance)),
                 false => (machine.clone(), settings),
             };
             let objective = FrfObjective::new(&fitted, fit, settings, &plan.frozen)?;
@@ -116,7 +117,7 @@ pub fn identify(
                 identification(machine, &fitted, estimation, gain, &objective.free[..objective.own_count], objective.observations());
             found.varied_parameters.clone_from(&objective.free);
             found.channels = objective.channels_at(&place);
-            found.tolerances = tolerance_estimates(&objective, fit.set, &place, &sd);
+            found.tolerances = tolerance_estimates(&objective, fit.set(), &place, &sd);
             found.warnings.extend(found.tolerances.iter().filter_map(ToleranceEstimate::warning));
             let validation = FrfObjective::held_out(&fitted, held_out, settings.as_stated())?.calibrated(&found.channels);
             found.fitted_frfs = objective.gaps_at(&place);
@@ -126,7 +127,7 @@ pub fn identify(
         None => {
             let objective = ModeObjective::new(machine, fit, plan.settings, &plan.frozen)?;
             let validation = ModeObjective::held_out(machine, held_out, plan.settings, Some(objective.band_hz))?;
-            let wider = |place: &[f64]| wider_modes(machine, fit, plan, (&objective, place));
+            let wider = |place: &Place| wider_modes(machine, fit, plan, (&objective, place));
             let estimation = estimate(&objective, wider, machine, plan, control)?;
             let fitted = objective.predict(&estimation.values);
             let gain = objective.amplitude_fit(&fitted);
@@ -148,7 +149,7 @@ fn wider_modes<'m>(
     machine: &'m Machine,
     fit: &FitSet<'_>,
     plan: &IdentificationSettings,
-    (objective, place): (&ModeObjective<'_>, &[f64]),
+    (objective, place): (&ModeObjective<'_>, &Place),
 ) -> Result<Wider<ModeObjective<'m>>, ObjectiveError> {
     if !plan.tolerances {
         return Ok(None);

@@ -1,5 +1,6 @@
 //! Settings of an identification.
 
+use super::place::Place;
 use crate::objective::{FrfSettings, ModeSettings};
 use optimizer::{SearchResult, Strategy};
 
@@ -22,7 +23,7 @@ pub struct IdentificationSettings {
     pub strategy: Strategy,
     /// Unit-cube coordinates of a nearby solution: least squares starts there and replaces the search.
     /// They hold the free parameters and tolerances. Gain, nut positions and channels restart at their defaults.
-    pub near: Option<Vec<f64>>,
+    pub near: Option<Place>,
     /// Whether intervals come from the profile likelihood; otherwise from the covariance.
     pub profile: bool,
     /// Number of bootstrap samples over lines, and of those over positions; 0 for no bootstrap.

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use crate::IdentificationSettings;
 use crate::certainty;
 use crate::objective::{Channel, FrfObjective, FrfSettings, ModeObjective, ObjectiveError};
-use machine::{FitRule, Machine, MachineError, Prior};
+use crate::{IdentificationSettings, Place};
+use machine::{FitRule, Machine, MachineError, ParameterValues, Prior};
 use measurement::{ChannelTolerance, FitSet, MeasurementSet};
 use optimizer::LeastSquares;
 
@@ -61,13 +61,13 @@ impl FrfSettings {
 }
 
 /// Estimates all nuisance parameters of an objective at the coordinates of its minimum.
-pub fn tolerances_at(objective: &FrfObjective<'_>, set: &MeasurementSet, place: &[f64]) -> Vec<ToleranceEstimate> {
+pub fn tolerances_at(objective: &FrfObjective<'_>, set: &MeasurementSet, place: &Place) -> Vec<ToleranceEstimate> {
     let information = LeastSquares::normal(objective, place).information;
     estimates(objective, set, place, &certainty(&information, 1.0, &[]).sd)
 }
 
 /// Estimates all nuisance parameters of an objective at given coordinates, with the standard deviation of each coordinate.
-pub(super) fn estimates(objective: &FrfObjective<'_>, set: &MeasurementSet, place: &[f64], sd: &[f64]) -> Vec<ToleranceEstimate> {
+pub(super) fn estimates(objective: &FrfObjective<'_>, set: &MeasurementSet, place: &Place, sd: &[f64]) -> Vec<ToleranceEstimate> {
     let machine = objective.machine();
     let values = objective.parameters(place);
     let described = objective.free.iter().enumerate().filter_map(|(column, &index)| {
@@ -128,13 +128,13 @@ pub fn mode_columns(
     machine: &Machine,
     fit: &FitSet<'_>,
     plan: &IdentificationSettings,
-    (objective, place): (&ModeObjective<'_>, &[f64]),
+    (objective, place): (&ModeObjective<'_>, &Place),
 ) -> Result<Vec<Vec<f64>>, ObjectiveError> {
     let gain = objective.gain(place);
-    let toleranced = machine.with_tolerances(&fit.set.nuts_m())?;
+    let toleranced = machine.with_tolerances(&fit.set().nuts_m())?;
     let own = objective.parameters(place);
     let tolerance_starts = toleranced.parameters.iter().skip(own.len()).map(|p| p.start);
-    let values: Vec<f64> = own.iter().copied().chain(tolerance_starts).collect();
+    let values = ParameterValues(own.iter().copied().chain(tolerance_starts).collect());
     let column = |up: Vec<f64>, down: Vec<f64>| -> Vec<f64> {
         let change = up.iter().zip(&down).map(|(a, b)| (a - b) / (2.0 * STEP));
         change.map(|x| if x.abs() < MAX_CHANGE { x } else { 0.0 }).collect()
@@ -150,13 +150,13 @@ pub fn mode_columns(
         };
         columns.push(column(moved(STEP), moved(-STEP)));
     }
-    for position in fit.positions.iter().filter(|p| fit.set.positions[**p].nut_m.is_some() && fit.set.tolerance.nut_m > 0.0) {
+    for position in fit.positions().iter().filter(|p| fit.set().positions[**p].nut_m.is_some() && fit.set().tolerance.nut_m > 0.0) {
         let moved = |by: f64| -> Result<Vec<f64>, ObjectiveError> {
-            let mut set = fit.set.clone();
+            let mut set = fit.set().clone();
             if let Some(nut_m) = &mut set.positions[*position].nut_m {
-                *nut_m += by * fit.set.tolerance.nut_m;
+                *nut_m += by * fit.set().tolerance.nut_m;
             }
-            let fit = FitSet { set: &set, positions: fit.positions.clone(), frfs: Vec::new() };
+            let fit = fit.in_version(&set);
             let there = ModeObjective::new(machine, &fit, plan.settings, &plan.frozen)?;
             Ok(there.residuals(&there.predict(&own), gain))
         };

@@ -8,6 +8,7 @@
 mod check;
 mod compose;
 pub mod contact;
+mod coordinates;
 mod derived;
 mod description;
 mod drive;
@@ -31,6 +32,7 @@ mod tolerance;
 mod value;
 
 pub use check::MachineError;
+pub use coordinates::{ParameterValues, UnitValues};
 pub use derived::{Derivation, Derived, DerivedPatch};
 pub use drive::{Drive, DriveFile, Encoder, PositionLoop, Tachometry, VelocityLoop};
 pub use effect::{AttachFile, Data, Effect, JointPatch, LeverFile, Patch, PointPatch, ReattachFile, ShaftFile};
@@ -123,8 +125,8 @@ impl Machine {
     }
 
     /// Returns the start values of all parameters, in order, each in its own unit.
-    pub fn start(&self) -> Vec<f64> {
-        self.parameters.iter().map(|p| p.start).collect()
+    pub fn start(&self) -> ParameterValues {
+        ParameterValues(self.parameters.iter().map(|p| p.start).collect())
     }
 
     /// Returns the length (m) of the shaft or segment that carries the nut, which is the range of nut positions. `None` without such a

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use super::check::{MachineError, check_parameter, fault, listing};
 use super::effect::{AttachFile, LeverFile, ReattachFile};
 use super::{
-    Derivation, Derived, DerivedPatch, Effect, Joint, JointPatch, Lever, Machine, Patch, Point, PointPatch, Shaft, ShaftFile, Station,
-    Value,
+    Derivation, Derived, DerivedPatch, Effect, Joint, JointPatch, Lever, Machine, ParameterValues, Patch, Point, PointPatch, Shaft,
+    ShaftFile, Station, Value,
 };
 
 impl Machine {
@@ -67,8 +67,8 @@ impl Machine {
     }
 
     /// Returns the values of its parameters in order, looked up by id; `None` where one is missing.
-    pub fn values_of(&self, values: &BTreeMap<String, f64>) -> Option<Vec<f64>> {
-        self.parameters.iter().map(|p| values.get(&p.id).copied()).collect()
+    pub fn values_of(&self, values: &BTreeMap<String, f64>) -> Option<ParameterValues> {
+        self.parameters.iter().map(|p| values.get(&p.id).copied()).collect::<Option<Vec<f64>>>().map(ParameterValues)
     }
 
     /// Applies an effect and lists it among the machine's effects.

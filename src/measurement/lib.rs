@@ -33,5 +33,5 @@ pub use quantity::Quantity;
 pub use reference::{Reference, read_reference};
 pub use set::{ChannelTolerance, Gain, MeasurementSet, Published, PublishedRow, read_set, read_set_with};
 pub use source::SourceFile;
-pub use split::{FitSet, HoldOutSet};
+pub use split::{FitSet, HoldOutSet, MotionSplit};
 pub use template::SET_TEMPLATE;

@@ -3,33 +3,168 @@
 use super::{Frf, MeasurementError, MeasurementSet};
 
 /// Positions and FRFs (by index) whose data may be fitted.
+///
+/// Only [`MeasurementSet::split`] makes one, and a part of one is again data to fit. Nothing turns held-out data into data to fit: the fields are
+/// private.
+///
+/// ```
+/// # fn of(set: &jointid_measurement::MeasurementSet) -> Result<(), jointid_measurement::MeasurementError> {
+/// let (fit, held_out) = set.split(None, &[])?;
+/// assert!(held_out.positions().iter().all(|p| !fit.positions().contains(p)));
+/// # Ok(())
+/// # }
+/// ```
+///
+/// It cannot be built from the parts of held-out data:
+///
+/// ```compile_fail,E0451
+/// fn fit_of<'s>(held_out: &jointid_measurement::HoldOutSet<'s>) -> jointid_measurement::FitSet<'s> {
+///     jointid_measurement::FitSet {
+///         set: held_out.set(),
+///         positions: held_out.positions().to_vec(),
+///         frfs: held_out.frfs().to_vec(),
+///     }
+/// }
+/// ```
+///
+/// Nor does held-out data pass for data to fit:
+///
+/// ```compile_fail,E0308
+/// fn fit_of<'s>(held_out: jointid_measurement::HoldOutSet<'s>) -> jointid_measurement::FitSet<'s> {
+///     held_out
+/// }
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct FitSet<'s> {
-    /// The set.
-    pub set: &'s MeasurementSet,
-    /// Indices of the positions.
-    pub positions: Vec<usize>,
-    /// Indices of the FRFs.
-    pub frfs: Vec<usize>,
+    set: &'s MeasurementSet,
+    positions: Vec<usize>,
+    frfs: Vec<usize>,
 }
 
-/// Positions and FRFs (by index) held out for validation.
+/// Positions and FRFs (by index) to predict: those held out for validation, or data chosen for a prediction alone.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HoldOutSet<'s> {
-    /// The set.
-    pub set: &'s MeasurementSet,
-    /// Indices of the positions.
-    pub positions: Vec<usize>,
-    /// Indices of the FRFs.
-    pub frfs: Vec<usize>,
+    set: &'s MeasurementSet,
+    positions: Vec<usize>,
+    frfs: Vec<usize>,
+}
+
+/// Motion records (by index) to fit, and those held out for validation. Only [`MeasurementSet::split_motions`] makes one.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MotionSplit {
+    fit: Vec<usize>,
+    held_out: Vec<usize>,
+}
+
+impl MotionSplit {
+    /// Returns the indices of the records to fit.
+    pub fn fit(&self) -> &[usize] {
+        &self.fit
+    }
+
+    /// Returns the indices of the held-out records.
+    pub fn held_out(&self) -> &[usize] {
+        &self.held_out
+    }
+}
+
+impl<'s> HoldOutSet<'s> {
+    /// Returns the set.
+    pub fn set(&self) -> &'s MeasurementSet {
+        self.set
+    }
+
+    /// Returns the indices of the positions.
+    pub fn positions(&self) -> &[usize] {
+        &self.positions
+    }
+
+    /// Returns the indices of the FRFs.
+    pub fn frfs(&self) -> &[usize] {
+        &self.frfs
+    }
+
+    /// Whether it has neither positions nor FRFs.
+    pub fn is_empty(&self) -> bool {
+        self.positions.is_empty() && self.frfs.is_empty()
+    }
+
+    /// Returns the same positions and FRFs of another version of the set: simulated, or with corrected data.
+    #[must_use]
+    pub fn in_version<'o>(&self, set: &'o MeasurementSet) -> HoldOutSet<'o> {
+        HoldOutSet { set, positions: self.positions.clone(), frfs: self.frfs.clone() }
+    }
+
+    /// Returns its positions with only those FRFs whose index satisfies a condition.
+    #[must_use]
+    pub fn with_frfs(&self, keep: impl Fn(usize) -> bool) -> HoldOutSet<'s> {
+        HoldOutSet { frfs: self.frfs.iter().copied().filter(|frf| keep(*frf)).collect(), ..self.clone() }
+    }
 }
 
 impl<'s> FitSet<'s> {
-    /// Returns the folds of leave-one-out cross-validation: fitted and held-out data of each.
-    ///
-    /// For modes, a fold holds out one position with observed modes. For whole FRFs, it holds out all FRFs of one position, or of one record where
-    /// FRFs have no position.
+    /// Returns the set.
+    pub fn set(&self) -> &'s MeasurementSet {
+        self.set
+    }
+
+    /// Returns the indices of the positions.
+    pub fn positions(&self) -> &[usize] {
+        &self.positions
+    }
+
+    /// Returns the indices of the FRFs.
+    pub fn frfs(&self) -> &[usize] {
+        &self.frfs
+    }
+
+    /// Returns the same positions and FRFs of another version of the set: simulated, or with corrected data.
+    #[must_use]
+    pub fn in_version<'o>(&self, set: &'o MeasurementSet) -> FitSet<'o> {
+        FitSet { set, positions: self.positions.clone(), frfs: self.frfs.clone() }
+    }
+
+    /// Returns its positions with only those FRFs whose index satisfies a condition.
+    #[must_use]
+    pub fn with_frfs(&self, keep: impl Fn(usize) -> bool) -> FitSet<'s> {
+        FitSet { frfs: self.frfs.iter().copied().filter(|frf| keep(*frf)).collect(), ..self.clone() }
+    }
+
+    /// Returns its FRFs with only those positions whose index satisfies a condition.
+    #[must_use]
+    pub fn with_positions(&self, keep: impl Fn(usize) -> bool) -> FitSet<'s> {
+        FitSet { positions: self.positions.iter().copied().filter(|position| keep(*position)).collect(), ..self.clone() }
+    }
+
+    /// Returns the fitted data themselves as data to predict: the residuals of a fit.
+    #[must_use]
+    pub fn to_predict(&self) -> HoldOutSet<'s> {
+        HoldOutSet { set: self.set, positions: self.positions.clone(), frfs: self.frfs.clone() }
+    }
+
+    /// Returns fitted and held-out data, in this order, as data to predict: a map of residuals over all data.
+    #[must_use]
+    pub fn both(&self, held_out: &HoldOutSet<'s>) -> HoldOutSet<'s> {
+        let joined = |own: &[usize], other: &[usize]| [own, other].concat();
+        HoldOutSet { set: self.set, positions: joined(&self.positions, &held_out.positions), frfs: joined(&self.frfs, &held_out.frfs) }
+    }
+
+    /// Returns no data of its set, for a fit that predicts nothing.
+    #[must_use]
+    pub fn nothing_to_predict(&self) -> HoldOutSet<'s> {
+        HoldOutSet { set: self.set, positions: Vec::new(), frfs: Vec::new() }
+    }
+
+    /// Returns the folds of leave-one-out cross-validation: data to fit and to predict of each, see [`FitSet::blocks`].
     pub fn leave_one_out(&self, whole_frfs: bool) -> Vec<(FitSet<'s>, HoldOutSet<'s>)> {
+        self.blocks(whole_frfs).into_iter().map(|(kept, left)| (kept, left.to_predict())).collect()
+    }
+
+    /// Returns the folds of leave-one-out cross-validation within the data to fit: retained and left-out data of each. Both are data to fit.
+    ///
+    /// For modes, a fold leaves out one position with observed modes. For whole FRFs, it leaves out all FRFs of one position, or of one record where
+    /// FRFs have no position.
+    pub fn blocks(&self, whole_frfs: bool) -> Vec<(FitSet<'s>, FitSet<'s>)> {
         let observed = |p: &usize| self.set.modes.as_ref().is_some_and(|m| m.positions[*p].iter().any(|mode| mode.frequency_hz.is_some()));
         let groups: Vec<(Vec<usize>, Vec<usize>)> = if whole_frfs {
             self.groups().into_iter().map(|frfs| (self.set.frfs[frfs[0]].position.into_iter().collect(), frfs)).collect()
@@ -39,7 +174,7 @@ impl<'s> FitSet<'s> {
         let without = |all: &[usize], left: &[usize]| all.iter().copied().filter(|i| !left.contains(i)).collect();
         let fold = |(positions, frfs): (Vec<usize>, Vec<usize>)| {
             let kept = FitSet { set: self.set, positions: without(&self.positions, &positions), frfs: without(&self.frfs, &frfs) };
-            (kept, HoldOutSet { set: self.set, positions, frfs })
+            (kept, FitSet { set: self.set, positions, frfs })
         };
         groups.into_iter().map(fold).collect()
     }
@@ -101,12 +236,24 @@ impl MeasurementSet {
         Ok((FitSet { set: self, positions, frfs }, HoldOutSet { set: self, positions: other_positions, frfs: other_frfs }))
     }
 
+    /// Returns all positions and FRFs of the set as data to predict: to draw them, or to check a model that was fitted to another set.
+    pub fn everything_to_predict(&self) -> HoldOutSet<'_> {
+        HoldOutSet { set: self, positions: (0..self.positions.len()).collect(), frfs: (0..self.frfs.len()).collect() }
+    }
+
+    /// Returns the named positions and records as data to predict.
+    ///
+    /// # Errors  as [`MeasurementSet::split`].
+    pub fn to_predict(&self, names: &[String]) -> Result<HoldOutSet<'_>, MeasurementError> {
+        Ok(self.split(Some(names), &[])?.0.to_predict())
+    }
+
     /// Splits the time records (by index) into fitted and held-out ones.
     ///
     /// The records in `named` are fitted, else those of the set's `[split]`, else all. The others and those in `hold_out` are held out.
     ///
     /// # Errors  a name is not a record, or is given twice; nothing is left to fit.
-    pub fn split_motions(&self, named: Option<&[String]>, hold_out: &[String]) -> Result<(Vec<usize>, Vec<usize>), MeasurementError> {
+    pub fn split_motions(&self, named: Option<&[String]>, hold_out: &[String]) -> Result<MotionSplit, MeasurementError> {
         let named = named.or(self.split.as_deref()).map(|names| self.resolve(names)).transpose()?;
         let excluded = self.resolve(hold_out)?;
         let among = |list: &[Name], at: usize| list.contains(&Name::Record(self.motions[at].name.clone()));
@@ -118,7 +265,7 @@ impl MeasurementSet {
                 "no [[motion]] record is left to fit; name fewer to hold out, or others to fit",
             ));
         }
-        Ok((fit, held_out))
+        Ok(MotionSplit { fit, held_out })
     }
 
     /// Resolves names to positions and records.

@@ -30,7 +30,7 @@ impl Study {
         let made = self.settings.identification(&self.set)?;
         let (fit, held_out) = self.set.split(self.fit.as_deref(), &self.hold_out)?;
         let whole = made.frf.is_some();
-        let multi = document_rows::names(&self.set, &fit.positions, &fit.frfs, whole);
+        let multi = document_rows::names(&self.set, fit.positions(), fit.frfs(), whole);
         let singles: Vec<String> = match single {
             Some(names) => names.to_vec(),
             None => multi.iter().skip(usize::from(multi.len() > 1)).cloned().collect(),
@@ -40,7 +40,7 @@ impl Study {
             let fault = "this name is reserved for the multi-position run; rename the position";
             return Err(StudyError::setting("single", MULTI, fault));
         }
-        let mut common = document_rows::names(&self.set, &held_out.positions, &held_out.frfs, whole);
+        let mut common = document_rows::names(&self.set, held_out.positions(), held_out.frfs(), whole);
         common.retain(|n| !singles.contains(n));
         if common.is_empty() {
             let fault = "no position is held out of all runs to compare them on; name fewer positions to fit, or fewer single ones";
@@ -112,7 +112,7 @@ impl Study {
         let folds = fit.leave_one_out(false);
         Ok(ObjectivesDocument {
             stamp: self.stamp("objectives", made.seed, complete, Vec::new()),
-            positions: folds.iter().flat_map(|(_, left)| &left.positions).map(|i| self.set.positions[*i].name.clone()).collect(),
+            positions: folds.iter().flat_map(|(_, left)| left.positions()).map(|i| self.set.positions[*i].name.clone()).collect(),
             objectives: scores
                 .into_iter()
                 .map(|s| ObjectiveRow {

@@ -32,8 +32,8 @@ pub fn convergence(study: &Study, counts: &[usize]) -> StudyResult<ConvergenceDo
     }
     let requested = study.settings.identification(set)?;
     let (fit, held_out) = set.split(study.fit.as_deref(), &study.hold_out)?;
-    let fit_positions: Vec<String> = fit.positions.iter().map(|p| set.positions[*p].name.clone()).collect();
-    let first = fit.positions.first().map(|p| Operating::at(set.positions[*p].nut_m));
+    let fit_positions: Vec<String> = fit.positions().iter().map(|p| set.positions[*p].name.clone()).collect();
+    let first = fit.positions().first().map(|p| Operating::at(set.positions[*p].nut_m));
     let condition = first.unwrap_or_else(|| Operating::at(machine.stroke_m().map(|s| 0.5 * s)));
     machine.check_operating("the first position", &condition)?;
     let mut rows = Vec::new();

@@ -9,7 +9,7 @@ use crate::identified::{check_identification, read_identification};
 use crate::{Sources, Study, StudyError, StudyResult};
 use dynamics::motion::{SimulationSettings, contour_error, simulate_record};
 use identification::neural_residual::{Example, NeuralResidual, Trained};
-use machine::{Machine, Point};
+use machine::{Machine, ParameterValues, Point};
 use measurement::MotionRecord;
 use numeric::parallel::OrFirstError;
 use numeric::statistics::quantile;
@@ -103,7 +103,7 @@ struct PredictedTravel {
 /// The machine as identified with the diagnosed effects.
 struct Physics {
     machine: Machine,
-    values: Vec<f64>,
+    values: ParameterValues,
     input: Input,
 }
 
@@ -136,7 +136,8 @@ fn predict_axis(
         return Err(StudyError::input(&set.path, "holds no [[motion]] record; name a set that does"));
     }
     let hold_out = if request.hold_out.is_empty() { &study.hold_out } else { &request.hold_out };
-    let (fit, _) = set.split_motions(request.fit.as_deref().or(study.fit.as_deref()), hold_out)?;
+    let split = set.split_motions(request.fit.as_deref().or(study.fit.as_deref()), hold_out)?;
+    let fit = split.fit();
     let column = |p: &&Point| set.motions.iter().all(|m| m.others.contains_key(&format!("{}_m", p.name)));
     let point = machine.points.iter().find(column).ok_or_else(|| {
         let names: Vec<String> = machine.points.iter().filter(|p| !p.fixed).map(|p| format!("{}_m", p.name)).collect();

@@ -8,7 +8,7 @@ use crate::{Settings, Sources, Study, StudyError, StudyResult};
 use config::{read_machine, read_machine_text};
 use dynamics::model::RodModel;
 use identification::held_at;
-use machine::Machine;
+use machine::{Machine, ParameterValues};
 use measurement::read_set;
 use report::digest;
 use report::document::{IdentificationDocument, Input, MachineText, Stamp};
@@ -154,18 +154,18 @@ impl Study {
     /// that the tolerances add come last.
     ///
     /// # Errors  the identification belongs to another machine.
-    pub fn identified_machine(&self, path: &Path, identified: &IdentificationDocument) -> StudyResult<(Machine, Vec<f64>)> {
+    pub fn identified_machine(&self, path: &Path, identified: &IdentificationDocument) -> StudyResult<(Machine, ParameterValues)> {
         let values = self.identified_values(path, identified)?;
         let machine = held_at(&self.config.machine, &self.set.nuts_m(), &tolerances(identified))?;
         let added = machine.parameters.iter().skip(values.len()).map(|p| p.start);
-        let values = values.iter().copied().chain(added).collect();
+        let values = ParameterValues(values.iter().copied().chain(added).collect());
         Ok((machine, values))
     }
 
     /// Returns the identified values of all parameters of the machine as described, in its order.
     ///
     /// # Errors  the identification lacks a parameter: it belongs to another machine.
-    pub fn identified_values(&self, path: &Path, identified: &IdentificationDocument) -> StudyResult<Vec<f64>> {
+    pub fn identified_values(&self, path: &Path, identified: &IdentificationDocument) -> StudyResult<ParameterValues> {
         let value = |id: &String| {
             let row = identified.parameters.get(id);
             row.map(|row| row.value).ok_or_else(|| {
@@ -173,7 +173,7 @@ impl Study {
                 StudyError::input(path.display(), fault)
             })
         };
-        self.config.machine.parameters.iter().map(|p| value(&p.id)).collect()
+        self.config.machine.parameters.iter().map(|p| value(&p.id)).collect::<StudyResult<_>>().map(ParameterValues)
     }
 
     /// Returns warnings about files of machine and measurements that differ from those of a result.

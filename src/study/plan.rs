@@ -5,6 +5,7 @@ use std::path::Path;
 use crate::{Study, StudyError, StudyResult};
 use identification::objective::{FrfSettings, ModeSettings};
 use identification::{Choice, FrfPlan, PlanDesign};
+use machine::ParameterValues;
 use report::document::{ChoiceRow, IdentificationDocument, Input, PlanDocument, PlanRanking};
 
 /// Kinds of data to plan.
@@ -165,7 +166,7 @@ impl Study {
         request.channels.iter().map(pair).collect()
     }
 
-    fn design_of_frfs(&self, request: &PlanRequest, values: &[f64], channels: &[ChannelNames]) -> StudyResult<PlanDesign> {
+    fn design_of_frfs(&self, request: &PlanRequest, values: &ParameterValues, channels: &[ChannelNames]) -> StudyResult<PlanDesign> {
         let band_hz = band(request, (5.0, 1000.0))?;
         if !(request.noise > 0.0 && request.noise < 1.0) {
             return Err(StudyError::setting("noise", request.noise, "write a share above 0 and below 1, such as 0.02"));
@@ -175,7 +176,7 @@ impl Study {
         Ok(PlanDesign::of_frfs(&self.config.machine, values, &self.set, channels, plan, settings, &self.settings.freeze)?)
     }
 
-    fn design_of_modes(&self, request: &PlanRequest, values: &[f64], channels: &[ChannelNames]) -> StudyResult<PlanDesign> {
+    fn design_of_modes(&self, request: &PlanRequest, values: &ParameterValues, channels: &[ChannelNames]) -> StudyResult<PlanDesign> {
         let set = &self.set;
         if set.positions.is_empty() {
             return Err(StudyError::input(&set.path, "has no positions to take modes at; plan FRFs (data frf)"));

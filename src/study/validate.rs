@@ -8,7 +8,7 @@ use crate::motion_records::{add_simulated_gaps, list_positions, list_records};
 use crate::{Study, StudyError, StudyResult, document_rows};
 use identification::channels_of;
 use identification::objective::{FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, PositionPrediction};
-use measurement::{FitSet, HoldOutSet, MotionRecord};
+use measurement::MotionRecord;
 use report::document::{IdentificationDocument, Input, PositionRow, ValidationDocument};
 
 /// What a validation checks. The default checks what the identification held out of its own set; everything where it held out nothing.
@@ -59,28 +59,19 @@ impl Study {
     ) -> StudyResult<ValidationDocument> {
         let settings = &identified.settings;
         let (machine, values) = self.identified_machine(Path::new(&request.name()), identified)?;
-        let (machine, values) = (&machine, values.as_slice());
+        let (machine, values) = (&machine, &values);
         let whole_frfs = settings.objective == "frf";
         let same_set = !request.is_other_set;
         // The split of the identification, where the set is the same.
-        let (fitted, left) =
-            self.set.split(if same_set { settings.positions.as_deref() } else { Some(&[]) }, &settings.hold_out).unwrap_or((
-                FitSet { set: &self.set, positions: Vec::new(), frfs: Vec::new() },
-                HoldOutSet { set: &self.set, positions: Vec::new(), frfs: Vec::new() },
-            ));
-        let held_out = match &request.positions {
-            Some(names) => {
-                let (chosen, _) = self.set.split(Some(names), &[])?;
-                HoldOutSet { set: &self.set, positions: chosen.positions, frfs: chosen.frfs }
-            }
-            None if same_set && !(left.positions.is_empty() && left.frfs.is_empty()) => left,
-            None => HoldOutSet {
-                set: &self.set,
-                positions: (0..self.set.positions.len()).collect(),
-                frfs: (0..self.set.frfs.len()).collect(),
-            },
+        let split = if same_set { self.set.split(settings.positions.as_deref(), &settings.hold_out).ok() } else { None };
+        let (fitted, left) = split.unzip();
+        let (fitted_positions, fitted_frfs) = fitted.as_ref().map_or((&[][..], &[][..]), |fit| (fit.positions(), fit.frfs()));
+        let held_out = match (&request.positions, left) {
+            (Some(names), _) => self.set.to_predict(names)?,
+            (None, Some(left)) if !left.is_empty() => left,
+            (None, _) => self.set.everything_to_predict(),
         };
-        if whole_frfs && held_out.frfs.is_empty() {
+        if whole_frfs && held_out.frfs().is_empty() {
             let fault = "holds no FRF to check at these positions; the identification is on whole FRFs";
             return Err(StudyError::input(&self.set.path, fault));
         }
@@ -97,7 +88,7 @@ impl Study {
             let gain = own_gain.unwrap_or_else(|| objective.best_gain(values));
             let mut frfs = Vec::new();
             for gap in objective.gaps(values, gain) {
-                frfs.extend(document_rows::frfs(&self.set, &[gap], if fitted.frfs.contains(&gap.frf) { "fit" } else { "held_out" }));
+                frfs.extend(document_rows::frfs(&self.set, &[gap], if fitted_frfs.contains(&gap.frf) { "fit" } else { "held_out" }));
             }
             document_rows::gathered(&frfs)
         } else {
@@ -108,7 +99,7 @@ impl Study {
                 own_gain.or_else(|| Some(objective.amplitude_fit(&predictions)).filter(|f| f.count > 0 && !same_set).map(|f| f.gain));
             let row = |p: &PositionPrediction| {
                 let name = self.set.positions[p.position].name.clone();
-                let role = if fitted.positions.contains(&p.position) { "fit" } else { "held_out" };
+                let role = if fitted_positions.contains(&p.position) { "fit" } else { "held_out" };
                 (name, document_rows::position(&self.set, p, role, gain, &identified.fit_positions))
             };
             predictions.iter().map(row).collect()
@@ -142,19 +133,17 @@ impl Study {
         };
         let machine = &self.config.machine;
         let all: Vec<usize> = (0..self.set.motions.len()).collect();
-        let (fitted, held_out) = if request.is_other_set {
-            (Vec::new(), all.clone())
-        } else {
-            self.set.split_motions(settings.positions.as_deref(), &settings.hold_out)?
-        };
+        let split = || self.set.split_motions(settings.positions.as_deref(), &settings.hold_out);
+        let split = (!request.is_other_set).then(split).transpose()?;
+        let (fitted, held_out) = split.as_ref().map_or((&[][..], &all[..]), |split| (split.fit(), split.held_out()));
         let chosen = match &request.positions {
-            Some(names) => self.set.split_motions(Some(names), &[])?.0,
-            None if !held_out.is_empty() => held_out,
-            None => all,
+            Some(names) => self.set.split_motions(Some(names), &[])?.fit().to_vec(),
+            None if !held_out.is_empty() => held_out.to_vec(),
+            None => all.clone(),
         };
         let (motions, rigid, column_warnings) = self.preprocess_all()?;
         warnings.extend(column_warnings);
-        let mut records = list_records(self, (&rigid, &values), &motions, chosen.iter().copied(), &fitted);
+        let mut records = list_records(self, (&rigid, &values), &motions, chosen.iter().copied(), fitted);
         let own: Vec<&MotionRecord> = chosen.iter().map(|i| &self.set.motions[*i]).collect();
         let complete = !simulated || add_simulated_gaps(&mut records, (machine, &values), &own, &self.control)?;
         let positions = list_positions(&records, |r| if simulated { r.simulated_force_error } else { Some(r.force_error) });

@@ -10,7 +10,7 @@ use crate::verdict::last_of;
 use crate::{Hypothesis, Status};
 use dynamics::inverse_dynamics::{Rigid, free_parameters};
 use identification::motion::{ForceFit, estimate_identifiable};
-use machine::{Data, Effect, Machine};
+use machine::{Data, Effect, Machine, ParameterValues};
 use numeric::linear_fit::LinearFit;
 use numeric::statistics::root_mean_square;
 use optimizer::Control;
@@ -115,16 +115,16 @@ impl Context<'_> {
 
     /// Returns the best fit in which parameters that the records do not identify next to the added ones keep their values. Parameters at an end of
     /// their range may stand for the missing effect: a second fit starts them as described.
-    fn fitted(&self, machine: &Machine, start: &[f64], free: &[usize], added: &[usize]) -> Option<ForceFit> {
+    fn fitted(&self, machine: &Machine, start: &ParameterValues, free: &[usize], added: &[usize]) -> Option<ForceFit> {
         let may_drop = |parameter: usize| !added.contains(&parameter);
-        let fit = |start: &[f64]| estimate_identifiable(&self.rigid, machine, start, free, &self.data.motions, may_drop).ok();
+        let fit = |start: &ParameterValues| estimate_identifiable(&self.rigid, machine, start, free, &self.data.motions, may_drop).ok();
         let described = machine.start();
         let back = |(index, x): (usize, &f64)| {
             let at_end = free.contains(&index) && !added.contains(&index) && !machine.parameters[index].holds_inside(*x);
             if at_end { described[index] } else { *x }
         };
-        let again: Vec<f64> = start.iter().enumerate().map(back).collect();
-        let from_description = if again == start { None } else { fit(&again) };
+        let again = ParameterValues(start.iter().enumerate().map(back).collect());
+        let from_description = if again == *start { None } else { fit(&again) };
         fit(start).into_iter().chain(from_description).min_by(|a, b| a.squares.total_cmp(&b.squares))
     }
 

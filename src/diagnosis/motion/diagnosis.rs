@@ -21,7 +21,7 @@ use dynamics::inverse_dynamics::{
     InverseError, LinearForce, MotionSignal, Phase, Rigid, free_parameters, is_linear_in_inverse, mask_backlash_crossings, parameters_without_influence,
 };
 use identification::motion::estimate_identifiable;
-use machine::{Effect, Machine};
+use machine::{Effect, Machine, ParameterValues};
 use numeric::linear_fit::LinearFit;
 use optimizer::Control;
 
@@ -75,7 +75,7 @@ pub struct LocatedMotion {
 /// Result of a diagnosis.
 pub struct MotionDiagnosis {
     /// The machine as described, with its estimated parameters.
-    pub nominal: (Hypothesis, Vec<f64>),
+    pub nominal: (Hypothesis, ParameterValues),
     /// Fitted records, predicted by the machine as described.
     pub fit: Vec<MotionPart>,
     /// Held-out records, predicted by the machine as described.
@@ -89,7 +89,7 @@ pub struct MotionDiagnosis {
     /// Squared prediction error at left-out parts over the median of null simulations (1), of the machine as described and of the chosen model.
     pub excess: [f64; 2],
     /// The chosen model: with the named effect or combination, else the machine as described.
-    pub chosen: (Hypothesis, Vec<f64>),
+    pub chosen: (Hypothesis, ParameterValues),
     /// Fitted records, predicted by the chosen model.
     pub chosen_fit: Vec<MotionPart>,
     /// Held-out records, predicted by the chosen model.
@@ -293,7 +293,7 @@ pub fn diagnose_motion(
             })
         })
         .collect();
-    let model = (&context.rigid, &chosen.0.machine, chosen.1.values.as_slice());
+    let model = (&context.rigid, &chosen.0.machine, &chosen.1.values[..]);
     let fit_shifts = shifts(model, fit_motions, None);
     let other_shifts = shifts(model, held_out, Covariance::new(&chosen.1, &chosen.0.machine, fit_motions).as_ref());
     let step_s = fit_motions.iter().map(|m| m.step_s).fold(0.0, f64::max);
@@ -395,7 +395,7 @@ fn common_cause(
 }
 
 /// Returns the values of a fit without the delay of the force that effects add. `None` where none does.
-fn without_added_delay((hypothesis, fit): &Chosen) -> Option<Vec<f64>> {
+fn without_added_delay((hypothesis, fit): &Chosen) -> Option<ParameterValues> {
     let delays = hypothesis.machine.drive.as_ref()?.delay_s.depends_on().filter(|i| hypothesis.added.contains(i));
     let mut values = fit.values.clone();
     let mut delayed = false;

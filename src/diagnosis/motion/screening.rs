@@ -17,7 +17,7 @@ use super::residual_bootstrap::ResidualBootstrap;
 use crate::{Hypothesis, HypothesisKind, Status};
 use dynamics::inverse_dynamics::{LinearForce, Rigid, free_parameters, is_linear_in_inverse, prediction};
 use identification::motion::ForceFit;
-use machine::{Machine, Scale};
+use machine::{Machine, ParameterValues, Scale};
 use numeric::linear_fit::LinearFit;
 use numeric::random::normal;
 use optimizer::Control;
@@ -480,13 +480,13 @@ fn added_columns(
 }
 
 /// Extends values of a machine by the start values of added effects.
-pub(super) fn start_of(machine: &Machine, values: &[f64]) -> Vec<f64> {
-    values.iter().copied().chain(machine.parameters.iter().skip(values.len()).map(|p| p.start)).collect()
+pub(super) fn start_of(machine: &Machine, values: &ParameterValues) -> ParameterValues {
+    ParameterValues(values.iter().copied().chain(machine.parameters.iter().skip(values.len()).map(|p| p.start)).collect())
 }
 
 /// Returns values with the added parameters inside their ranges, each at a different coordinate.
-fn interior(machine: &Machine, start: &[f64], added: &[usize]) -> Vec<f64> {
-    let mut values = start.to_vec();
+fn interior(machine: &Machine, start: &ParameterValues, added: &[usize]) -> ParameterValues {
+    let mut values = start.clone();
     for (k, &index) in added.iter().enumerate() {
         values[index] = machine.parameters[index].from_unit(0.55 + 0.07 * (k % 5) as f64);
     }

@@ -6,7 +6,7 @@ use super::interval::{CoefficientInterval, intervals};
 use dynamics::inverse_dynamics::{
     InverseError, MotionSignal, Rigid, derivatives, is_linear_in_inverse, mask_backlash_crossings, prediction, recorded, weights,
 };
-use machine::Machine;
+use machine::{Machine, ParameterValues};
 use numeric::linear_fit::LinearFit;
 use optimizer::{Coordinate, GaussNewton, GaussNewtonError, GaussNewtonFit, PredictionFunction, nonzero_columns};
 
@@ -14,7 +14,7 @@ use optimizer::{Coordinate, GaussNewton, GaussNewtonError, GaussNewtonFit, Predi
 #[derive(Debug, Clone, PartialEq)]
 pub struct ForceFit {
     /// Values of all parameters of the machine.
-    pub values: Vec<f64>,
+    pub values: ParameterValues,
     /// Indices of the fitted parameters.
     pub free: Vec<usize>,
     /// Recorded less predicted force, thinned, record after record.
@@ -58,7 +58,7 @@ impl PredictionFunction for Force<'_> {
 pub fn estimate(
     rigid: &Rigid,
     machine: &Machine,
-    start: &[f64],
+    start: &ParameterValues,
     free: &[usize],
     motions: &[&MotionSignal],
 ) -> Result<ForceFit, InverseError> {
@@ -73,7 +73,14 @@ pub fn estimate(
         evaluations += free.len() as u64;
         derivatives(rigid, machine, &values, free, motions, &here)
     };
-    Ok(ForceFit { free: free.to_vec(), squares: residual.norm_squared(), values, residual, derivatives, evaluations })
+    Ok(ForceFit {
+        free: free.to_vec(),
+        squares: residual.norm_squared(),
+        values: ParameterValues(values),
+        residual,
+        derivatives,
+        evaluations,
+    })
 }
 
 /// Converts free parameters to coordinates of a fit, some by their inverse.
@@ -103,7 +110,7 @@ pub(super) fn unidentifiable(machine: &Machine, free: &[usize], error: GaussNewt
 pub fn estimate_identifiable(
     rigid: &Rigid,
     machine: &Machine,
-    start: &[f64],
+    start: &ParameterValues,
     free: &[usize],
     motions: &[&MotionSignal],
     may_stay: impl Fn(usize) -> bool,

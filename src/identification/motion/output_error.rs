@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::force_fit::{coordinates, unidentifiable};
 use dynamics::inverse_dynamics::InverseError;
 use dynamics::motion::{MotionError, RecordGap, SimulationSettings, simulate_record};
-use machine::Machine;
+use machine::{Machine, ParameterValues};
 use measurement::MotionRecord;
 use numeric::parallel::OrFirstError;
 use optimizer::{Control, GaussNewton, GaussNewtonFit, PredictionFunction};
@@ -15,7 +15,7 @@ use optimizer::{Control, GaussNewton, GaussNewtonFit, PredictionFunction};
 #[derive(Debug, Clone, PartialEq)]
 pub struct OutputError {
     /// Values of all parameters of the machine.
-    pub values: Vec<f64>,
+    pub values: ParameterValues,
     /// Recorded less simulated force (N or N·m), record after record.
     pub residual: DVector<f64>,
     /// Derivatives of the simulated force with respect to the free parameters.
@@ -62,7 +62,7 @@ impl PredictionFunction for Loop<'_> {
 /// # Errors  as [`simulate_record`]; a loop that is unstable at the start values; parameters that these records cannot distinguish.
 pub fn output_error(
     machine: &Machine,
-    start: &[f64],
+    start: &ParameterValues,
     free: &[usize],
     records: &[&MotionRecord],
     control: &Control,
@@ -75,7 +75,7 @@ pub fn output_error(
         .map_err(|e| unidentifiable(machine, free, e))?;
     // The derivatives are those before the last step: new ones would need one simulation per parameter.
     let GaussNewtonFit { values, residual, derivatives, evaluations, converged, .. } = found;
-    Ok(OutputError { values, residual, derivatives, evaluations, complete: converged && !control.stopped() })
+    Ok(OutputError { values: ParameterValues(values), residual, derivatives, evaluations, complete: converged && !control.stopped() })
 }
 
 /// Simulates the force of the records, one after another; `None` if stopped.

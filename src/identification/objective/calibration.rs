@@ -2,6 +2,7 @@
 
 use super::FrfObjective;
 use super::frf::SPAN;
+use crate::Place;
 
 /// Gain and delay of one measurement channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,7 +30,7 @@ impl FrfObjective<'_> {
     }
 
     /// Returns gain and delay of each channel at given coordinates.
-    pub fn channels_at(&self, place: &[f64]) -> Vec<Channel> {
+    pub fn channels_at(&self, place: &Place) -> Vec<Channel> {
         let of = |((response, excitation), (log_gain, delay_s)): (&(usize, usize), (f64, f64))| Channel {
             response: *response,
             excitation: *excitation,
@@ -45,7 +46,7 @@ impl FrfObjective<'_> {
     }
 
     /// Returns the fitted nut positions: stated position (m) and shift (m) at given coordinates.
-    pub fn nuts_at(&self, place: &[f64]) -> Vec<(f64, f64)> {
+    pub fn nuts_at(&self, place: &Place) -> Vec<(f64, f64)> {
         let stated = |at: usize| self.records.iter().find(|r| r.nut == at).and_then(|r| r.operating.nut_m);
         self.decode(place).nut_shift_m.into_iter().enumerate().filter_map(|(at, shift_m)| Some((stated(at)?, shift_m))).collect()
     }

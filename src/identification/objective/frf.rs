@@ -8,8 +8,9 @@ use rayon::prelude::*;
 use super::record::{Decoded, FrfRecord, check_overlap, factor, log_factor, operating, record, wrapped};
 use super::setup::{GAIN_RANGE, free_parameters, keep_rods, point_named};
 use super::{FrfSettings, ObjectiveError};
+use crate::Place;
 use dynamics::model::{ABREAST, AssembledModel, Complexes, LANES, Reals, Structure, Workspace};
-use machine::{FitRule, Machine};
+use machine::{FitRule, Machine, ParameterValues};
 use measurement::{FitSet, Gain, HoldOutSet, MeasurementSet};
 use numeric::statistics::root_mean_square;
 
@@ -60,7 +61,7 @@ pub struct FrfObjective<'m> {
     pub free: Vec<usize>,
     /// Number of free parameters that are not tolerances: those the global search varies.
     pub own_count: usize,
-    base: Vec<f64>,
+    base: ParameterValues,
     pools: Vec<Mutex<Vec<FrfScratch>>>,
     /// Records of the coarse cost, built at its first evaluation.
     coarse_records: OnceLock<Vec<FrfRecord>>,
@@ -71,19 +72,35 @@ impl<'m> FrfObjective<'m> {
     ///
     /// # Errors  there is no FRF to fit; one names points that the machine lacks, or lies outside the screw; two do not overlap in frequency.
     pub fn new(machine: &'m Machine, fit: &FitSet<'_>, settings: FrfSettings, frozen: &[String]) -> Result<Self, ObjectiveError> {
-        if fit.frfs.is_empty() {
-            let path = &fit.set.path;
+        if fit.frfs().is_empty() {
+            let path = &fit.set().path;
             return Err(ObjectiveError::Data(format!("{path}: the selection to fit contains no FRF; name other positions or records")));
         }
         let free = free_parameters(machine, frozen, |rule| rule != FitRule::Never)?;
-        Self::for_frfs(machine, fit.set, &fit.frfs, settings, free)
+        Self::for_frfs(machine, fit.set(), fit.frfs(), settings, free)
+    }
+
+    /// As [`FrfObjective::new`] for held-out FRFs whose records are to be simulated: [`FrfObjective::shifted`] replaces their measured values.
+    ///
+    /// # Errors  as [`FrfObjective::new`].
+    pub fn to_simulate(
+        machine: &'m Machine,
+        held_out: &HoldOutSet<'_>,
+        settings: FrfSettings,
+        frozen: &[String],
+    ) -> Result<Self, ObjectiveError> {
+        if held_out.frfs().is_empty() {
+            return Err(ObjectiveError::Data(format!("{}: no FRF is held out", held_out.set().path)));
+        }
+        let free = free_parameters(machine, frozen, |rule| rule != FitRule::Never)?;
+        Self::for_frfs(machine, held_out.set(), held_out.frfs(), settings, free)
     }
 
     /// Builds the objective of the held-out FRFs, to predict them.
     ///
     /// # Errors  as [`FrfObjective::new`], except that no FRF is needed.
     pub fn held_out(machine: &'m Machine, held_out: &HoldOutSet<'_>, settings: FrfSettings) -> Result<Self, ObjectiveError> {
-        Self::for_frfs(machine, held_out.set, &held_out.frfs, settings, Vec::new())
+        Self::for_frfs(machine, held_out.set(), held_out.frfs(), settings, Vec::new())
     }
 
     fn for_frfs(
@@ -156,7 +173,7 @@ impl<'m> FrfObjective<'m> {
         let decoded = |u: f64| self.decode(&vec![u; self.free.len() + 1 + self.nuts + 2 * self.free_channels()]);
         let cases = [0.3, 0.7].map(decoded);
         for record in &mut records {
-            let at = cases.each_ref().map(|here| (here.parameters.as_slice(), here.operating(record)));
+            let at = cases.each_ref().map(|here| (&here.parameters[..], here.operating(record)));
             keep_rods(Arc::make_mut(&mut record.lines), (self.machine, &self.structures[record.structure]), at);
         }
         records
@@ -183,7 +200,11 @@ impl<'m> FrfObjective<'m> {
     }
 
     /// Returns the machine's parameters, in its order, for unit-cube coordinates of the free ones.
-    pub fn parameters(&self, place: &[f64]) -> Vec<f64> {
+    pub fn parameters(&self, place: &Place) -> ParameterValues {
+        self.parameters_of(place)
+    }
+
+    fn parameters_of(&self, place: &[f64]) -> ParameterValues {
         let mut parameters = self.base.clone();
         for (&index, &u) in self.free.iter().zip(place) {
             parameters[index] = self.machine.parameters[index].from_unit(u.clamp(0.0, 1.0));
@@ -215,7 +236,7 @@ impl<'m> FrfObjective<'m> {
             }
         };
         Decoded {
-            parameters: self.parameters(place),
+            parameters: self.parameters_of(place),
             log_gain: self.log_gain(place),
             nut_shift_m: (0..self.nuts).map(nut).collect(),
             channels: (0..self.channels.len()).map(channel).collect(),
@@ -269,17 +290,17 @@ impl<'m> FrfObjective<'m> {
     }
 
     /// Returns the residuals of all records at given parameters and gain, with nut positions as stated.
-    pub fn residuals(&self, parameters: &[f64], gain: f64) -> Vec<Vec<Complex64>> {
+    pub fn residuals(&self, parameters: &ParameterValues, gain: f64) -> Vec<Vec<Complex64>> {
         self.residuals_of(&self.as_stated(parameters, gain))
     }
 
-    fn as_stated(&self, parameters: &[f64], gain: f64) -> Decoded {
-        let (parameters, channels) = (parameters.to_vec(), self.calibration.clone());
+    fn as_stated(&self, parameters: &ParameterValues, gain: f64) -> Decoded {
+        let (parameters, channels) = (parameters.clone(), self.calibration.clone());
         Decoded { parameters, log_gain: gain.ln(), nut_shift_m: Vec::new(), channels }
     }
 
     /// Returns the residuals of all records at coordinates of free parameters, gain, nut positions and channels.
-    pub fn residuals_at(&self, place: &[f64]) -> Vec<Vec<Complex64>> {
+    pub fn residuals_at(&self, place: &Place) -> Vec<Vec<Complex64>> {
         self.residuals_of(&self.decode(place))
     }
 
@@ -310,12 +331,12 @@ impl<'m> FrfObjective<'m> {
     /// Returns the gap of each record at given parameters and gain.
     ///
     /// # Source  this project's definition of the gap between a measured and a predicted FRF: root mean square of the error of ln H, per component.
-    pub fn gaps(&self, parameters: &[f64], gain: f64) -> Vec<FrfGap> {
+    pub fn gaps(&self, parameters: &ParameterValues, gain: f64) -> Vec<FrfGap> {
         self.gaps_of(self.residuals(parameters, gain))
     }
 
     /// Returns the gap of each record at given coordinates, nuisance parameters included.
-    pub fn gaps_at(&self, place: &[f64]) -> Vec<FrfGap> {
+    pub fn gaps_at(&self, place: &Place) -> Vec<FrfGap> {
         self.gaps_of(self.residuals_at(place))
     }
 
@@ -364,7 +385,7 @@ impl<'m> FrfObjective<'m> {
     }
 
     /// Returns the gain of the set or, if it is unknown, the best gain for the given parameters.
-    pub fn best_gain(&self, parameters: &[f64]) -> f64 {
+    pub fn best_gain(&self, parameters: &ParameterValues) -> f64 {
         if let Gain::Known(gain) = self.gain {
             return gain;
         }
@@ -382,20 +403,20 @@ impl<'m> FrfObjective<'m> {
     /// Extends coordinates of the free parameters, with or without tolerances, to all coordinates.
     ///
     /// Missing tolerances, nut positions and channels are as stated; an unknown gain has its best value.
-    pub fn extended(&self, place: &[f64]) -> Vec<f64> {
+    pub fn extended(&self, place: &[f64]) -> Place {
         let mut extended = place.to_vec();
         let stated = |i: &usize| self.machine.parameters[*i].to_unit(self.machine.parameters[*i].start);
         extended.extend(self.free.iter().skip(place.len()).map(stated));
         if self.estimates_gain() {
-            let gain = self.best_gain(&self.parameters(place));
+            let gain = self.best_gain(&self.parameters_of(place));
             extended.push(((gain / GAIN_RANGE.0).ln() / (GAIN_RANGE.1 / GAIN_RANGE.0).ln()).clamp(0.0, 1.0));
         }
         extended.extend(vec![0.5; self.nuts + 2 * self.free_channels()]);
-        extended
+        Place(extended)
     }
 
     /// Returns the gain at [`FrfObjective::extended`] coordinates.
-    pub fn gain(&self, place: &[f64]) -> f64 {
+    pub fn gain(&self, place: &Place) -> f64 {
         self.log_gain(place).exp()
     }
 
@@ -404,7 +425,7 @@ impl<'m> FrfObjective<'m> {
     /// The sum runs over the lags up to the first insignificant one. The result is 1 for noise alone, and large where model error dominates.
     ///
     /// # Source  effective sample size of an autocorrelated series; Bayley and Hammersley, J. R. Stat. Soc. Suppl. 8 (1946) 184–197.
-    pub fn correlation_factor(&self, place: &[f64]) -> f64 {
+    pub fn correlation_factor(&self, place: &Place) -> f64 {
         let residuals = self.residuals_of(&self.decode(place));
         let weighted =
             |record: &FrfRecord, r: &[Complex64]| -> Vec<Complex64> { r.iter().zip(&record.weight).map(|(r, w)| r * w.sqrt()).collect() };

@@ -6,8 +6,9 @@ use std::sync::{Arc, Mutex};
 use super::ObjectiveError;
 use super::pairing::{MISSING, ModePair, VISIBLE, pair_into};
 use super::setup::{GAIN_RANGE, free_parameters, keep_rods, point_named};
+use crate::Place;
 use dynamics::model::{AssembledModel, FrequencyGrid, Peak, PeakSearch, RodModel, Structure, Workspace, peaks_into};
-use machine::{Chain, FitRule, Machine, Operating};
+use machine::{Chain, FitRule, Machine, Operating, ParameterValues};
 use measurement::{FitSet, Gain, HoldOutSet, MeasurementSet, ModeObservation};
 use numeric::unit::omega_rad_s;
 
@@ -110,7 +111,7 @@ pub struct ModeObjective<'m> {
     pub band_hz: (f64, f64),
     /// Indices of the free parameters.
     pub free: Vec<usize>,
-    base: Vec<f64>,
+    base: ParameterValues,
     /// Inverse of the lower Cholesky factor of the residuals' covariance, where they are correlated.
     whitening: Option<DMatrix<f64>>,
     pool: Mutex<Vec<ModeScratch>>,
@@ -121,13 +122,13 @@ impl<'m> ModeObjective<'m> {
     ///
     /// # Errors  the set has no modes there, names points that the machine lacks, or lies outside the screw.
     pub fn new(machine: &'m Machine, fit: &FitSet<'_>, settings: ModeSettings, frozen: &[String]) -> Result<Self, ObjectiveError> {
-        if fit.positions.is_empty() {
+        if fit.positions().is_empty() {
             return Err(ObjectiveError::Data(format!(
                 "{}: no position to fit is given; name some in split.fit or as positions",
-                fit.set.path
+                fit.set().path
             )));
         }
-        let objective = Self::for_positions(machine, fit.set, &fit.positions, settings, frozen, None)?;
+        let objective = Self::for_positions(machine, fit.set(), fit.positions(), settings, frozen, None)?;
         if objective.positions.iter().all(|p| p.measured_hz.is_empty()) {
             return Err(ObjectiveError::Data("no mode was observed at the positions to fit; name other positions".into()));
         }
@@ -170,11 +171,11 @@ impl<'m> ModeObjective<'m> {
         settings: ModeSettings,
         fit_band_hz: Option<(f64, f64)>,
     ) -> Result<Self, ObjectiveError> {
-        let objective = Self::for_positions(machine, held_out.set, &held_out.positions, settings, &[], fit_band_hz)?;
+        let objective = Self::for_positions(machine, held_out.set(), held_out.positions(), settings, &[], fit_band_hz)?;
         if !objective.band_hz.0.is_finite() {
             return Err(ObjectiveError::Data(format!(
                 "{}: no mode was observed at the held-out positions; there is nothing to compare",
-                held_out.set.path
+                held_out.set().path
             )));
         }
         Ok(objective)
@@ -235,22 +236,26 @@ impl<'m> ModeObjective<'m> {
 
     /// Prepares the frequency grids of the peak search, with precomputed rods that no free parameter changes.
     fn prepare_grids(&mut self) {
-        let places = [0.3, 0.7].map(|u| self.parameters(&vec![u; self.free.len()]));
+        let places = [0.3, 0.7].map(|u| self.parameters_of(&vec![u; self.free.len()]));
         for position in &mut self.positions {
             position.lines = self.search.start_grid();
-            keep_rods(&mut position.lines, (self.machine, &self.structure), places.each_ref().map(|p| (p.as_slice(), position.operating)));
+            keep_rods(&mut position.lines, (self.machine, &self.structure), places.each_ref().map(|p| (&p[..], position.operating)));
         }
     }
 
     /// Returns the machine's parameters, in its order, for unit-cube coordinates of the free ones.
-    pub fn parameters(&self, place: &[f64]) -> Vec<f64> {
+    pub fn parameters(&self, place: &Place) -> ParameterValues {
+        self.parameters_of(place)
+    }
+
+    fn parameters_of(&self, place: &[f64]) -> ParameterValues {
         let mut parameters = Vec::new();
         self.parameters_into(place, &mut parameters);
-        parameters
+        ParameterValues(parameters)
     }
 
     fn parameters_into(&self, place: &[f64], parameters: &mut Vec<f64>) {
-        parameters.clone_from(&self.base);
+        parameters.clone_from(&self.base.0);
         for (&index, &u) in self.free.iter().zip(place) {
             parameters[index] = self.machine.parameters[index].from_unit(u.clamp(0.0, 1.0));
         }
@@ -289,7 +294,7 @@ impl<'m> ModeObjective<'m> {
     }
 
     /// Predicts all positions with the given parameters.
-    pub fn predict(&self, parameters: &[f64]) -> Vec<PositionPrediction> {
+    pub fn predict(&self, parameters: &ParameterValues) -> Vec<PositionPrediction> {
         self.with_scratch(|scratch| {
             scratch.parameters.clear();
             scratch.parameters.extend(parameters);
@@ -386,17 +391,21 @@ impl<'m> ModeObjective<'m> {
     }
 
     /// Extends coordinates of the free parameters by the best coordinate of an unknown gain.
-    pub fn extended(&self, place: &[f64]) -> Vec<f64> {
+    pub fn extended(&self, place: &[f64]) -> Place {
         let mut extended = place.to_vec();
         if self.estimates_gain() {
-            let gain = self.amplitude_fit(&self.predict(&self.parameters(place))).gain;
+            let gain = self.amplitude_fit(&self.predict(&self.parameters_of(place))).gain;
             extended.push(((gain / GAIN_RANGE.0).ln() / (GAIN_RANGE.1 / GAIN_RANGE.0).ln()).clamp(0.0, 1.0));
         }
-        extended
+        Place(extended)
     }
 
     /// Returns the gain at [`ModeObjective::extended`] coordinates.
-    pub fn gain(&self, place: &[f64]) -> f64 {
+    pub fn gain(&self, place: &Place) -> f64 {
+        self.gain_of(place)
+    }
+
+    fn gain_of(&self, place: &[f64]) -> f64 {
         match (self.gain, place.get(self.free.len())) {
             (Gain::Known(gain), _) => gain,
             (Gain::Unknown, Some(u)) => GAIN_RANGE.0 * (u * (GAIN_RANGE.1 / GAIN_RANGE.0).ln()).exp(),
@@ -405,9 +414,14 @@ impl<'m> ModeObjective<'m> {
     }
 
     /// Returns all weighted residuals at [`ModeObjective::extended`] coordinates, with those of the priors last.
-    pub fn residuals_at(&self, place: &[f64]) -> Vec<f64> {
-        let parameters = self.parameters(place);
-        let mut residuals = self.residuals(&self.predict(&parameters), self.gain(place));
+    pub fn residuals_at(&self, place: &Place) -> Vec<f64> {
+        self.residuals_of(place)
+    }
+
+    /// As [`ModeObjective::residuals_at`] for a place of the optimiser.
+    pub(super) fn residuals_of(&self, place: &[f64]) -> Vec<f64> {
+        let parameters = self.parameters_of(place);
+        let mut residuals = self.residuals(&self.predict(&parameters), self.gain_of(place));
         if let Some(whitening) = &self.whitening {
             residuals = (whitening * DVector::from_vec(residuals)).data.into();
         }

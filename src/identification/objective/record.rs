@@ -7,7 +7,7 @@ use num_complex::Complex64;
 
 use super::{FrfSettings, ObjectiveError};
 use dynamics::model::{Complexes, FrequencyGrid, LANES, Reals};
-use machine::Operating;
+use machine::{Operating, ParameterValues};
 use measurement::{Frf, FrfLine, MeasurementSet};
 use numeric::statistics::median;
 use numeric::unit::{frequency_hz, omega_rad_s};
@@ -143,7 +143,7 @@ pub fn operating(set: &MeasurementSet, frf: &Frf) -> Operating {
 
 /// Physical values of unit-cube coordinates.
 pub(super) struct Decoded {
-    pub(super) parameters: Vec<f64>,
+    pub(super) parameters: ParameterValues,
     pub(super) log_gain: f64,
     /// Shift of each nut position (m).
     pub(super) nut_shift_m: Vec<f64>,

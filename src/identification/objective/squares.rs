@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::frf::SPAN;
 use super::record::{Decoded, FrfRecord, factor, log_factor, pieces, wrapped};
 use super::{FrfObjective, FrfSettings, GAIN_RANGE, ModeObjective};
+use crate::Place;
 use dynamics::model::{ABREAST, Complexes, LANES, Reals};
 use machine::Value;
 use optimizer::{LeastSquares, NormalEquations};
@@ -37,12 +38,12 @@ impl LeastSquares for ModeSquares<'_, '_> {
     }
 
     fn chi_square(&self, place: &[f64]) -> f64 {
-        self.objective.residuals_at(place).iter().enumerate().map(|(row, r)| self.weight(row) * r * r).sum()
+        self.objective.residuals_of(place).iter().enumerate().map(|(row, r)| self.weight(row) * r * r).sum()
     }
 
     fn normal(&self, place: &[f64]) -> NormalEquations {
         let dimension = self.dimension();
-        let here = self.objective.residuals_at(place);
+        let here = self.objective.residuals_of(place);
         let columns: Vec<Vec<f64>> = (0..dimension)
             .into_par_iter()
             .map(|column| {
@@ -53,7 +54,7 @@ impl LeastSquares for ModeSquares<'_, '_> {
                 };
                 let (low, high) = (shifted(-STEP), shifted(STEP));
                 let width = high[column] - low[column];
-                let (from, to) = (self.objective.residuals_at(&low), self.objective.residuals_at(&high));
+                let (from, to) = (self.objective.residuals_of(&low), self.objective.residuals_of(&high));
                 to.iter().zip(&from).map(|(b, a)| (b - a) / width).collect()
             })
             .collect();
@@ -231,14 +232,14 @@ impl FrfObjective<'_> {
     }
 
     /// Returns all terms whose squares sum to χ²: weighted residuals, real and imaginary parts in turn, then the priors.
-    pub fn rows(&self, place: &[f64]) -> DVector<f64> {
+    pub fn rows(&self, place: &Place) -> DVector<f64> {
         let here = self.decode(place);
         let priors = self.priors(&here).map(|k| k.deviation);
         DVector::from_vec(self.weighted_residuals(place).iter().copied().chain(priors).collect())
     }
 
     /// Returns the derivatives of [`FrfObjective::rows`] with respect to the coordinates.
-    pub fn slopes(&self, place: &[f64]) -> DMatrix<f64> {
+    pub fn slopes(&self, place: &Place) -> DMatrix<f64> {
         let here = self.decode(place);
         let columns = self.columns(&here);
         let count = 2 * self.lines().iter().sum::<usize>();
@@ -261,7 +262,7 @@ impl FrfObjective<'_> {
     }
 
     /// Returns the weighted residuals of all lines, without priors.
-    pub fn weighted_residuals(&self, place: &[f64]) -> DVector<f64> {
+    pub fn weighted_residuals(&self, place: &Place) -> DVector<f64> {
         let residuals = self.residuals_at(place);
         let parts = self
             .records

@@ -86,7 +86,7 @@ fn to_document(
     if !whole {
         warnings.push("natural frequencies and amplitudes say little about damping and mode shapes: effects that whole FRFs distinguish may remain ambiguous".into());
     }
-    if held_out.positions.is_empty() && held_out.frfs.is_empty() {
+    if held_out.is_empty() {
         warnings.push("nothing is held out, so that the closed share of the gap is unknown; hold positions or records out".into());
     }
     let chosen = chosen_row(held_out, found, interval)?;
@@ -97,8 +97,8 @@ fn to_document(
         domain: if whole { "frf" } else { "modes" }.into(),
         config: study.config.path.clone(),
         measurements: study.set.path.clone(),
-        fit_positions: names(&fit.positions, &fit.frfs),
-        held_out_positions: names(&held_out.positions, &held_out.frfs),
+        fit_positions: names(fit.positions(), fit.frfs()),
+        held_out_positions: names(held_out.positions(), held_out.frfs()),
         noise_floor: floor_over(if found.held_out.is_empty() { &found.fit } else { &found.held_out }),
         gap: document::GapRow {
             fit: gap_over(&found.fit),
@@ -229,7 +229,7 @@ fn residual_map(
 ) -> StudyResult<Vec<document::ResidualCell>> {
     let Domain::Frf(settings) = found.domain else { return Ok(Vec::new()) };
     let (hypothesis, fitted) = &found.described;
-    let all = HoldOutSet { set: fit.set, positions: Vec::new(), frfs: fit.frfs.iter().chain(&held_out.frfs).copied().collect() };
+    let all = fit.both(held_out);
     let objective = FrfObjective::held_out(&hypothesis.machine, &all, settings)?;
     let values = values_of(hypothesis, fitted);
     let residuals = objective.residuals(&values, objective.best_gain(&values));
@@ -240,7 +240,7 @@ fn residual_map(
     );
     let edge = |at: usize| low * (high / low).powf(at as f64 / BANDS as f64);
     let mut cells = Vec::new();
-    for ((&frf, residuals), frequencies) in all.frfs.iter().zip(&residuals).zip(&frequencies) {
+    for ((&frf, residuals), frequencies) in all.frfs().iter().zip(&residuals).zip(&frequencies) {
         let frf = &study.set.frfs[frf];
         for band in 0..BANDS {
             let (from_hz, to_hz) = (edge(band), edge(band + 1));
@@ -273,9 +273,7 @@ fn residual_map(
 fn by_mode((fit, held_out): (&FitSet<'_>, &HoldOutSet<'_>), found: &Diagnosis) -> StudyResult<Vec<Option<f64>>> {
     let Domain::Modes(settings) = found.domain else { return Ok(Vec::new()) };
     let (hypothesis, fitted) = &found.described;
-    let positions = fit.positions.iter().chain(&held_out.positions).copied().collect();
-    let all = HoldOutSet { set: fit.set, positions, frfs: Vec::new() };
-    gaps_by_mode(hypothesis, &values_of(hypothesis, fitted), &all, settings).map_err(StudyError::from)
+    gaps_by_mode(hypothesis, &values_of(hypothesis, fitted), &fit.both(held_out), settings).map_err(StudyError::from)
 }
 
 fn by_band(map: &[document::ResidualCell]) -> Vec<document::BandGap> {
@@ -373,7 +371,7 @@ fn delta_z(found: &Diagnosis) -> Vec<document::DeltaZ> {
 /// Returns the errors of the highest resonance of held-out FRFs, before and after: frequency, damping ratio, peak compliance.
 fn headline_metrics(held_out: &HoldOutSet<'_>, found: &Diagnosis) -> StudyResult<Vec<document::HeadlineMetrics>> {
     let Domain::Frf(settings) = found.domain else { return Ok(Vec::new()) };
-    if held_out.frfs.is_empty() {
+    if held_out.frfs().is_empty() {
         return Ok(Vec::new());
     }
     let errors = |(hypothesis, fitted): &(Hypothesis, Fitted)| peak_errors(hypothesis, fitted, held_out, settings).map_err(StudyError::from);

@@ -27,7 +27,8 @@ impl Study {
         let made = self.settings.identification(&self.set)?;
         let machine = &self.config.machine;
         self.check_frozen()?;
-        let (fit, held_out) = self.set.split_motions(self.fit.as_deref(), &self.hold_out)?;
+        let split = self.set.split_motions(self.fit.as_deref(), &self.hold_out)?;
+        let (fit, held_out) = (split.fit(), split.held_out());
         let (mut motions, rigid, mut warnings) = self.preprocess_all()?;
         let asked = free_parameters(machine, &made.frozen)?;
         let unseen =
@@ -36,12 +37,12 @@ impl Study {
         if free.is_empty() {
             return Err(StudyError::setting("freeze", "", "holds every parameter of the machine; leave one free"));
         }
-        let mut found = estimate_weighted(&rigid, machine, &free, &mut motions, &fit)?;
+        let mut found = estimate_weighted(&rigid, machine, &free, &mut motions, fit)?;
         let mut complete = true;
         let mut estimates;
         if simulated {
             self.control.begin("simulate");
-            (found, estimates, complete) = refine_by_simulation(self, (&free, found), (&fit, &motions), &self.control)?;
+            (found, estimates, complete) = refine_by_simulation(self, (&free, found), (fit, &motions), &self.control)?;
         } else {
             let fitted: Vec<&MotionSignal> = fit.iter().map(|i| &motions[*i]).collect();
             estimates = found.estimates(machine, &free, &fitted);
@@ -49,7 +50,7 @@ impl Study {
         let shown_nowhere = |i: &usize| Estimated { parameter: *i, value: found.values[*i], interval: None, at_bound: false };
         estimates.extend(unseen.iter().map(shown_nowhere));
         let values = &found.values;
-        let mut records = list_records(self, (&rigid, values), &motions, 0..motions.len(), &fit);
+        let mut records = list_records(self, (&rigid, values), &motions, 0..motions.len(), fit);
         if simulated {
             let all: Vec<&MotionRecord> = self.set.motions.iter().collect();
             complete &= add_simulated_gaps(&mut records, (machine, values), &all, &self.control)?;
@@ -85,8 +86,8 @@ impl Study {
             leave_one_out: false,
             fitted_parameters: free.iter().map(|i| machine.parameters[*i].id.clone()).collect(),
             correlation: correlation(&found.derivatives),
-            fit_positions: names(&self.set, &fit),
-            held_out_positions: names(&self.set, &held_out),
+            fit_positions: names(&self.set, fit),
+            held_out_positions: names(&self.set, held_out),
             positions: list_positions(&records, error),
             frfs: Vec::new(),
             preprocessing: motions.first().map(|m| recipe_row(&m.preprocessing)),

@@ -13,7 +13,7 @@ impl Study {
         let (machine, control) = (&self.config.machine, &self.control);
         let mut found = identify(machine, &fit, &held_out, &made, control)?;
         // Where nothing is held out, each position is predicted by a fit without it.
-        let alone = held_out.positions.is_empty() && held_out.frfs.is_empty();
+        let alone = held_out.is_empty();
         let predicted = if alone && found.complete { cross_validation(machine, &fit, &made, &found, control)? } else { None };
         found.complete &= !control.stopped();
         let leave_one_out = predicted.is_some();
@@ -22,7 +22,7 @@ impl Study {
         }
         let whole = made.frf.is_some();
         let names = |positions: &[usize], frfs: &[usize]| document_rows::names(&self.set, positions, frfs, whole);
-        let fit_positions = names(&fit.positions, &fit.frfs);
+        let fit_positions = names(fit.positions(), fit.frfs());
         let positions = document_rows::positions(self, &found, &fit_positions);
         let frfs = document_rows::all_frfs(&self.set, &found);
         let mut warnings = found.warnings.clone();
@@ -61,7 +61,7 @@ impl Study {
             leave_one_out,
             fitted_parameters: free.chain(gain).collect(),
             correlation: found.certainty.correlation.clone(),
-            held_out_positions: names(&held_out.positions, &held_out.frfs),
+            held_out_positions: names(held_out.positions(), held_out.frfs()),
             fit_positions,
             positions,
             frfs,

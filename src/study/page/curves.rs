@@ -7,7 +7,7 @@ use num_complex::Complex64;
 use crate::{StudyError, StudyResult};
 use dynamics::model::{RodModel, Structure};
 use identification::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings, operating};
-use machine::{Chain, Machine, Operating, PointMotion};
+use machine::{Chain, Machine, Operating, ParameterValues, PointMotion};
 use measurement::{FitSet, Frf, Gain, HoldOutSet, MeasurementSet, Quantity};
 use numeric::unit::omega_rad_s;
 use report::page::{PageCurve, PeakMark};
@@ -29,7 +29,7 @@ type FrfSample = (f64, Complex64);
 pub(super) struct CurveModel {
     pub(super) machine: Machine,
     /// Values of the parameters, in the order of the machine.
-    pub(super) values: Vec<f64>,
+    pub(super) values: ParameterValues,
     /// Model of the rods.
     pub(super) rods: RodModel,
     /// Gain: factor from prediction to record (1). Where it is absent, it is fitted to the measurements.
@@ -57,7 +57,7 @@ impl Overlay<'_> {
 
     /// Returns all positions and FRFs of the set, fitted and held out.
     fn all_data(&self) -> HoldOutSet<'_> {
-        HoldOutSet { set: self.set, positions: (0..self.set.positions.len()).collect(), frfs: (0..self.set.frfs.len()).collect() }
+        self.set.everything_to_predict()
     }
 
     /// Returns the gain of a model: the factor from its prediction to the record (1).
@@ -115,7 +115,7 @@ impl Overlay<'_> {
         Ok(PageCurve {
             position,
             channel,
-            held_out: !self.fit.frfs.contains(&at),
+            held_out: !self.fit.frfs().contains(&at),
             unit,
             measured: frf.lines.iter().map(|l| (l.frequency_hz, l.value * factor)).collect(),
             predicted,
@@ -156,7 +156,7 @@ impl Overlay<'_> {
             curves.push(PageCurve {
                 position: position.name.clone(),
                 channel: format!("{response}/{excitation}"),
-                held_out: !self.fit.positions.contains(&at),
+                held_out: !self.fit.positions().contains(&at),
                 unit: unit.clone(),
                 measured: Vec::new(),
                 predicted,
