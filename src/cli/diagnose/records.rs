@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::arguments::DiagnoseArguments;
-use super::effects::{at_bound, choose_effects, contains_effect, names_effect, status_words, units, verdict_row};
+use super::effects::{at_bound, choose_effects, names_effect, status_words, units, verdict_row};
 use super::learnable::learnable;
 use crate::long_work::{control, finish, on_threads};
 use crate::motion_records::{curve_rows, preprocess_all, rigid_model, transmission_rows};
@@ -77,7 +77,7 @@ fn to_document(
     let is_named = found.verdict.kind.explains();
     let ceiling = found.tried.iter().filter(|t| !t.held_out.is_empty()).filter_map(|t| found.closed(&t.held_out)).chain(closed);
     let chosen = document::Chosen {
-        id: found.chosen.0.id.clone(),
+        id: found.chosen.0.id(),
         parameters: named_values(&found.chosen.0.machine, &found.chosen.1),
         gap_held_out: after,
         misfit_over_null: None,
@@ -137,13 +137,16 @@ fn list_effects(found: &MotionDiagnosis, effects: &[Effect], chosen: &document::
                 gap_held_out_before: gap_of(&found.held_out),
                 gap_held_out_after: gap_of(&t.held_out),
                 closed: if t.held_out.is_empty() { None } else { found.closed(&t.held_out) },
-                closed95: found.closed95.filter(|_| found.verdict.effects.first() == Some(&t.id)).map(|(a, b)| [a, b]),
+                closed95: found
+                    .closed95
+                    .filter(|_| found.verdict.effects.first().is_some_and(|first| first.is_only(&t.id)))
+                    .map(|(a, b)| [a, b]),
                 p_value: t.p_value,
                 statistic: t.gain,
                 misfit_reduction: t.gain.max(0.0),
                 parameters: t.parameters.iter().cloned().collect(),
                 parameter_units: units(&own),
-                parameters_at_bound: at_bound(&own, contains_effect(&chosen.id, &t.id).then_some(&chosen.parameters)),
+                parameters_at_bound: at_bound(&own, found.chosen.0.effects.contains(&t.id).then_some(&chosen.parameters)),
                 selected: names_effect(&found.verdict, &t.id),
                 description: effects.iter().find(|e| e.id == t.id).map(|e| e.description.clone()),
             }

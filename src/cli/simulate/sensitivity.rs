@@ -9,7 +9,7 @@ use crate::arguments::{OutputArguments, Sources};
 use crate::outcome::{CommandResult, deliver, prepare, to_message, warn};
 use crate::sources::{load_machine, stamp};
 use dynamics::model::{RodModel, Structure, elastic_frequencies_hz, undamped_modes};
-use machine::{FitRule, Machine, Modifier, Operating, Parameter, Scale};
+use machine::{FitRule, Machine, Mechanism, Modifier, Operating, Parameter, Role, Scale};
 use numeric::unit::omega_rad_s;
 use report::simulation::{SensitivityDocument, SensitivityRow};
 
@@ -125,6 +125,8 @@ fn with_factor(machine: &Machine, joint: usize) -> Machine {
     scaled.parameters.push(Parameter {
         id: "factor".into(),
         unit: "1".into(),
+        mechanism: Mechanism::Ratio,
+        role: Role::Described,
         start: 1.0,
         lower: 0.0,
         upper: f64::INFINITY,

@@ -43,6 +43,6 @@ pub fn closed(folder: &Path, case: &str, of: &DiagnosisAnswer) -> Result<Option<
         gap_of(&motions.iter().map(|motion| part(&rigid, machine, &values, motion)).collect::<Vec<MotionPart>>())
     };
     let before = gap(described, &of.described).filter(|before| *before > 0.0);
-    let after = described.with_chosen(&of.chosen.id, &loaded.config.effects).and_then(|machine| gap(&machine, &of.chosen.parameters));
+    let after = described.with_chosen(of.chosen.effects(), &loaded.config.effects).and_then(|machine| gap(&machine, &of.chosen.parameters));
     Ok(before.zip(after).map(|(before, after)| 1.0 - (after / before).powi(2)))
 }
