@@ -334,3 +334,23 @@ fn typical(machine: &Machine) -> TypicalStiffness {
     };
     TypicalStiffness { translation: of(PointMotion::Translation), rotation: of(PointMotion::Rotation) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limit_dynamic_stiffness_of_each_shape() {
+        let all = Amplitudes { stiffness: 4e6, damping: 300.0, inertia: 2.0 };
+        let of = |shape: Shape, omega_rad_s: f64| shape.dynamic_stiffness(&all, omega_rad_s);
+        let near = |found: Complex64, expected: Complex64| assert!((found / expected - 1.0).norm() < 1e-5, "{found} for {expected}");
+        assert_eq!(of(Shape::Mass, 10.0), Complex64::from(-200.0));
+        near(of(Shape::Stiffness, 1e-6), Complex64::from(4e6));
+        // A resonator moves as a rigid mass at low frequencies, and its spring and damper alone resist at high ones.
+        near(of(Shape::Resonator, 1e-3), Complex64::from(-2e-6));
+        near(of(Shape::Resonator, 1e9), Complex64::new(4e6, 3e11));
+        // A damper in series with a spring damps slow motion and is a spring for fast motion.
+        near(of(Shape::Relaxation, 1e-3), Complex64::new(0.0, 0.3));
+        near(of(Shape::Relaxation, 1e12), Complex64::from(4e6));
+    }
+}

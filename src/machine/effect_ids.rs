@@ -83,3 +83,17 @@ impl fmt::Display for EffectIds {
         to.write_str(&self.0.join("+"))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_combination_keeps_the_order_of_its_effects() {
+        let both = EffectIds::single("rotor-hold").with("backlash");
+        assert_eq!(both.to_string(), "rotor-hold+backlash");
+        assert_eq!((both.first(), both.last(), both.len()), (Some("rotor-hold"), Some("backlash"), 2));
+        assert!(both.contains("backlash") && !both.is_only("rotor-hold") && EffectIds::single("rotor-hold").is_only("rotor-hold"));
+        assert!(EffectIds::default().is_empty() && EffectIds::default().after_first().is_empty());
+    }
+}

@@ -249,3 +249,50 @@ impl Patch {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{JointPatch, PointMotion, PointPatch, Role};
+
+    #[test]
+    fn use_decides_before_unit() {
+        let of = |id: &str| NumberSource::Parameter(id.into());
+        let wave = |period: &str| Some(WaveFile { period: Some(of(period)), ..WaveFile::default() });
+        let friction = FrictionForceFile { position: wave("p"), ..FrictionForceFile::default() };
+        let patch = Patch {
+            points: vec![PointPatch {
+                name: "a".into(),
+                motion: PointMotion::Translation,
+                inertia: of("m"),
+                fixed: false,
+                role: Role::Described,
+            }],
+            joints: vec![JointPatch { stiffness: of("m"), damping: of("c"), loss_factor: of("eta"), friction, ..JointPatch::default() }],
+            rescales: vec![
+                (Target::JointStiffness("nut".into()), Rescale::InSeries, "k".into()),
+                (Target::JointStiffness("nut".into()), Rescale::LeftSpan, "f".into()),
+                (Target::JointStiffness("nut".into()), Rescale::AlongStroke, "slope".into()),
+                (Target::Drive("ripple.period".into()), Rescale::Replace, "ripple".into()),
+            ],
+            ..Patch::default()
+        };
+        // An inertia from which a stiffness is derived is an inertia; a unit in other words does not matter.
+        for (id, unit, expected) in [
+            ("m", "tonne", Mechanism::Inertia),
+            ("c", "", Mechanism::Damping),
+            ("eta", "-", Mechanism::LossFactor),
+            ("p", "m", Mechanism::Period(PeriodAlong::Travel)),
+            ("p", "rad", Mechanism::Period(PeriodAlong::Angle)),
+            ("k", "N/m", Mechanism::Stiffness),
+            ("f", "1/s", Mechanism::NaturalFrequency),
+            ("slope", "1", Mechanism::Ratio),
+            ("ripple", "m or rad", Mechanism::Period(PeriodAlong::Motor)),
+            ("unused", "N*m/rad", Mechanism::Stiffness),
+            ("unused", "s", Mechanism::Delay),
+            ("unused", "K", Mechanism::Other),
+        ] {
+            assert_eq!(patch.mechanism_of(id, unit), expected, "{id} in {unit}");
+        }
+    }
+}
