@@ -5,13 +5,13 @@ mod support;
 use std::hint::black_box;
 use std::sync::Arc;
 
-use criterion::{Criterion, criterion_group, criterion_main};
 use config::read_machine;
+use criterion::{Criterion, criterion_group, criterion_main};
+use dynamics::model::{RodModel, Structure};
+use identification::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings};
 use identification::{IdentificationSettings, identify};
 use machine::Operating;
 use measurement::read_set;
-use dynamics::model::{RodModel, Structure};
-use identification::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings};
 use optimizer::{Control, Cost, LeastSquares};
 use support::simulated_frfs;
 

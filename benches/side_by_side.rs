@@ -13,18 +13,18 @@ use std::time::Instant;
 
 use clap::{Parser, Subcommand};
 use config::{read_machine, read_machine_text};
+use dynamics::model::coupling::coupled_receptances;
+use dynamics::model::{AssembledModel, RodModel, Structure, matrices};
+use identification::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings};
 use identification::{IdentificationSettings, Place, identify};
 use machine::{Machine, Operating};
 use measurement::universal::{
     Abscissa, ByteOrder, Encoding, NodeLocation, Ordinate, RecordAxis, UniversalRecord, UniversalWriter, read_path,
 };
 use measurement::{MeasurementSet, read_set};
-use dynamics::model::coupling::coupled_receptances;
-use dynamics::model::{AssembledModel, RodModel, Structure, matrices};
-use identification::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings};
-use optimizer::{Control, Cost, LeastSquares, Progress, SearchSettings, search};
-use numeric::unit::omega_rad_s;
 use num_complex::Complex64;
+use numeric::unit::omega_rad_s;
+use optimizer::{Control, Cost, LeastSquares, Progress, SearchSettings, search};
 use serde_json::{Value, json};
 use support::simulated_frfs;
 

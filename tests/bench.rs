@@ -2,13 +2,13 @@
 
 use std::sync::LazyLock;
 
+use identification::objective::{ModeObjective, ModeSettings, Objective, PositionPrediction};
+use identification::validation::{frequency_errors, leave_one_out};
 use identification::{Identification, IdentificationSettings, identify};
 use machine::Machine;
 use measurement::read_set;
 use numeric::statistics::{root_mean_square, root_sum_square};
-use identification::objective::{ModeObjective, ModeSettings, Objective, PositionPrediction};
 use optimizer::{Control, Cost};
-use identification::validation::{frequency_errors, leave_one_out};
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 

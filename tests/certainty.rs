@@ -3,12 +3,12 @@
 
 use std::path::Path;
 
+use identification::objective::FrfSettings;
 use identification::{Identification, IdentificationSettings, identify};
 use machine::Machine;
 use measurement::read_set;
 use numeric::distribution::clopper_pearson;
 use numeric::statistics::median;
-use identification::objective::FrfSettings;
 use optimizer::Control;
 use reference_simulator::{Ordinary, ordinary, write_case};
 use test_data::draws;

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use config::effect_library;
 use diagnosis::{Hypothesis, at_start, is_plausible};
-use machine::{Data, Effect, Machine, Operating};
 use dynamics::model::{RodModel, Structure, undamped_modes};
+use machine::{Data, Effect, Machine, Mechanism, Operating, PeriodAlong, Role};
 
 use crate::support::{config, table_structure};
 
@@ -360,6 +360,47 @@ stiffness = 1e8
 "#;
     let drive = config::read_machine_text("drive", text, &[], &[]).unwrap();
     assert_eq!(added(&drive.machine, &drive.effects), names(&[("k_drive", "N/m")]));
+}
+
+/// The mechanism of each parameter follows from its use and agrees with its unit.
+#[test]
+fn mechanisms_agree_with_uses_and_units() {
+    let mut seen = 0;
+    for path in ["tian", "hybrid-axis", "servo-axis", "emps", "two-inertia", "twin-ball-screw", "vertical-axis"] {
+        let config = config(&format!("configs/{path}.toml"));
+        let effects = config.effects.iter().flat_map(|e| &e.patch.parameters);
+        for p in config.machine.parameters.iter().chain(effects) {
+            let of_unit = match p.unit.as_str() {
+                "N/m" | "N*m/rad" => vec![Mechanism::Stiffness],
+                "N*s/m" | "N*m*s/rad" => vec![Mechanism::Damping],
+                "kg" | "kg*m^2" => vec![Mechanism::Inertia],
+                "Hz" => vec![Mechanism::NaturalFrequency],
+                "N" | "N*m" | "N or N*m" => vec![Mechanism::Force],
+                "m or rad" => vec![Mechanism::Period(PeriodAlong::Motor)],
+                "m" => vec![Mechanism::Length, Mechanism::Period(PeriodAlong::Travel)],
+                "s" => vec![Mechanism::Delay],
+                "1" => vec![Mechanism::Ratio, Mechanism::LossFactor, Mechanism::LeadExpansion],
+                _ => vec![Mechanism::Velocity, Mechanism::Gain, Mechanism::Other],
+            };
+            assert!(of_unit.contains(&p.mechanism), "{path}, {}: {:?} in {}", p.id, p.mechanism, p.unit);
+            assert_eq!(p.mechanism.is_period(), p.id.ends_with("period"), "{}", p.id);
+            assert!(p.role == Role::Described);
+            seen += 1;
+        }
+    }
+    assert!(seen > 200, "{seen}");
+}
+
+/// A parameter that a description names like a tolerance is no tolerance.
+#[test]
+fn the_first_letter_of_an_id_decides_nothing() {
+    let text = std::fs::read_to_string("configs/tian.toml").unwrap();
+    let text = text.replace("[parameter.k_al]", "[parameter.\"~k_al\"]").replace("= \"k_al\"", "= \"~k_al\"");
+    let machine = config::read_machine_text("bench", &text, &[], &[]).unwrap().machine;
+    let own = &machine.parameters[machine.parameter("~k_al").unwrap()];
+    assert!(!own.is_tolerance() && own.name() == "~k_al");
+    let tolerances = machine.with_tolerances(&[]).unwrap().parameters;
+    assert!(tolerances[machine.parameters.len()..].iter().all(|p| p.is_tolerance() && !p.name().starts_with('~')));
 }
 
 /// Each effect at zero amplitude equals the machine without the effect.

@@ -1,12 +1,12 @@
 //! Identification from whole FRFs: exact derivatives, recovery from another model, statistics.
 
+use dynamics::model::{RodModel, Structure};
+use identification::objective::{FrfObjective, FrfSettings};
 use identification::{Identification, IdentificationSettings, Place, identify};
 use machine::{Machine, Operating, ParameterValues};
 use measurement::{Condition, Frf, FrfLine, FrfNoise, Gain, MeasurementSet, Position, Quantity};
-use dynamics::model::{RodModel, Structure};
-use identification::objective::{FrfObjective, FrfSettings};
-use optimizer::{Control, LeastSquares};
 use num_complex::Complex64;
+use optimizer::{Control, LeastSquares};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 

@@ -1,9 +1,9 @@
 //! The lumped models of the papers: matrices, contacts in a machine, operating condition, strain energy, convergence.
 
 use config::{read_machine, read_machine_text};
+use dynamics::model::{Complexes, Matrices, Reals, RodModel, Structure, elastic_frequencies_hz, matrices, undamped_modes};
 use machine::contact::{Rule, published};
 use machine::{Machine, Operating};
-use dynamics::model::{Complexes, Matrices, Reals, RodModel, Structure, elastic_frequencies_hz, matrices, undamped_modes};
 use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
 use proptest::prelude::*;
 use std::sync::Arc;

@@ -1,8 +1,8 @@
 //! The receptance model against closed forms, the paper's equations, receptance coupling and finite elements.
 
-use machine::Operating;
 use dynamics::model::coupling::coupled_receptances;
 use dynamics::model::{Complexes, FrequencyGrid, LANES, Reals, RodModel, Structure, undamped_modes};
+use machine::Operating;
 use std::sync::Arc;
 
 use crate::support::bench_equations::{TAB_3, h_all};

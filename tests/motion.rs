@@ -3,9 +3,9 @@
 use std::f64::consts::{PI, TAU};
 
 use config::read_machine_text;
+use dynamics::motion::{Course, Event, EventKind, MotionError, SCurve, SimulationSettings, Sine, Trace, simulate, simulate_record};
 use machine::{Machine, Operating};
 use measurement::read_motion;
-use dynamics::motion::{Course, Event, EventKind, MotionError, SCurve, SimulationSettings, Sine, Trace, simulate, simulate_record};
 use nalgebra::{DMatrix, DVector};
 
 /// A drive whose loops have zero gain: its force (N) equals the signal that the course adds.

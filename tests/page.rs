@@ -225,8 +225,8 @@ fn a_report_works_in_chromium() {
 /// Six positions, six responses, ten thousand lines each, with noise: the page omits invisible detail, stays below its size limit and works.
 #[test]
 fn a_report_of_many_lines_works_in_chromium() {
-    use report::page::{MOST_BYTES, Page, PageCurve, html};
     use num_complex::Complex64;
+    use report::page::{MOST_BYTES, Page, PageCurve, html};
     let curve = |position: usize, response: usize| {
         let modes = [24.0, 116.0 + position as f64, 540.0 + 9.0 * position as f64, 720.0 + 5.0 * response as f64, 1400.0];
         let at = |f: f64| modes.iter().map(|m| 1e-2 / Complex64::new(m * m - f * f, 0.04 * m * f)).sum::<Complex64>();

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use machine::{Machine, Operating};
 use dynamics::model::{PeakSearch, RodModel, Structure, peaks};
+use machine::{Machine, Operating};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 

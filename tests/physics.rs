@@ -5,8 +5,8 @@ use std::fmt::Write;
 use std::sync::Arc;
 
 use config::read_machine_text;
-use machine::{Machine, Operating};
 use dynamics::model::{AssembledModel, RodModel, Structure, Workspace, undamped_modes};
+use machine::{Machine, Operating};
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 use proptest::prelude::*;

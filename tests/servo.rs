@@ -6,12 +6,12 @@ use std::sync::Arc;
 
 use assert_cmd::Command;
 use config::{embedded_config, read_machine_text};
-use machine::{Machine, Operating};
 use dynamics::model::{RodModel, Structure, matrices};
 use dynamics::motion::{
     Circle, Course, GainRow, LinearLoops, SCurve, ServoImpedance, SimulationSettings, Trace, contour_error, gain_study, simulate,
     sine_response, smooth,
 };
+use machine::{Machine, Operating};
 use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
 use serde_json::Value;

@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use config::{MachineConfig, read_machine_text};
 use diagnosis::VerdictKind;
 use diagnosis::motion::{MotionDiagnosis, MotionSettings, diagnose_motion};
-use identification::motion::{ForceFit, estimate_weighted};
 use dynamics::inverse_dynamics::{MotionSignal, Preprocessing, Rigid, free_parameters, parameters_without_influence};
-use measurement::{DriveEffort, MotionRecord};
 use dynamics::motion::{Course, SimulationSettings, simulate};
+use identification::motion::{ForceFit, estimate_weighted};
+use measurement::{DriveEffort, MotionRecord};
 use optimizer::Control;
 
 use crate::support::axis::course;
@@ -242,7 +242,7 @@ fn diagnose(config: &MachineConfig, axis: &TwoMasses, seed: u64) -> MotionDiagno
 
 /// Returns the first part of each effect of a verdict.
 fn first(found: &MotionDiagnosis) -> Vec<&str> {
-    found.verdict.effects.iter().filter_map(|e| e.split('+').next()).collect()
+    found.verdict.effects.iter().filter_map(|e| e.first()).collect()
 }
 
 /// Effects of an independent model that the description lacks are named, with their size.
@@ -265,7 +265,7 @@ fn recover_effects_between_two_encoders() {
         assert!(first(&found).contains(&effect), "{effect}");
         let (hypothesis, values) = &found.chosen;
         let value = values[hypothesis.machine.parameter(id).unwrap()];
-        println!("{}: {id} {value:.4e} for {size:.4e}", hypothesis.id);
+        println!("{}: {id} {value:.4e} for {size:.4e}", hypothesis.id());
         assert!((value / size - 1.0).abs() < 0.1, "{id}: {value} for {size}");
         let closed = found.closed(&found.chosen_held_out).unwrap();
         println!("closed {closed:.3}");

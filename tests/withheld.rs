@@ -6,8 +6,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use assert_cmd::Command;
-use machine::Operating;
 use dynamics::model::{RodModel, Structure};
+use machine::Operating;
+use num_complex::Complex64;
 use reference_simulator::draw::Draw;
 use reference_simulator::effect::Place;
 use reference_simulator::machine::assembly::Assembly;
@@ -16,12 +17,11 @@ use reference_simulator::machine::point::{Channel, Point};
 use reference_simulator::{Counts, Gap, Kind, Label, Strength, labels_json};
 use report::document::Input;
 use report::{digest, to_json};
-use withheld::{
-    Answer, Confusion, Generator, Judgement, Proportion, Run, Seal, SealedCase, WithheldError, confusion_text, files_of, folder_digest, judge, scores,
-    scores_text,
-};
-use num_complex::Complex64;
 use serde_json::{Value, json};
+use withheld::{
+    Answer, Confusion, Generator, Judgement, Proportion, Run, Seal, SealedCase, WithheldError, confusion_text, files_of, folder_digest,
+    judge, scores, scores_text,
+};
 
 fn jointid() -> Command {
     let mut command = Command::cargo_bin("jointid").unwrap();

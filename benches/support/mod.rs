@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use dynamics::model::{RodModel, Structure};
 use machine::{Machine, Operating};
 use measurement::{Condition, Frf, FrfLine, FrfNoise, Gain, MeasurementSet, Position, Quantity};
-use dynamics::model::{RodModel, Structure};
 use numeric::unit::omega_rad_s;
 
 /// Computes receptances of a machine at its start values, one FRF per nut position; `None` for a machine without a nut.

@@ -30,8 +30,7 @@ pub struct PeaksArguments {
 /// Runs the command.
 pub fn run(given: &PeaksArguments) -> CommandResult {
     let set = read_set(&given.measurements).map_err(shown)?;
-    let request =
-        PeaksRequest { band_hz: band(&given.band, "20,800")?, local: given.local, max_order: usize::from(given.max_order) };
+    let request = PeaksRequest { band_hz: band(&given.band, "20,800")?, local: given.local, max_order: usize::from(given.max_order) };
     let found = peaks(&set, &request).map_err(shown)?;
     let document = &found.document;
     let folder = prepare(&given.output)?;

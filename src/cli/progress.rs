@@ -53,7 +53,6 @@ impl WorkProgress {
         WorkProgress::searches(quiet, name, 1)
     }
 
-
     /// Returns a watcher for stages, searches and counted steps. A search that converges early shortens the remaining time.
     pub fn watcher(&self) -> Watcher {
         let (bar, at) = (self.bar.clone(), Arc::clone(&self.at));

@@ -34,11 +34,7 @@ pub fn run(given: &ValidateArguments) -> CommandResult {
     }
     let (study, identified, file) = Study::of_result_on(&given.result, given.measurements.as_deref(), &[], &[]).map_err(shown)?;
     let study = study.with_control(Control::new(stop_flag(), None));
-    let request = ValidationRequest {
-        positions: given.positions.clone(),
-        is_other_set: given.measurements.is_some(),
-        file: Some(file),
-    };
+    let request = ValidationRequest { positions: given.positions.clone(), is_other_set: given.measurements.is_some(), file: Some(file) };
     let folder = prepare(&given.output)?;
     let document = study.validate_with(&identified, &request).map_err(shown)?;
     warn(&given.output, &document.stamp.warnings);

@@ -13,7 +13,7 @@ use super::tolerance::ToleranceFile;
 use machine::contact::{Rule, Stiffness};
 use machine::{
     AttachFile, Data, DerivedPatch, DriveFile, Effect, FitRule, FrictionForceFile, JointPatch, LeadErrorFile, LeverFile, MachineError,
-    NumberSource, Parameter, Patch, PointMotion, PointPatch, ReattachFile, Scale, ShaftFile,
+    NumberSource, Parameter, Patch, PointMotion, PointPatch, ReattachFile, Role, Scale, ShaftFile,
 };
 use numeric::unit::travel_per_radian_m;
 
@@ -213,7 +213,13 @@ fn point(file: PointFile) -> Result<PointPatch, MachineError> {
     if let Some(NumberSource::Number(0.0)) = right {
         return Err(fault(format!("point.{}.{}", file.name, motion.inertia_key()), "is 0; leave the key out for a point without inertia"));
     }
-    Ok(PointPatch { inertia: right.unwrap_or_default(), motion, fixed: file.boundary == Boundary::Fixed, name: file.name })
+    Ok(PointPatch {
+        inertia: right.unwrap_or_default(),
+        motion,
+        fixed: file.boundary == Boundary::Fixed,
+        role: Role::Described,
+        name: file.name,
+    })
 }
 
 fn joint(file: JointFile) -> Result<JointPatch, MachineError> {
@@ -265,27 +271,46 @@ fn joint(file: JointFile) -> Result<JointPatch, MachineError> {
     })
 }
 
-fn parameter((id, file): (String, ParameterFile)) -> Parameter {
+/// Returns the parameters that a file states, with the mechanisms of their uses in the patch.
+fn parameters(files: BTreeMap<String, ParameterFile>, uses: &Patch) -> Vec<Parameter> {
+    files.into_iter().map(|(id, file)| parameter(id, file, uses)).collect()
+}
+
+fn parameter(id: String, file: ParameterFile, uses: &Patch) -> Parameter {
     let ParameterFile { unit, start, lower, upper, scale, fit, sd, source, description } = file;
     let scale = scale.unwrap_or(if lower > 0.0 { Scale::Logarithmic } else { Scale::Linear });
-    Parameter { id, unit, start, lower, upper, scale, fit, prior: sd.map(machine::Prior::Normal), source, description }
+    Parameter {
+        mechanism: uses.mechanism_of(&id, &unit),
+        role: Role::Described,
+        id,
+        unit,
+        start,
+        lower,
+        upper,
+        scale,
+        fit,
+        prior: sd.map(machine::Prior::Normal),
+        source,
+        description,
+    }
 }
 
 impl MachineFile {
     /// Returns the patch that the file describes, without its effects.
     pub fn patch(self) -> Result<Patch, MachineError> {
         let defaults = ContactDefaults { rule: self.contact_rule, stiffness: self.contact_stiffness };
-        Ok(Patch {
+        let mut patch = Patch {
             contacts: contacts(self.contact, &self.friction, defaults)?,
             segments: segments(self.segment)?,
             points: self.point.into_iter().map(point).collect::<Result<_, _>>()?,
             shafts: self.shaft.into_iter().map(|s| s.locations().map(|_| s)).collect::<Result<_, _>>()?,
             joints: self.joint.into_iter().map(joint).collect::<Result<_, _>>()?,
             drive: self.drive,
-            parameters: self.parameter.into_iter().map(parameter).collect(),
             derived: self.derived,
             ..Patch::default()
-        })
+        };
+        patch.parameters = parameters(self.parameter, &patch);
+        Ok(patch)
     }
 }
 
@@ -294,17 +319,18 @@ impl EffectFile {
     pub fn effect(self) -> Result<Effect, MachineError> {
         let id = self.id.clone();
         let named = |error: MachineError| MachineError { part: format!("effect {id}, {}", error.part), ..error };
+        let mut patch = Patch {
+            points: self.point.into_iter().map(point).collect::<Result<_, _>>().map_err(named)?,
+            joints: self.joint.into_iter().map(joint).collect::<Result<_, _>>().map_err(named)?,
+            rescales: self.rescale.into_iter().map(RescaleFile::rescale).collect::<Result<_, _>>().map_err(named)?,
+            reattached: self.reattach,
+            attached: self.attach,
+            levers: self.lever,
+            ..Patch::default()
+        };
+        patch.parameters = parameters(self.parameter, &patch);
         Ok(Effect {
-            patch: Patch {
-                points: self.point.into_iter().map(point).collect::<Result<_, _>>().map_err(named)?,
-                joints: self.joint.into_iter().map(joint).collect::<Result<_, _>>().map_err(named)?,
-                parameters: self.parameter.into_iter().map(parameter).collect(),
-                rescales: self.rescale.into_iter().map(RescaleFile::rescale).collect::<Result<_, _>>().map_err(named)?,
-                reattached: self.reattach,
-                attached: self.attach,
-                levers: self.lever,
-                ..Patch::default()
-            },
+            patch,
             id: self.id,
             description: self.description,
             signature: self.signature,

@@ -13,10 +13,10 @@ use super::null_distribution::{LEAST_SCALE, NullDistribution, simulate};
 use super::parsimony::{NamedFit, more_parsimonious};
 use super::screening::{Candidate, Screening, Status, hypotheses, locate, nominal, nominal_fits, refit_from_generic_impedances, screen};
 use super::thresholds::Thresholds;
-use super::verdict::{Verdict, VerdictKind, last_of, named, nothing_fitted, p_value_text, percent_text};
+use super::verdict::{Verdict, VerdictKind, impedance_of, nothing_fitted, p_value_text, percent_text};
 use identification::ToleranceEstimate;
 use identification::objective::ObjectiveError;
-use machine::{Effect, Machine, Parameter};
+use machine::{Effect, EffectIds, Machine, Parameter};
 use measurement::HoldOutSet;
 use numeric::parallel::OrFirstError;
 use optimizer::Control;
@@ -345,16 +345,16 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     }
     // A generic impedance has no scale of its own in null simulations: it needs a clear reduction of χ².
     let generic = located.iter().filter(|c| c.fitted.is_some()).min_by(|a, b| a.chi_square().total_cmp(&b.chi_square()));
+    let generic_place = generic.and_then(impedance_of).map_or("?", |(interface, _)| interface);
     let generic_excess = generic.map_or(f64::INFINITY, |c| null.excess(c.chi_square() / count));
     let scale = null.scales.iter().map(|s| s.1).fold(3.0 * LEAST_SCALE, f64::max);
     let generic_statistic = generic.map_or(0.0, |c| c.gain / scale / generic_excess);
     if !inputs.significant {
         let clear = generic_statistic > LEAST_GENERIC && null.p_value(generic_statistic) < limits.alpha;
-        if let Some(found) = generic.filter(|_| clear || before > LARGE_EXCESS) {
+        if generic.is_some() && (clear || before > LARGE_EXCESS) {
             let reason = format!(
-                "the misfit is {before:.1} times that of null simulations and no effect of the library explains it; a generic impedance at {} \
-                 reduces χ² most",
-                named(&found.id)
+                "the misfit is {before:.1} times that of null simulations and no effect of the library explains it; a generic impedance at \
+                 {generic_place} reduces χ² most"
             );
             return Ok((unknown(reason), nominal));
         }
@@ -385,7 +385,7 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     }
     let Some((hypothesis, fitted)) = best.candidate.fitted.clone() else { return Ok((nothing_fitted(before), nominal)) };
     let mut chosen = (hypothesis, fitted);
-    let mut names = vec![best.candidate.id.clone()];
+    let mut names = chosen.0.effects.clone();
     let mut after = null.excess(chosen.1.chi_square / count);
     // Add effects as long as each explains a significant share of the residual.
     while after > limits.continue_from && names.len() < MAX_EFFECTS {
@@ -398,17 +398,17 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     if released {
         let reason = format!(
             "the frozen value of {} is wrong{}; the remaining misfit is {after:.1} times that of null simulations",
-            names[0],
-            if names.len() > 1 { format!(", and the model lacks {}", names[1..].join(" and ")) } else { String::new() }
+            best.candidate.id,
+            if names.len() > 1 { format!(", and the model lacks {}", names.after_first().join(" and ")) } else { String::new() }
         );
-        let next = Some(format!("identify without freezing {}, then diagnose again", names[0]));
+        let next = Some(format!("identify without freezing {}, then diagnose again", best.candidate.id));
         return Ok((state(VerdictKind::WrongParameter, Vec::new(), reason, next), chosen));
     }
     // Alternatives of the first effect are alternatives in the combination, too.
-    let rest: String = names[1..].iter().map(|n| format!("+{n}")).collect();
+    let combined = |id: &String| names.after_first().iter().fold(EffectIds::single(id), |all, more| all.with(more));
     let is_effect = |t: &&TriedEffect| t.candidate.fitted.as_ref().is_some_and(|f| f.0.kind == HypothesisKind::Effect);
-    let stands = same.iter().map(|at| &tried[*at]).filter(is_effect).map(|t| &t.candidate.id).filter(|id| !names[1..].contains(id));
-    let alternatives: Vec<String> = stands.map(|id| format!("{id}{rest}")).collect();
+    let stands = same.iter().map(|at| &tried[*at]).filter(is_effect).map(|t| &t.candidate.id);
+    let alternatives: Vec<EffectIds> = stands.filter(|id| !names.after_first().contains(id)).map(combined).collect();
     let least = if after < GENERIC_BETTER * generic_excess { LEAST_REDUCTION.0 } else { LEAST_REDUCTION.1 };
     let little = chosen.1.chi_square > (1.0 - least) * screening.base.chi_square;
     // A named effect must predict left-out positions better than the nominal machine, and not much worse than a better fitting generic impedance.
@@ -428,22 +428,19 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     let (gain, margin) = (screening.base.chi_square - chosen.1.chi_square, EQUIVALENT * after);
     let about = NamedFit { hypothesis: &chosen.0, fitted: &chosen.1, effects: names.len(), before, after, gain, margin };
     if let Some((generic, comparison)) = more_parsimonious(&about, located, null, *count, *limits) {
-        let shape = generic.id.rsplit_once(':').map_or("shape", |(_, shape)| shape);
+        let (place, shape) = impedance_of(generic).unwrap_or(("?", "shape"));
         let reason = format!(
-            "a generic {shape} at {} {comparison} {}: these data show that such an impedance is missing there, but do not identify the effect",
-            named(&generic.id),
-            names.join("+")
+            "a generic {shape} at {place} {comparison} {names}: these data show that such an impedance is missing there, but do not identify \
+             the effect"
         );
         return Ok((unknown(reason), chosen));
     }
     let several = names.len() > 1 && after > limits.combination_excess;
     if several || (after > limits.large_excess && little) || (after > DOUBTFUL_EXCESS && generic_excess < GENERIC_BETTER * after) || fails {
-        let place = generic.map_or("?", |c| named(&c.id));
         let fails = if fails { ", and predicts left-out positions worse than it fits" } else { "" };
         let reason = format!(
-            "the best effect of the library, {}, leaves a misfit {after:.1} times that of null simulations{fails}; a generic impedance at {place} \
-             leaves {generic_excess:.1} times",
-            names.join("+")
+            "the best effect of the library, {names}, leaves a misfit {after:.1} times that of null simulations{fails}; a generic impedance at \
+             {generic_place} leaves {generic_excess:.1} times"
         );
         return Ok((unknown(reason), chosen));
     }
@@ -457,11 +454,12 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
         0 => String::new(),
         _ => format!("; rejected by cross-validation although they fit as well: {}", others.join(", ")),
     };
-    let reason = format!("{} reduces χ² by {gained}{predicted} ({}){others}", names.join("+"), p_value_text(best.p_value));
+    let reason = format!("{names} reduces χ² by {gained}{predicted} ({}){others}", p_value_text(best.p_value));
     let verdict = if alternatives.len() < 2 {
-        state(VerdictKind::Effect, vec![names.join("+")], reason, None)
+        state(VerdictKind::Effect, vec![names], reason, None)
     } else {
-        let reason = format!("{reason}; these data cannot distinguish it from {}", alternatives[1..].join(", "));
+        let others: Vec<String> = alternatives[1..].iter().map(EffectIds::to_string).collect();
+        let reason = format!("{reason}; these data cannot distinguish it from {}", others.join(", "));
         let next = same
             .iter()
             .find_map(|at| inputs.effects.iter().find(|e| e.id == tried[*at].candidate.id))
@@ -475,16 +473,16 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
 fn next_effect(
     inputs: &DecisionInputs<'_, '_>,
     chosen: &(Hypothesis, Fitted),
-    names: &[String],
+    names: &EffectIds,
 ) -> Result<Option<(String, Hypothesis, Fitted)>, ObjectiveError> {
     let DecisionInputs { fitter, limits, machine, effects, screening, null, count, control, tried, .. } = inputs;
     let others: Vec<Effect> = effects.iter().filter(|e| !names.contains(&e.id)).cloned().collect();
     let (apply, _) = hypotheses(fitter, machine, &chosen.0, &others, &[]);
     let second = screen(fitter, chosen.0.clone(), vec![chosen.1.clone()], (apply, Vec::new()), control)?;
     let best = second.candidates.into_iter().filter(|c| c.status == Status::Tried).max_by(|a, b| a.gain.total_cmp(&b.gain));
-    let Some((id, gain, (hypothesis, fitted))) = best.and_then(|c| Some((c.id.clone(), c.gain, c.fitted?))) else { return Ok(None) };
+    let Some((gain, (hypothesis, fitted))) = best.and_then(|c| Some((c.gain, c.fitted?))) else { return Ok(None) };
     let after = null.excess(fitted.chi_square / count);
-    let last = last_of(&id).to_string();
+    let last = hypothesis.effects.last().unwrap_or_default().to_string();
     // An effect without a reduction of its own has no scale in null simulations.
     let scale = if tried.iter().any(|t| t.candidate.id == last && t.statistic > 0.0) { null.scale(&last) } else { LEAST_SCALE };
     let statistic = gain / scale / after;

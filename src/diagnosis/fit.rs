@@ -7,7 +7,7 @@ use super::evidence::{Domain, DomainObjective, PartialGap, gaps};
 use super::hypothesis::Hypothesis;
 use identification::objective::{ObjectiveError, operating};
 use identification::{Place, Tail, ToleranceEstimate, tolerances_at};
-use machine::{OperatingVariable, Parameter, ParameterValues, UnitValues};
+use machine::{Mechanism, OperatingVariable, Parameter, ParameterValues, UnitValues};
 use measurement::{FitSet, HoldOutSet};
 use numeric::halton::halton_point;
 use optimizer::{Control, least_squares_within};
@@ -162,7 +162,7 @@ impl<'s> Fitter<'s> {
 
     /// Returns the key of a calculation on these data, under which its result is stored.
     pub(super) fn cache_key(&self, what: &str, hypothesis: &Hypothesis, bases: &[Fitted]) -> String {
-        format!("{what} {} {:?} {:?} {bases:?}", hypothesis.id, self.fit.positions(), self.fit.frfs())
+        format!("{what} {} {:?} {:?} {bases:?}", hypothesis.id(), self.fit.positions(), self.fit.frfs())
     }
 
     fn fit_uncached(&self, hypothesis: &Hypothesis, bases: &[Fitted], control: &Control) -> Result<Fitted, ObjectiveError> {
@@ -374,15 +374,17 @@ const ARMS: [[f64; 2]; 5] = [[0.0, 0.0], [1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [
 /// frequency as a parameter, or with two lever arms; several masses singly and jointly. Ranges alone would mostly give resonances outside the band.
 /// `None` for other sets of parameters.
 fn resonances(described: &[&Parameter]) -> Option<Vec<Vec<f64>>> {
-    let of = |units: &[&str]| (0..described.len()).filter(|at| units.contains(&described[*at].unit.as_str())).collect::<Vec<usize>>();
-    let (masses, springs, dampers) = (of(&["kg", "kg*m^2"]), of(&["N/m", "N*m/rad"]), of(&["N*s/m", "N*m*s/rad"]));
-    let natural = of(&["Hz"]);
+    let that = |is: fn(Mechanism) -> bool| (0..described.len()).filter(|at| is(described[*at].mechanism)).collect::<Vec<usize>>();
+    let masses = that(|m| m == Mechanism::Inertia);
+    let springs = that(|m| m == Mechanism::Stiffness);
+    let dampers = that(|m| m == Mechanism::Damping);
+    let natural = that(|m| m == Mechanism::NaturalFrequency);
     let clamped = |at: usize, x: f64| described[at].to_unit(x.clamp(described[at].lower, described[at].upper));
     let (low, high, count) = RESONANCES_HZ;
     let start: Vec<f64> = described.iter().map(|p| p.to_unit(p.start)).collect();
     let frequencies = (0..count).map(|at| low * (high / low).powf(f64::from(at) / f64::from(count - 1)));
     let tried = frequencies.flat_map(|hz| SHARES.map(|share| (hz, share)));
-    let dimensionless = of(&["1"]);
+    let dimensionless = that(Mechanism::is_dimensionless);
     let resonant = |mass: usize, spring: usize, (hz, share): (f64, f64)| {
         let (m, omega) = (described[mass].from_unit(share), std::f64::consts::TAU * hz);
         let mut place = start.clone();

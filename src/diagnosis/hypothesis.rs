@@ -1,9 +1,10 @@
 //! Hypotheses about what a machine's description lacks: each is one patched machine.
 
 use machine::{
-    Data, Effect, FitRule, JointPatch, Machine, MachineError, NumberSource, Operating, Parameter, Patch, PointMotion, PointPatch, Rescale,
-    Scale, Target, UnitValues,
+    Data, Effect, EffectIds, FitRule, JointPatch, Machine, MachineError, Mechanism, NumberSource, Operating, Parameter, Patch, PointMotion,
+    PointPatch, Rescale, Role, Scale, Target, UnitValues,
 };
+use num_complex::Complex64;
 use numeric::statistics::quantile;
 
 /// Kind of a hypothesis.
@@ -50,15 +51,45 @@ impl Shape {
             Shape::Relaxation => "relaxation",
         }
     }
+
+    /// Computes the dynamic stiffness (N/m or N·m/rad) at an angular frequency (rad/s).
+    pub fn dynamic_stiffness(self, amplitudes: &Amplitudes, omega_rad_s: f64) -> Complex64 {
+        let Amplitudes { stiffness, damping, inertia } = *amplitudes;
+        let (i, omega) = (Complex64::i(), omega_rad_s);
+        let spring = stiffness + i * omega * damping;
+        match self {
+            Shape::Stiffness | Shape::Damping => spring,
+            Shape::Mass => Complex64::from(-omega * omega * inertia),
+            Shape::Resonator => {
+                let inertia = -omega * omega * inertia;
+                inertia * spring / (spring + inertia)
+            }
+            Shape::Relaxation => {
+                let damper = i * omega * damping;
+                damper / (1.0 + damper / stiffness)
+            }
+        }
+    }
+}
+
+/// Amplitudes of a generic dynamic stiffness; 0 where its shape has none.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Amplitudes {
+    /// k (N/m or N·m/rad).
+    pub stiffness: f64,
+    /// c (N·s/m or N·m·s/rad).
+    pub damping: f64,
+    /// m (kg or kg·m²).
+    pub inertia: f64,
 }
 
 /// A machine with an addition.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hypothesis {
-    /// Id of the effect, of the parameter released, or `interface:shape`.
-    pub id: String,
     /// Kind of the addition.
     pub kind: HypothesisKind,
+    /// Effects and released parameters that it adds; none for a generic impedance.
+    pub effects: EffectIds,
     /// The machine with the addition.
     pub machine: Machine,
     /// Indices of the added parameters.
@@ -66,6 +97,31 @@ pub struct Hypothesis {
 }
 
 impl Hypothesis {
+    /// Returns its id: that of its effects, `interface:shape` or `nominal`.
+    pub fn id(&self) -> String {
+        match &self.kind {
+            HypothesisKind::Nominal => "nominal".into(),
+            HypothesisKind::Effect | HypothesisKind::Release => self.effects.to_string(),
+            HypothesisKind::Interface { interface, shape } => format!("{interface}:{}", shape.word()),
+        }
+    }
+
+    /// Computes the dynamic stiffness that a generic impedance with these parameter values adds, at an angular frequency (rad/s). `None` for other
+    /// hypotheses.
+    pub fn dynamic_stiffness(&self, values: &[f64], omega_rad_s: f64) -> Option<Complex64> {
+        let HypothesisKind::Interface { shape, .. } = &self.kind else { return None };
+        let mut amplitudes = Amplitudes::default();
+        for index in &self.added {
+            match self.machine.parameters[*index].mechanism {
+                Mechanism::Stiffness => amplitudes.stiffness = values[*index],
+                Mechanism::Damping => amplitudes.damping = values[*index],
+                Mechanism::Inertia => amplitudes.inertia = values[*index],
+                _ => {}
+            }
+        }
+        Some(shape.dynamic_stiffness(&amplitudes, omega_rad_s))
+    }
+
     /// Returns why an effect does not apply to this kind of data or to this machine.
     pub(super) fn obstacle(&self, effect: &Effect, data: Data) -> Option<String> {
         if !effect.data.contains(&data) {
@@ -93,7 +149,7 @@ impl Hypothesis {
 
     /// Returns the hypothesis without an addition.
     pub fn nominal(machine: Machine) -> Self {
-        Hypothesis { id: "nominal".into(), kind: HypothesisKind::Nominal, machine, added: Vec::new() }
+        Hypothesis { kind: HypothesisKind::Nominal, effects: EffectIds::default(), machine, added: Vec::new() }
     }
 
     /// Adds an effect.
@@ -101,9 +157,8 @@ impl Hypothesis {
     /// # Errors  as [`Machine::with_effect`]: the effect does not apply.
     pub fn with(&self, effect: &Effect) -> Result<Self, MachineError> {
         let machine = self.machine.with_effect(effect)?;
-        let id = if self.kind == HypothesisKind::Nominal { effect.id.clone() } else { format!("{}+{}", self.id, effect.id) };
         let added = self.added.iter().copied().chain(self.machine.parameters.len()..machine.parameters.len()).collect();
-        Ok(Hypothesis { id, kind: HypothesisKind::Effect, machine, added })
+        Ok(Hypothesis { kind: HypothesisKind::Effect, effects: self.effects.with(&effect.id), machine, added })
     }
 
     /// Freezes all parameters except the added ones at the given coordinates.
@@ -121,14 +176,29 @@ impl Hypothesis {
     pub fn releasing(&self, parameter: usize) -> Self {
         let mut machine = self.machine.clone();
         machine.parameters[parameter].fit = FitRule::Always;
-        Hypothesis { id: machine.parameters[parameter].id.clone(), kind: HypothesisKind::Release, machine, added: vec![parameter] }
+        let effects = EffectIds::single(&machine.parameters[parameter].id);
+        Hypothesis { kind: HypothesisKind::Release, effects, machine, added: vec![parameter] }
     }
 }
 
-fn amplitude(id: &str, unit: &str, range: (f64, f64)) -> Parameter {
+/// Ids of the amplitudes and names of the parts of generic impedances, which no description uses.
+const STIFFNESS: &str = "~k";
+const DAMPING: &str = "~c";
+const INERTIA: &str = "~m";
+const IMPEDANCE_JOINT: &str = "~interface";
+const RESONATOR_POINT: &str = "~mass";
+
+fn amplitude(mechanism: Mechanism, range: (f64, f64)) -> Parameter {
+    let (id, unit) = match mechanism {
+        Mechanism::Damping => (DAMPING, "N*s/m"),
+        Mechanism::Inertia => (INERTIA, "kg"),
+        _ => (STIFFNESS, "N/m"),
+    };
     Parameter {
         id: id.into(),
         unit: unit.into(),
+        mechanism,
+        role: Role::GenericImpedance,
         start: (range.0 * range.1).sqrt(),
         lower: range.0,
         upper: range.1,
@@ -150,7 +220,7 @@ pub fn interfaces(nominal: &Hypothesis) -> Vec<Hypothesis> {
     let grounded: Vec<Across> = machine
         .points
         .iter()
-        .filter(|p| !p.fixed && !p.name.starts_with('~'))
+        .filter(|p| !p.fixed && p.role == Role::Described)
         .map(|p| (p.name.clone(), vec![(p.name.clone(), 1.0)], p.motion))
         .collect();
     let mut across: Vec<Across> = Vec::new();
@@ -175,7 +245,7 @@ pub fn interfaces(nominal: &Hypothesis) -> Vec<Hypothesis> {
         let wide = |x: f64| (1e-5 * x, 1e3 * x);
         for shape in [Shape::Stiffness, Shape::Damping, Shape::Mass, Shape::Resonator, Shape::Relaxation] {
             let joint = |stiffness, damping, relaxation_stiffness| JointPatch {
-                name: "~interface".into(),
+                name: IMPEDANCE_JOINT.into(),
                 on: on.clone(),
                 stiffness,
                 damping,
@@ -187,38 +257,48 @@ pub fn interfaces(nominal: &Hypothesis) -> Vec<Hypothesis> {
             let mut patch = Patch::default();
             match shape {
                 Shape::Stiffness => {
-                    patch.parameters.push(amplitude("~k", "N/m", wide(k)));
-                    patch.joints.push(joint(of("~k"), zero, None));
+                    patch.parameters.push(amplitude(Mechanism::Stiffness, wide(k)));
+                    patch.joints.push(joint(of(STIFFNESS), zero, None));
                 }
                 Shape::Damping => {
-                    patch.parameters.push(amplitude("~c", "N*s/m", wide(c)));
-                    patch.joints.push(joint(zero, of("~c"), None));
+                    patch.parameters.push(amplitude(Mechanism::Damping, wide(c)));
+                    patch.joints.push(joint(zero, of(DAMPING), None));
                 }
                 Shape::Relaxation => {
-                    patch.parameters.extend([amplitude("~c", "N*s/m", wide(c)), amplitude("~k", "N/m", wide(k))]);
-                    patch.joints.push(joint(zero, of("~c"), Some(of("~k"))));
+                    patch.parameters.extend([amplitude(Mechanism::Damping, wide(c)), amplitude(Mechanism::Stiffness, wide(k))]);
+                    patch.joints.push(joint(zero, of(DAMPING), Some(of(STIFFNESS))));
                 }
                 Shape::Mass if on.len() == 1 => {
-                    patch.parameters.push(Parameter { start: 1e-9 * m, lower: 1e-12 * m, ..amplitude("~m", "kg", (1e-4 * m, 1e2 * m)) });
-                    patch.rescales.push((Target::PointInertia(on[0].0.clone()), Rescale::Added, "~m".into()));
+                    patch.parameters.push(Parameter {
+                        start: 1e-9 * m,
+                        lower: 1e-12 * m,
+                        ..amplitude(Mechanism::Inertia, (1e-4 * m, 1e2 * m))
+                    });
+                    patch.rescales.push((Target::PointInertia(on[0].0.clone()), Rescale::Added, INERTIA.into()));
                 }
                 Shape::Resonator => {
                     patch.parameters.extend([
-                        amplitude("~m", "kg", (1e-4 * m, 1e2 * m)),
-                        amplitude("~k", "N/m", wide(k)),
-                        amplitude("~c", "N*s/m", wide(c)),
+                        amplitude(Mechanism::Inertia, (1e-4 * m, 1e2 * m)),
+                        amplitude(Mechanism::Stiffness, wide(k)),
+                        amplitude(Mechanism::Damping, wide(c)),
                     ]);
-                    patch.points.push(PointPatch { name: "~mass".into(), motion, inertia: of("~m"), fixed: false });
-                    let mut attached = joint(of("~k"), of("~c"), None);
-                    attached.on.push(("~mass".into(), -1.0));
+                    patch.points.push(PointPatch {
+                        name: RESONATOR_POINT.into(),
+                        motion,
+                        inertia: of(INERTIA),
+                        fixed: false,
+                        role: Role::GenericImpedance,
+                    });
+                    let mut attached = joint(of(STIFFNESS), of(DAMPING), None);
+                    attached.on.push((RESONATOR_POINT.into(), -1.0));
                     patch.joints.push(attached);
                 }
                 Shape::Mass => continue,
             }
             if let Ok(with) = machine.with(&patch) {
                 let added = (machine.parameters.len()..with.parameters.len()).collect();
-                let id = format!("{name}:{}", shape.word());
-                all.push(Hypothesis { id, kind: HypothesisKind::Interface { interface: name.clone(), shape }, machine: with, added });
+                let kind = HypothesisKind::Interface { interface: name.clone(), shape };
+                all.push(Hypothesis { kind, effects: EffectIds::default(), machine: with, added });
             }
         }
     }
@@ -253,4 +333,24 @@ fn typical(machine: &Machine) -> TypicalStiffness {
         (stiffness, stiffness / 600.0, inertia)
     };
     TypicalStiffness { translation: of(PointMotion::Translation), rotation: of(PointMotion::Rotation) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limit_dynamic_stiffness_of_each_shape() {
+        let all = Amplitudes { stiffness: 4e6, damping: 300.0, inertia: 2.0 };
+        let of = |shape: Shape, omega_rad_s: f64| shape.dynamic_stiffness(&all, omega_rad_s);
+        let near = |found: Complex64, expected: Complex64| assert!((found / expected - 1.0).norm() < 1e-5, "{found} for {expected}");
+        assert_eq!(of(Shape::Mass, 10.0), Complex64::from(-200.0));
+        near(of(Shape::Stiffness, 1e-6), Complex64::from(4e6));
+        // A resonator moves as a rigid mass at low frequencies, and its spring and damper alone resist at high ones.
+        near(of(Shape::Resonator, 1e-3), Complex64::from(-2e-6));
+        near(of(Shape::Resonator, 1e9), Complex64::new(4e6, 3e11));
+        // A damper in series with a spring damps slow motion and is a spring for fast motion.
+        near(of(Shape::Relaxation, 1e-3), Complex64::new(0.0, 0.3));
+        near(of(Shape::Relaxation, 1e12), Complex64::from(4e6));
+    }
 }

@@ -24,7 +24,7 @@ pub use cross_validation::cross_validation;
 pub use decision::{Diagnosis, DiagnosisSettings, TriedEffect, TriedLocation, closed, diagnose};
 pub use evidence::{Domain, DomainObjective, PartialGap, floor_over, gap_over, gaps, gaps_by_mode, share_closed};
 pub use fit::{Ablation, Fitted, Fitter, at_start, coordinates_of, values_of};
-pub use hypothesis::{Hypothesis, HypothesisKind, Shape, interfaces};
+pub use hypothesis::{Amplitudes, Hypothesis, HypothesisKind, Shape, interfaces};
 pub use location::Location;
 pub use model_discrepancy::{sample_discrepancy, sample_prior};
 pub use null_distribution::{NullDistribution, simulate};

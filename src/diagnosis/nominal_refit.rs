@@ -57,8 +57,8 @@ impl<'p, 's> NominalRefit<'p, 's> {
     fn counterpart(&self, of: &Hypothesis) -> Option<Hypothesis> {
         match &of.kind {
             HypothesisKind::Nominal => Some(self.described.0.clone()),
-            HypothesisKind::Interface { .. } => self.shapes.iter().find(|shape| shape.id == of.id).cloned(),
-            HypothesisKind::Effect | HypothesisKind::Release => of.id.split('+').try_fold(self.described.0.clone(), |machine, id| {
+            HypothesisKind::Interface { .. } => self.shapes.iter().find(|shape| shape.kind == of.kind).cloned(),
+            HypothesisKind::Effect | HypothesisKind::Release => of.effects.iter().try_fold(self.described.0.clone(), |machine, id| {
                 if let Some(parameter) = machine.machine.parameter(id) {
                     return Some(machine.releasing(parameter));
                 }

@@ -65,7 +65,7 @@ impl NullDistribution {
         let mut one = |count: usize| (0..count).map(|_| normal(&mut random).powi(2)).sum::<f64>() / count as f64;
         let mut largest: Vec<f64> = (0..2000).map(|_| added.iter().map(|count| one(*count)).fold(0.0, f64::max)).collect();
         largest.sort_by(f64::total_cmp);
-        let scales = candidates.iter().zip(&added).map(|((h, _), count)| (h.id.clone(), *count as f64)).collect();
+        let scales = candidates.iter().zip(&added).map(|((h, _), count)| (h.id(), *count as f64)).collect();
         NullDistribution { scales, largest, misfit: Vec::new() }
     }
 
@@ -260,7 +260,7 @@ pub fn simulate(
             }
         }
     };
-    let ids: Vec<&str> = candidates.iter().map(|(hypothesis, _)| hypothesis.id.as_str()).collect();
+    let ids: Vec<String> = candidates.iter().map(|(hypothesis, _)| hypothesis.id()).collect();
     let key = format!("{} {}", fitter.cache_key("null", nominal, std::slice::from_ref(base)), ids.join(" "));
     let drawn: Vec<(Vec<f64>, f64)> = (0..draws)
         .into_par_iter()
@@ -278,7 +278,7 @@ pub fn simulate(
         .enumerate()
         .map(|(c, (hypothesis, _))| {
             let mean = gains.iter().map(|g| g[c]).sum::<f64>() / count;
-            (hypothesis.id.clone(), mean.max(variance * least_scale(&objective, hypothesis.added.len())))
+            (hypothesis.id(), mean.max(variance * least_scale(&objective, hypothesis.added.len())))
         })
         .collect();
     let mut largest: Vec<f64> = gains.iter().map(|g| g.iter().zip(&scales).map(|(g, (_, s))| g / s).fold(0.0, f64::max)).collect();

@@ -246,15 +246,15 @@ pub fn screen(
         .map(|(hypothesis, fit)| match fit {
             // A larger machine that fits worse is a failed fit, not a rejected candidate.
             Ok(fitted) if fitted.chi_square > base.chi_square * (1.0 + 1e-2) + 3.0 => Candidate::without_fit(
-                &hypothesis.id,
+                &hypothesis.id(),
                 Status::Failed("its fit ends at a larger χ² than that of the machine without it".into()),
             ),
             Ok(fitted) => {
                 let plausible = is_plausible(&hypothesis, &fitted);
                 let gain = if plausible { (base.chi_square - fitted.chi_square).max(0.0) } else { 0.0 };
-                Candidate { id: hypothesis.id.clone(), status: Status::Tried, fitted: Some((hypothesis, fitted)), gain, left_out: None }
+                Candidate { id: hypothesis.id(), status: Status::Tried, fitted: Some((hypothesis, fitted)), gain, left_out: None }
             }
-            Err(error) => Candidate::without_fit(&hypothesis.id, Status::Failed(error.to_string())),
+            Err(error) => Candidate::without_fit(&hypothesis.id(), Status::Failed(error.to_string())),
         })
         .collect();
     candidates.sort_by(|a, b| b.gain.total_cmp(&a.gain));
@@ -294,7 +294,8 @@ pub fn refit_from_generic_impedances(screening: &mut Screening, located: &[Candi
 pub fn is_plausible(hypothesis: &Hypothesis, fitted: &Fitted) -> bool {
     let values = values_of(hypothesis, fitted);
     // Only dimensionless parameters have an absolute size.
-    let dimensionless = |index: usize| hypothesis.added.contains(&index) && hypothesis.machine.parameters[index].unit == "1";
+    let dimensionless =
+        |index: usize| hypothesis.added.contains(&index) && hypothesis.machine.parameters[index].mechanism.is_dimensionless();
     let added = |value: &Value| match value.base {
         Base::Parameter(index) if dimensionless(index) => Some(values[index].abs()),
         _ => None,
@@ -327,7 +328,7 @@ pub fn locate(screening: &Screening, fitter: &Fitter<'_>, most: usize, control: 
         .filter_map(|(_, hypothesis)| {
             let fitted = fitter.fit(&hypothesis, &bases, control).ok()?;
             let gain = (base.chi_square - fitted.chi_square).max(0.0);
-            Some(Candidate { id: hypothesis.id.clone(), status: Status::Tried, fitted: Some((hypothesis, fitted)), gain, left_out: None })
+            Some(Candidate { id: hypothesis.id(), status: Status::Tried, fitted: Some((hypothesis, fitted)), gain, left_out: None })
         })
         .collect();
     found.sort_by(|a, b| b.gain.total_cmp(&a.gain));

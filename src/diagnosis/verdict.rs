@@ -1,5 +1,9 @@
 //! Verdicts on FRFs and on motion records.
 
+use super::hypothesis::HypothesisKind;
+use super::screening::Candidate;
+use machine::EffectIds;
+
 /// Kind of a verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum VerdictKind {
@@ -44,8 +48,8 @@ impl VerdictKind {
 pub struct Verdict {
     /// Kind of the verdict.
     pub kind: VerdictKind,
-    /// Ids of effects or combinations; empty for kinds that name none.
-    pub effects: Vec<String>,
+    /// Combinations of effects, each an explanation of its own; empty for kinds that name none.
+    pub effects: Vec<EffectIds>,
     /// Reason, in one or two sentences.
     pub reason: String,
     /// Proposed next measurement.
@@ -55,7 +59,7 @@ pub struct Verdict {
 impl Verdict {
     /// Returns the first effect that the verdict names.
     pub fn first_effect(&self) -> Option<&str> {
-        self.effects.first().and_then(|names| names.split('+').next())
+        self.effects.first().and_then(EffectIds::first)
     }
 }
 
@@ -65,14 +69,12 @@ pub(super) fn nothing_fitted(before: f64) -> Verdict {
     Verdict { kind: VerdictKind::Unknown, effects: Vec::new(), reason, next_measurement: None }
 }
 
-/// Returns the interface of an id such as «rotor:stiffness».
-pub(super) fn named(id: &str) -> &str {
-    id.rsplit_once(':').map_or(id, |(interface, _)| interface)
-}
-
-/// Returns the effect that was added last to a combination.
-pub(super) fn last_of(id: &str) -> &str {
-    id.rsplit('+').next().unwrap_or(id)
+/// Returns the interface of a generic impedance and the word for its shape; `None` for other candidates.
+pub(super) fn impedance_of(candidate: &Candidate) -> Option<(&str, &'static str)> {
+    match &candidate.fitted.as_ref()?.0.kind {
+        HypothesisKind::Interface { interface, shape } => Some((interface, shape.word())),
+        _ => None,
+    }
 }
 
 /// Formats a p-value for a verdict.

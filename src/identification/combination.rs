@@ -57,7 +57,7 @@ pub fn combinations(
     let pairs: Vec<(usize, usize)> = (0..parameters.len()).flat_map(|i| (0..i).map(move |j| (j, i))).filter(is_candidate).collect();
     let of_pair = |&(j, i): &(usize, usize)| {
         // In a strongly curved valley correlations mean nothing, for example if one of two springs in series is nearly rigid.
-        let kind = (parameters[i].unit == parameters[j].unit).then(|| constant_sum((j, i), values, certainty, &valley)).flatten();
+        let kind = parameters[i].is_like(parameters[j]).then(|| constant_sum((j, i), values, certainty, &valley)).flatten();
         let is_reported = kind.is_some() || certainty.correlation[i][j].abs() >= CORRELATED;
         is_reported.then(|| combination(parameters, values, certainty, (j, i), kind))
     };
@@ -155,7 +155,7 @@ fn combination(
 mod tests {
     use super::*;
     use crate::uncertainty::certainty;
-    use machine::FitRule;
+    use machine::{FitRule, Mechanism, Role};
     use nalgebra::DMatrix;
 
     fn parameter(id: &str) -> Parameter {
@@ -163,6 +163,8 @@ mod tests {
         Parameter {
             id: id.into(),
             unit: "N*m/rad".into(),
+            mechanism: Mechanism::Stiffness,
+            role: Role::Described,
             start: 1e3,
             lower: range.0,
             upper: range.1,

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::certainty;
 use crate::objective::{Channel, FrfObjective, FrfSettings, ModeObjective, ObjectiveError};
 use crate::{IdentificationSettings, Place};
-use machine::{FitRule, Machine, MachineError, ParameterValues, Prior};
+use machine::{FitRule, Machine, MachineError, Mechanism, ParameterValues, Prior};
 use measurement::{ChannelTolerance, FitSet, MeasurementSet};
 use optimizer::LeastSquares;
 
@@ -14,6 +14,8 @@ use optimizer::LeastSquares;
 pub struct ToleranceEstimate {
     /// Name of the quantity, for example «mass of table».
     pub name: String,
+    /// Physical meaning.
+    pub mechanism: Mechanism,
     /// Unit of value and prior; 1 for a relative change or a factor.
     pub unit: String,
     /// Value before the fit: mean, or median of a log-normal prior.
@@ -39,10 +41,10 @@ impl ToleranceEstimate {
     pub fn warning(&self) -> Option<String> {
         let deviation = self.deviation();
         (deviation.abs() > FINDING).then(|| {
-            let estimate = match (self.unit.as_str(), self.mean) {
-                ("1", 0.0) => format!("the fit changes {} by {:+.2} %", self.name, 100.0 * self.value),
-                ("1", mean) => format!("the fit changes {} from {mean:.3e} to {:.3e}", self.name, self.value),
-                (unit, mean) => format!("the fit changes {} from {mean:.3e} to {:.3e} {unit}", self.name, self.value),
+            let estimate = match (self.mechanism.is_dimensionless(), self.mean) {
+                (true, 0.0) => format!("the fit changes {} by {:+.2} %", self.name, 100.0 * self.value),
+                (true, mean) => format!("the fit changes {} from {mean:.3e} to {:.3e}", self.name, self.value),
+                (false, mean) => format!("the fit changes {} from {mean:.3e} to {:.3e} {}", self.name, self.value, self.unit),
             };
             let times = deviation.abs();
             format!(
@@ -76,6 +78,7 @@ pub(super) fn estimates(objective: &FrfObjective<'_>, set: &MeasurementSet, plac
         let slope = parameter.unit_slope(values[index]) * prior.slope(values[index]) * prior.sd();
         Some(ToleranceEstimate {
             name: parameter.name().into(),
+            mechanism: parameter.mechanism,
             unit: parameter.unit.clone(),
             mean: parameter.start,
             prior,
@@ -84,8 +87,9 @@ pub(super) fn estimates(objective: &FrfObjective<'_>, set: &MeasurementSet, plac
         })
     });
     let known = &set.tolerance;
-    let normal = |name: String, unit: &str, prior: f64, value: f64, sd: f64| ToleranceEstimate {
+    let normal = |name: String, (mechanism, unit): (Mechanism, &str), prior: f64, value: f64, sd: f64| ToleranceEstimate {
         name,
+        mechanism,
         unit: unit.into(),
         mean: 0.0,
         prior: Prior::Normal(prior),
@@ -98,7 +102,7 @@ pub(super) fn estimates(objective: &FrfObjective<'_>, set: &MeasurementSet, plac
         let is_there = |p: &&measurement::Position| p.nut_m == Some(nut_m);
         let name = set.positions.iter().find(is_there).map_or_else(|| format!("{nut_m} m"), |p| p.name.clone());
         let sd = columns.next().map_or(0.0, |column| sd[column] * objective.span() * known.nut_m);
-        all.push(normal(format!("nut position of {name}"), "m", known.nut_m, shift_m, sd));
+        all.push(normal(format!("nut position of {name}"), (Mechanism::Length, "m"), known.nut_m, shift_m, sd));
     }
     let first = objective.nut_coordinates().end;
     let channels = objective.channels_at(place);
@@ -107,8 +111,8 @@ pub(super) fn estimates(objective: &FrfObjective<'_>, set: &MeasurementSet, plac
             let channel = channel_name(&machine.points[*response].name, &machine.points[*excitation].name);
             let of = |column: usize, prior: f64| sd[first + 2 * at + column] * objective.span() * prior;
             let both = [
-                normal(format!("gain of {channel}"), "1", known.gain, *log_gain, of(0, known.gain)),
-                normal(format!("delay of {channel}"), "s", known.delay_s, *delay_s, of(1, known.delay_s)),
+                normal(format!("gain of {channel}"), (Mechanism::Ratio, "1"), known.gain, *log_gain, of(0, known.gain)),
+                normal(format!("delay of {channel}"), (Mechanism::Delay, "s"), known.delay_s, *delay_s, of(1, known.delay_s)),
             ];
             all.extend(both.into_iter().filter(|t| t.prior.sd() > 0.0));
         }

@@ -12,7 +12,7 @@ use serde::Deserialize;
 use super::check::{MachineError, fault};
 use super::{
     DerivedPatch, DriveFile, FrictionForceFile, LeadErrorFile, LoadedPair, Machine, NumberSource, OperatingVariable, Parameter,
-    PointMotion, Rescale, Segment, StationPlace, Target,
+    PointMotion, Rescale, Role, Segment, StationPlace, Target,
 };
 
 /// A point that a patch adds.
@@ -26,6 +26,8 @@ pub struct PointPatch {
     pub inertia: NumberSource,
     /// Whether it is fixed to the ground.
     pub fixed: bool,
+    /// Origin.
+    pub role: Role,
 }
 
 /// A shaft.

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::schema::enum_without_descriptions;
+use super::{Mechanism, Role};
 
 /// The scale on which a parameter is searched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
@@ -37,6 +38,10 @@ pub struct Parameter {
     pub id: String,
     /// Unit, for example `N/m`.
     pub unit: String,
+    /// Physical meaning.
+    pub mechanism: Mechanism,
+    /// Origin.
+    pub role: Role,
     /// Start value, in that unit.
     pub start: f64,
     /// Lower end of the plausible range.
@@ -98,6 +103,11 @@ impl Prior {
 }
 
 impl Parameter {
+    /// Whether it is of the same kind as another parameter, so that their sum means something.
+    pub fn is_like(&self, other: &Parameter) -> bool {
+        self.mechanism == other.mechanism && self.unit == other.unit
+    }
+
     /// Whether a value lies at an end of the plausible range: within a thousandth of it, on the parameter's scale.
     pub fn is_at_bound(&self, value: f64) -> bool {
         let place = self.to_unit(value);

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::check::{MachineError, check_parameter, fault, listing};
 use super::effect::{AttachFile, LeverFile, ReattachFile};
 use super::{
-    Derivation, Derived, DerivedPatch, Effect, Joint, JointPatch, Lever, Machine, ParameterValues, Patch, Point, PointPatch, Shaft,
+    Derivation, Derived, DerivedPatch, Effect, Joint, JointPatch, Lever, Machine, ParameterValues, Patch, Point, PointPatch, Role, Shaft,
     ShaftFile, Station, Value,
 };
 
@@ -52,12 +52,12 @@ impl Machine {
         Ok(machine)
     }
 
-    /// Returns the machine with the effects that a diagnosis chose, given as ids joined with `+`.
+    /// Returns the machine with the effects that a diagnosis chose, given by their ids.
     ///
     /// An id may also name a released parameter, which the machine contains already. `None` where an id is neither that nor an applicable
     /// effect.
-    pub fn with_chosen(&self, chosen: &str, effects: &[Effect]) -> Option<Machine> {
-        chosen.split('+').filter(|id| *id != "nominal").try_fold(self.clone(), |machine, id| {
+    pub fn with_chosen<'i>(&self, chosen: impl IntoIterator<Item = &'i str>, effects: &[Effect]) -> Option<Machine> {
+        chosen.into_iter().try_fold(self.clone(), |machine, id| {
             // A released parameter is already a parameter of the machine.
             if machine.parameters.iter().any(|p| p.id == id) {
                 return Some(machine);
@@ -208,7 +208,7 @@ impl Machine {
             return Err(fault(part, "this name is declared twice; give each point a name of its own"));
         }
         let inertia = self.value(&format!("{part}.{}", patch.motion.inertia_key()), &patch.inertia)?;
-        Ok(Point { name: patch.name.clone(), motion: patch.motion, inertia, fixed: patch.fixed })
+        Ok(Point { name: patch.name.clone(), motion: patch.motion, inertia, fixed: patch.fixed, role: patch.role })
     }
 
     fn resolve_shaft_patch(&self, patch: &ShaftFile) -> Result<Shaft, MachineError> {
@@ -235,6 +235,7 @@ impl Machine {
             nut_support_factor: Value::number(1.0),
             nut_support_offset: Value::number(0.0),
             stations,
+            role: Role::Described,
         })
     }
 

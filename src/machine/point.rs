@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::Value;
+use super::{Role, Value};
 
 /// The kind of a coordinate: displacement (m) or angle (rad).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
@@ -29,6 +29,8 @@ pub struct Point {
     pub inertia: Value,
     /// Whether it is fixed to the ground: its coordinate is zero.
     pub fixed: bool,
+    /// Origin.
+    pub role: Role,
 }
 
 impl PointMotion {

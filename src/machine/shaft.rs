@@ -1,6 +1,6 @@
 //! Uniform shafts: rods with axial and torsional vibration between stations.
 
-use super::{Operating, PointMotion, Value};
+use super::{Operating, PointMotion, Role, Value};
 
 /// The place of a station on its shaft.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,6 +52,8 @@ pub struct Shaft {
     pub nut_support_offset: Value,
     /// Stations from left to right.
     pub stations: Vec<Station>,
+    /// Origin.
+    pub role: Role,
 }
 
 impl Shaft {
@@ -86,7 +88,7 @@ impl Shaft {
 
     /// Whether it is a journal separated by [`Machine::with_tolerances`](super::Machine::with_tolerances).
     pub fn is_journal(&self) -> bool {
-        self.name.starts_with("~journal")
+        self.role == Role::Tolerance
     }
 
     /// Whether a point moves with one of its stations.

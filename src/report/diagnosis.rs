@@ -75,10 +75,28 @@ pub struct DiagnosisDocument {
     pub verdict: VerdictRow,
 }
 
+/// Returns the ids of a combination of effects as documents state it: joined with `+`.
+pub fn effect_ids(combination: &str) -> impl Iterator<Item = &str> {
+    combination.split('+').map(str::trim)
+}
+
+/// Id of the chosen model where it is the machine as described.
+const NOMINAL: &str = "nominal";
+
+/// Returns the ids of the effects of a chosen model, given by its id; none for the machine as described.
+pub fn chosen_effects(id: &str) -> impl Iterator<Item = &str> {
+    effect_ids(id).filter(|id| *id != NOMINAL)
+}
+
+/// Returns a combination with a phrase between its effects.
+pub(super) fn combination_text(combination: &str, between: &str) -> String {
+    effect_ids(combination).collect::<Vec<_>>().join(between)
+}
+
 impl DiagnosisDocument {
     /// Returns the rows of the effects that the verdict names, in its order, those of a combination one after another.
     pub(super) fn named_effects(&self) -> impl Iterator<Item = &EffectRow> {
-        let ids = self.verdict.effects.iter().flat_map(|effect| effect.split('+'));
+        let ids = self.verdict.effects.iter().flat_map(|combination| effect_ids(combination));
         ids.filter_map(|id| self.effects.iter().find(|row| row.id == id))
     }
 }
@@ -267,6 +285,13 @@ pub struct Chosen {
     pub headline_metrics: Vec<HeadlineMetrics>,
 }
 
+impl Chosen {
+    /// Returns the ids of its effects; none for the machine as described.
+    pub fn effects(&self) -> impl Iterator<Item = &str> {
+        chosen_effects(&self.id)
+    }
+}
+
 /// A metric that an engineer quotes, before and after.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HeadlineMetrics {
@@ -375,7 +400,7 @@ pub(super) fn estimated_text(document: &DiagnosisDocument) -> String {
         .filter(|row| row.selected)
         .flat_map(|row| {
             // Of the chosen model the values are those of the joint fit; of other effects of an ambiguous verdict those of their own.
-            let is_chosen = document.chosen.id.split('+').any(|id| id == row.id);
+            let is_chosen = document.chosen.effects().any(|id| id == row.id);
             row.parameters.iter().map(move |(id, own)| {
                 let value = document.chosen.parameters.get(id).filter(|_| is_chosen).unwrap_or(own);
                 let stated = row.parameter_units.get(id).map_or("", String::as_str);
@@ -434,7 +459,11 @@ pub fn diagnosis_text(document: &DiagnosisDocument) -> String {
     }
     text += &estimated_text(document);
     text += &candidates_text(document, ["effect", "χ² reduction", "held-out gap", "closed", "p"]);
-    let first = if document.places.first().is_some_and(|place| place.shape == NAMED && place.over.is_none()) { "the named effect, then " } else { "" };
+    let first = if document.places.first().is_some_and(|place| place.shape == NAMED && place.over.is_none()) {
+        "the named effect, then "
+    } else {
+        ""
+    };
     text += &format!("\nlocation: {first}generic impedances at interfaces, best first\n");
     text += &document.verdict.band_text().map_or(String::new(), |band| wrapped(&band));
     let rows = document.places.iter().take(5);

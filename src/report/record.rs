@@ -68,8 +68,12 @@ pub fn motion_diagnosis_text(document: &DiagnosisDocument) -> String {
         ));
     }
     text += &phases_text(motion);
-    let rows =
-        document.places.iter().filter(|p| p.over.is_some()).take(3).map(|p| vec![p.place_text(), p.shape.clone(), format!("{:.1} %", 100.0 * p.misfit_reduction)]);
+    let rows = document
+        .places
+        .iter()
+        .filter(|p| p.over.is_some())
+        .take(3)
+        .map(|p| vec![p.place_text(), p.shape.clone(), format!("{:.1} %", 100.0 * p.misfit_reduction)]);
     let of = if motion.transmission.is_empty() { "force" } else { "force or transmission error" };
     text += &format!("\nreduction by a {of} that is a free smooth function of one quantity\n");
     text += &columns(&["function of", "resembles", "reduction"].map(String::from), rows);

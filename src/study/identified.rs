@@ -29,9 +29,8 @@ pub fn read_identification(path: &Path) -> StudyResult<(IdentificationDocument, 
     };
     let bytes = std::fs::read(path).map_err(|e| StudyError::input(path.display(), fault(e)))?;
     let document = serde_json::from_slice(&bytes);
-    let document = document.map_err(|e| {
-        StudyError::Impossible(format!("{}, line {}: is not a result of `identify`: {e}", path.display(), e.line()))
-    })?;
+    let document = document
+        .map_err(|e| StudyError::Impossible(format!("{}, line {}: is not a result of `identify`: {e}", path.display(), e.line())))?;
     Ok((document, Input { path: path.display().to_string(), sha256: digest(&bytes) }))
 }
 
@@ -112,12 +111,7 @@ impl Study {
     ) -> StudyResult<Self> {
         let settings = &document.settings;
         let measurements = measurements.unwrap_or(&settings.measurements);
-        let study = Study::reopened(
-            (document.machine.as_ref(), &settings.config),
-            measurements,
-            &document.stamp,
-            (overrides, without),
-        )?;
+        let study = Study::reopened((document.machine.as_ref(), &settings.config), measurements, &document.stamp, (overrides, without))?;
         let defaults = Settings::default();
         let own = Settings {
             rods: settings.lumps.map_or(RodModel::Exact, RodModel::Lumped),

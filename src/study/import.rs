@@ -87,8 +87,7 @@ pub fn import(request: &ImportRequest) -> StudyResult<ImportedSet> {
             if let Some(cut) = cut.filter(|_| !request.accept_truncated) {
                 return Err(StudyError::input(&source, format!("{cut}, or accept the values that it holds (accept_truncated)")));
             }
-            let (found, file_notes) =
-                frfs_from_universal(&source, &stem, file, request.quantity).map_err(StudyError::impossible)?;
+            let (found, file_notes) = frfs_from_universal(&source, &stem, file, request.quantity).map_err(StudyError::impossible)?;
             if found.is_empty() {
                 return Err(StudyError::input(&source, "holds no FRF (dataset 58, function type 4); list its contents"));
             }
@@ -175,8 +174,9 @@ fn place(frfs: Vec<ImportedFrf>, request: &ImportRequest) -> StudyResult<Vec<(Im
         let mut placement =
             Placement { position: request.position.clone(), response: request.response.clone(), excitation: request.excitation.clone() };
         if let Some(pattern) = &request.pattern {
-            let (before, after) =
-                pattern.split_once("{}").ok_or_else(|| StudyError::setting("pattern", pattern, "write {} in place of the position's name"))?;
+            let (before, after) = pattern
+                .split_once("{}")
+                .ok_or_else(|| StudyError::setting("pattern", pattern, "write {} in place of the position's name"))?;
             let names = std::iter::once(&frf.name).chain(&frf.texts);
             placement.position = names.filter_map(|text| matched(text, before, after)).next().or(placement.position);
         }

@@ -140,7 +140,11 @@ fn options(request: &PeaksRequest) -> StudyResult<CurveOptions> {
         (None, false) => CurveFit::Full,
         (None, true) => return Err(StudyError::setting("local", "", "name the band, its lowest and highest frequency in Hz")),
         (Some((from_hz, to_hz)), local) if from_hz >= 0.0 && to_hz > from_hz && to_hz.is_finite() => {
-            if local { CurveFit::Local { from_hz, to_hz } } else { CurveFit::Full }
+            if local {
+                CurveFit::Local { from_hz, to_hz }
+            } else {
+                CurveFit::Full
+            }
         }
         _ => {
             let fault = "write the lowest and the highest frequency in Hz, such as 20,800";

@@ -126,8 +126,7 @@ impl Study {
             "inverse-dynamics" => false,
             "output-error" => true,
             other => {
-                let fault =
-                    format!("holds motion records only, but {} was fitted by {other}; identify on motion records", request.name());
+                let fault = format!("holds motion records only, but {} was fitted by {other}; identify on motion records", request.name());
                 return Err(StudyError::input(&self.set.path, fault));
             }
         };

@@ -8,6 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::Value;
 
 use super::error::WithheldError;
+use report::diagnosis::{chosen_effects, effect_ids};
 use report::document::Input;
 
 /// Reads an interval; an end that is null (not finite) makes the whole interval unknown.
@@ -49,7 +50,7 @@ impl VerdictAnswer {
     pub fn named(&self) -> Vec<&str> {
         let mut ids = Vec::new();
         if ["effect", "ambiguous"].contains(&self.kind.as_str()) {
-            for id in self.effects.iter().flat_map(|entry| entry.split('+')).map(str::trim) {
+            for id in self.effects.iter().flat_map(|entry| effect_ids(entry)) {
                 if !ids.contains(&id) {
                     ids.push(id);
                 }
@@ -173,6 +174,13 @@ pub struct DiagnosisAnswer {
     pub motion: Option<MotionAnswer>,
     /// Verdict.
     pub verdict: VerdictAnswer,
+}
+
+impl ChosenAnswer {
+    /// Returns the ids of its effects; none for the machine as described.
+    pub fn effects(&self) -> impl Iterator<Item = &str> {
+        chosen_effects(&self.id)
+    }
 }
 
 impl DiagnosisAnswer {

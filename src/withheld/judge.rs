@@ -2,6 +2,8 @@
 
 use reference_simulator::{Kind, Label, Strength};
 
+use report::diagnosis::effect_ids;
+
 use super::answer::{Answer, DiagnosisAnswer, VerdictAnswer};
 
 /// Judgement of one answer. A field that does not apply to the case, or that needs an answer where there is none, is absent.
@@ -69,7 +71,7 @@ pub fn judge(label: &Label, follow_up: bool, answer: &Answer) -> Judgement {
     let exact = verdict.single().is_some_and(|id| label.effects.len() == 1 && Some(id) == dominant);
     // Each alternative of an ambiguous verdict stands for itself; the ids of other verdicts act together.
     let all_named = match verdict.kind.as_str() {
-        "ambiguous" => verdict.effects.iter().any(|entry| holds(&entry.split('+').map(str::trim).collect::<Vec<_>>())),
+        "ambiguous" => verdict.effects.iter().any(|entry| holds(&effect_ids(entry).collect::<Vec<_>>())),
         _ => holds(&named),
     };
     let kind = verdict.kind.as_str();
@@ -126,7 +128,7 @@ impl Judgement {
 fn first_three(diagnosis: &DiagnosisAnswer) -> Vec<&str> {
     let mut ids = Vec::new();
     let tried = diagnosis.effects.iter().filter(|row| !["failed", "not-applicable"].contains(&row.status.as_str()));
-    for id in tried.flat_map(|row| row.id.split('+')).map(str::trim) {
+    for id in tried.flat_map(|row| effect_ids(&row.id)) {
         if !ids.contains(&id) {
             ids.push(id);
         }
@@ -139,7 +141,7 @@ fn first_three(diagnosis: &DiagnosisAnswer) -> Vec<&str> {
 /// first.
 fn chosen(diagnosis: &DiagnosisAnswer, named: &[&str]) -> Option<(Option<f64>, Option<[f64; 2]>)> {
     let is = |id: &str, names: &[&str]| {
-        let ids: Vec<&str> = id.split('+').map(str::trim).collect();
+        let ids: Vec<&str> = effect_ids(id).collect();
         ids.len() == names.len() && names.iter().all(|name| ids.contains(name))
     };
     let row_of = |names: &[&str]| diagnosis.effects.iter().find(|row| is(&row.id, names)).map(|row| (row.closed, row.closed95));

@@ -9,8 +9,8 @@ pub mod two_masses;
 use std::sync::Arc;
 
 use config::{MachineConfig, read_machine};
-use machine::Machine;
 use dynamics::model::{RodModel, Structure};
+use machine::Machine;
 
 /// Reads a machine configuration by its path.
 pub fn config(name: &str) -> MachineConfig {

@@ -6,11 +6,10 @@ use super::data::MotionData;
 use super::diagnosis::{ALPHA, MotionSettings};
 use super::screening::{MotionScreening, Ranked, SharedColumns, start_of};
 use super::selection::{SelectionStep, simplest_first};
-use crate::verdict::last_of;
 use crate::{Hypothesis, Status};
 use dynamics::inverse_dynamics::{Rigid, free_parameters};
 use identification::motion::{ForceFit, estimate_identifiable};
-use machine::{Data, Effect, Machine, ParameterValues};
+use machine::{Data, Effect, EffectIds, Machine, ParameterValues};
 use numeric::linear_fit::LinearFit;
 use numeric::statistics::root_mean_square;
 use optimizer::Control;
@@ -48,7 +47,7 @@ pub(super) struct Context<'w> {
 
 impl Context<'_> {
     /// Screens all candidates on a model that already has the named effects, and simulates its null distribution.
-    pub fn screen(&self, from: &Chosen, names: &[String]) -> Option<SelectionStep> {
+    pub fn screen(&self, from: &Chosen, names: &EffectIds) -> Option<SelectionStep> {
         let (apply, others) = self.hypotheses(&from.0, names);
         let columns = SharedColumns { data: &self.data, rigid: &self.rigid, nominal: &from.0, fit: &from.1, frozen: self.frozen };
         let screening = MotionScreening::new(&columns, apply, others, self.control)?;
@@ -61,7 +60,7 @@ impl Context<'_> {
         simplest_first(&screening, &null, &mut ranked);
         let extra_points = self.data.motions.iter().any(|m| m.has_extra_points());
         let implausible = screening.largest_nuisance(&self.data).filter(|(_, size)| *size > IMPLAUSIBLE && !self.data.is_identifiable());
-        let implausible = implausible.map(|(name, size)| (name.trim_start_matches('~').to_string(), size));
+        let implausible = implausible.map(|(name, size)| (name.to_string(), size));
         Some(SelectionStep { screening, ranked, null, extra_points, slow: self.slow(from), implausible })
     }
 
@@ -73,7 +72,7 @@ impl Context<'_> {
         moved.zip(force).is_some_and(|(moved, force)| moved < LEAST_INERTIA * force)
     }
 
-    fn hypotheses(&self, from: &Hypothesis, names: &[String]) -> (Vec<Hypothesis>, Vec<(String, Status)>) {
+    fn hypotheses(&self, from: &Hypothesis, names: &EffectIds) -> (Vec<Hypothesis>, Vec<(String, Status)>) {
         let (mut apply, mut others) = (Vec::new(), Vec::new());
         for effect in self.effects.iter().filter(|e| !names.contains(&e.id)) {
             let applied = match from.obstacle(effect, Data::Motion) {
@@ -85,7 +84,7 @@ impl Context<'_> {
                 Err(why) => others.push((effect.id.clone(), Status::NotApplicable(why))),
             }
         }
-        apply.extend(from.releases(&from.machine, self.frozen, names));
+        apply.extend(from.releases(&from.machine, self.frozen, names.as_slice()));
         (apply, others)
     }
 
@@ -148,7 +147,7 @@ impl Context<'_> {
     /// common, with them.
     pub fn confirms(&self, step: &SelectionStep, at: usize, next: &Chosen, before: &Chosen) -> bool {
         let gain = step.ranked[at].gain;
-        let common = self.is_common(last_of(step.id(at)));
+        let common = self.is_common(step.last_effect(at));
         let with_nuisances = |of: &Chosen| step.screening.squares(&self.data, &self.rigid, &of.0.machine, &of.1.values);
         reduces(next.1.squares, before.1.squares, gain, if common { CONFIRMED.1 } else { CONFIRMED.0 })
             || (!common
@@ -163,10 +162,10 @@ impl Context<'_> {
     }
 
     /// Drops one effect from a combination that fits almost as well without it.
-    pub fn drop_dispensable(&self, base: &Chosen, names: &mut Vec<String>, chosen: &mut Chosen) {
+    pub fn drop_dispensable(&self, base: &Chosen, names: &mut EffectIds, chosen: &mut Chosen) {
         for at in (0..names.len() - 1).rev() {
-            let kept: Vec<&String> = names.iter().enumerate().filter(|(i, _)| *i != at).map(|(_, n)| n).collect();
-            let effects: Option<Vec<&Effect>> = kept.iter().map(|id| self.effects.iter().find(|e| e.id == **id)).collect();
+            let kept = names.iter().enumerate().filter(|(i, _)| *i != at).map(|(_, n)| n);
+            let effects: Option<Vec<&Effect>> = kept.map(|id| self.effects.iter().find(|e| e.id == id)).collect();
             let Some(effects) = effects else { continue };
             let hypothesis = effects.iter().try_fold(base.0.clone(), |h, e| h.with(e));
             let Ok(hypothesis) = hypothesis else { continue };

@@ -8,7 +8,7 @@ use super::selection::SelectionStep;
 use crate::verdict::p_value_text;
 use crate::{Verdict, VerdictKind};
 use identification::motion::ForceFit;
-use machine::Parameter;
+use machine::{EffectIds, Mechanism, Parameter};
 
 /// Ratio of the loss of the best free function to that of the chosen effects below which these are rejected.
 const DOUBTFUL: f64 = 0.5;
@@ -21,7 +21,7 @@ pub(super) struct MotionDecisionInputs<'e> {
     pub first: &'e SelectionStep,
     pub base: &'e Chosen,
     pub chosen: &'e Chosen,
-    pub names: &'e [String],
+    pub names: &'e EffectIds,
     /// Prediction error at left-out parts with these effects, over that of the machine alone.
     pub loss: f64,
     /// Joint fits of all parameters with each of the ranked candidates.
@@ -51,7 +51,7 @@ pub(super) fn decide(inputs: &MotionDecisionInputs<'_>) -> Verdict {
         faulty,
         contradictions,
     } = inputs;
-    let state = |kind: VerdictKind, effects: Vec<String>, reason: String, next: Option<String>| Verdict {
+    let state = |kind: VerdictKind, effects: Vec<EffectIds>, reason: String, next: Option<String>| Verdict {
         kind,
         effects,
         reason,
@@ -141,7 +141,11 @@ pub(super) fn decide(inputs: &MotionDecisionInputs<'_>) -> Verdict {
         let reason = format!(
             "{estimate} reduces the squared prediction error at left-out parts by {:.0} %{}",
             100.0 * ranked.gain,
-            if more { format!("; in addition the model lacks {}", names[1..].join(" and ")) } else { ": no effect is needed".into() }
+            if more {
+                format!("; in addition the model lacks {}", names.after_first().join(" and "))
+            } else {
+                ": no effect is needed".into()
+            }
         );
         let next = Some(format!("identify without freezing {}", first.id(at)));
         return state(VerdictKind::WrongParameter, Vec::new(), reason, next);
@@ -149,39 +153,39 @@ pub(super) fn decide(inputs: &MotionDecisionInputs<'_>) -> Verdict {
     // Compare the chosen effects with the best free function.
     if free_loss < DOUBTFUL * chosen_loss && *chosen_loss > DOUBTFUL * DOUBTFUL {
         let reason = format!(
-            "the best effect of the library, {}, leaves {:.0} % of the squared prediction error at left-out parts; a free function of {place} \
-             leaves {:.0} %",
-            names.join("+"),
+            "the best effect of the library, {names}, leaves {:.0} % of the squared prediction error at left-out parts; a free function of \
+             {place} leaves {:.0} %",
             100.0 * chosen_loss,
             100.0 * free_loss
         );
         return state(VerdictKind::Unknown, Vec::new(), reason, next_motion());
     }
+    let leading = names.first().unwrap_or_default();
     let reason = format!(
-        "{} reduces the squared prediction error at left-out parts by {:.0} % ({}){}",
-        names[0],
+        "{leading} reduces the squared prediction error at left-out parts by {:.0} % ({}){}",
         100.0 * gain,
         p_value_text(first.null.p_value(&first.ranked[best])),
         if names.len() > 1 {
-            format!("; with {} the squared misfit falls by {:.0} %", names[1..].join(" and "), 100.0 * (1.0 - left(&chosen.1)))
+            format!("; with {} the squared misfit falls by {:.0} %", names.after_first().join(" and "), 100.0 * (1.0 - left(&chosen.1)))
         } else {
             String::new()
         }
     ) + &amounts(context, chosen);
-    let rest: String = names[1..].iter().map(|n| format!("+{n}")).collect();
-    let alternatives: Vec<String> = std::iter::once(names[0].clone())
+    let combined = |id: String| names.after_first().iter().fold(EffectIds::single(id), |all, more| all.with(more));
+    let alternatives: Vec<EffectIds> = std::iter::once(leading.to_string())
         .chain(
             same.iter()
                 .map(|at| first.id(*at).to_string())
-                .chain(first.confusable_unidentifiable(context.effects, &names[0]))
+                .chain(first.confusable_unidentifiable(context.effects, leading))
                 .filter(|id| !names.contains(id)),
         )
-        .map(|id| format!("{id}{rest}"))
+        .map(combined)
         .collect();
     if alternatives.len() == 1 {
         return state(VerdictKind::Effect, alternatives, reason, None);
     }
-    let reason = format!("{reason}; these data cannot distinguish it from {}", alternatives[1..].join(", "));
+    let others: Vec<String> = alternatives[1..].iter().map(EffectIds::to_string).collect();
+    let reason = format!("{reason}; these data cannot distinguish it from {}", others.join(", "));
     let next =
         same.iter().find_map(|at| context.effects.iter().find(|e| e.id == first.id(*at))).and_then(|e| e.discriminating_test.clone());
     state(VerdictKind::Ambiguous, alternatives, reason, next)
@@ -197,11 +201,13 @@ fn amounts(context: &Context<'_>, (hypothesis, fit): &Chosen) -> String {
     if all.is_empty() { String::new() } else { format!("; {}", all.join(", ")) }
 }
 
-/// Formats the value of a parameter; short lengths in µm.
+/// Formats the value of a parameter; short lengths in µm, expansions of a lead in µm per m.
 pub(super) fn amount(p: &Parameter, x: f64) -> String {
+    if p.mechanism == Mechanism::LeadExpansion && x.abs() < 1e-3 {
+        return format!("{} is {:.1} µm per m", p.id, 1e6 * x);
+    }
     match (p.unit.as_str(), x.abs() < 1e-3) {
         ("m", true) => format!("{} is {:.1} µm", p.id, 1e6 * x),
-        ("1", true) => format!("{} is {:.1} µm per m", p.id, 1e6 * x),
         ("m", false) => format!("{} is {:.2} mm", p.id, 1e3 * x),
         ("s", true) => format!("{} is {:.2} ms", p.id, 1e3 * x),
         _ => format!("{} is {x:.4e} {}", p.id, p.unit),

@@ -15,13 +15,13 @@ use super::noise_floor::{floor_of, noise_of};
 use super::null_distribution::MotionNullDistribution;
 use super::selection::SelectionStep;
 use crate::evidence::share_closed;
-use crate::verdict::last_of;
 use crate::{Hypothesis, Status, Verdict, VerdictKind};
 use dynamics::inverse_dynamics::{
-    InverseError, LinearForce, MotionSignal, Phase, Rigid, free_parameters, is_linear_in_inverse, mask_backlash_crossings, parameters_without_influence,
+    InverseError, LinearForce, MotionSignal, Phase, Rigid, free_parameters, is_linear_in_inverse, mask_backlash_crossings,
+    parameters_without_influence,
 };
 use identification::motion::estimate_identifiable;
-use machine::{Effect, Machine, ParameterValues};
+use machine::{Effect, EffectIds, Machine, ParameterValues};
 use numeric::linear_fit::LinearFit;
 use optimizer::Control;
 
@@ -182,12 +182,12 @@ pub fn diagnose_motion(
     let frozen: Vec<String> = frozen.iter().cloned().chain(held.map(|i| machine.parameters[*i].id.clone())).collect();
     let context = Context { data: MotionData::new(fit_motions.to_vec()), rigid, frozen: &frozen, effects, settings, control };
     let base = (nominal.clone(), fit);
-    let Some(first) = context.screen(&base, &[]) else {
+    let Some(first) = context.screen(&base, &EffectIds::default()) else {
         let why =
             "with any part left out, these records do not determine the machine's parameters; record longer or more motions".to_string();
         return Ok(insufficient(&context.rigid, nominal, fit_motions, held_out, why));
     };
-    let mut names: Vec<String> = Vec::new();
+    let mut names = EffectIds::default();
     let mut chosen = base.clone();
     // Prediction error at left-out parts with the chosen effects, over that of the machine as described.
     let mut loss = 1.0;
@@ -196,11 +196,11 @@ pub fn diagnose_motion(
         first.indistinguishable(context.effects, |at| full_fits[at].as_ref().map_or(0.0, |fitted| 1.0 - fitted.1.squares / base.1.squares));
     // Name the best of the indistinguishable effects that the joint fit confirms.
     let confirmed = |at: &usize| full_fits[*at].as_ref().is_some_and(|next| context.confirms(&first, *at, next, &base));
-    if first.significant(|id| context.least(&first, id))
+    if first.significant(|at| context.least(&first, first.id(at)))
         && let Some(at) = same.iter().copied().find(confirmed)
         && let Some(next) = full_fits[at].clone()
     {
-        names.push(first.id(at).to_string());
+        names.push(first.id(at));
         loss *= 1.0 - first.ranked[at].gain;
         chosen = next;
     }
@@ -208,7 +208,10 @@ pub fn diagnose_motion(
     // Add effects as long as they are significant.
     while !names.is_empty() && names.len() < MAX_EFFECTS && !control.stopped() {
         let Some(next_step) = context.screen(&chosen, &names) else { break };
-        let least_of = |id: &str| if names.len() > 1 || confusable.contains(&last_of(id)) { LEAST_MORE } else { LEAST_SECOND };
+        let least_of = |at: usize| {
+            let is_similar = confusable.contains(&next_step.last_effect(at));
+            if names.len() > 1 || is_similar { LEAST_MORE } else { LEAST_SECOND }
+        };
         if !next_step.significant(least_of) {
             break;
         }
@@ -217,7 +220,7 @@ pub fn diagnose_motion(
         if !context.confirms(&next_step, at, &next, &chosen) {
             break;
         }
-        names.push(last_of(next_step.id(at)).to_string());
+        names.push(next_step.last_effect(at));
         loss *= 1.0 - next_step.ranked[at].gain;
         chosen = next;
     }
@@ -364,7 +367,7 @@ fn common_cause(
     (full_fits, squares): (&[Option<Chosen>], f64),
     (before, held_out): (&[MotionPart], &[&MotionSignal]),
 ) -> Option<String> {
-    let is_common = |at: &usize| context.is_common(last_of(first.id(*at)));
+    let is_common = |at: &usize| context.is_common(first.last_effect(*at));
     let best = (0..first.ranked.len())
         .filter(is_common)
         .filter_map(|at| Some((at, full_fits[at].as_ref()?)))
@@ -418,7 +421,8 @@ fn gap_with(function: &FreeFunction, (hypothesis, fit): &Chosen, (context, held_
     let penalty = [vec![0.0; fit.free.len()], vec![function.ridge(); function.columns.ncols()]].concat();
     let columns = side_by_side(&[&here.derivatives, &function.columns]);
     let solved = LinearFit::penalised(&columns, &penalty, &(&context.data.y - here.prediction), INDEPENDENT)?;
-    let residual = &held_out.y - there.prediction - side_by_side(&[&there.derivatives, &function.columns_on(held_out)]) * solved.coefficients;
+    let residual =
+        &held_out.y - there.prediction - side_by_side(&[&there.derivatives, &function.columns_on(held_out)]) * solved.coefficients;
     Some(residual.norm() / recorded)
 }
 

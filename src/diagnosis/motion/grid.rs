@@ -2,7 +2,7 @@
 
 use super::data::MotionData;
 use dynamics::inverse_dynamics::{Rigid, prediction};
-use machine::{Machine, Parameter, PointMotion, Scale};
+use machine::{Machine, Mechanism, Parameter, PeriodAlong, PointMotion, Scale};
 use numeric::halton::halton_point;
 use numeric::statistics::extremes;
 
@@ -42,15 +42,15 @@ pub(super) fn grid(machine: &Machine, curved: &[usize], data: &MotionData<'_>, r
     let turning = machine.drive.as_ref().map(|d| d.on).filter(|p| machine.points[*p].motion == PointMotion::Rotation);
     let range = |index: usize| {
         let p = &machine.parameters[index];
-        let period = p.id.ends_with("period");
+        let travel = match p.mechanism {
+            Mechanism::Period(PeriodAlong::Travel) => Some(1.0),
+            Mechanism::Period(PeriodAlong::Motor) => Some(turning.map_or(1.0, |point| rigid.point_ratio(point).abs())),
+            _ => None,
+        };
+        let Some(travel) = travel else { return (p.lower, p.upper, p.scale == Scale::Logarithmic) };
         let (low, high) = extremes(data.motions.iter().flat_map(|m| &m.position_m));
-        let travel = turning.filter(|_| p.unit.contains("rad")).map_or(1.0, |point| rigid.point_ratio(point).abs());
         let (low, high) = (travel * low, travel * high);
-        if period && p.unit.contains('m') {
-            (p.lower.max((high - low) / NODES.1 as f64), p.upper.min(high - low), true)
-        } else {
-            (p.lower, p.upper, p.scale == Scale::Logarithmic)
-        }
+        (p.lower.max((high - low) / NODES.1 as f64), p.upper.min(high - low), true)
     };
     let value = |index: usize, unit: f64| {
         let (low, high, logarithmic) = range(index);
@@ -59,8 +59,7 @@ pub(super) fn grid(machine: &Machine, curved: &[usize], data: &MotionData<'_>, r
     match curved {
         [] => vec![Vec::new()],
         [one] => {
-            let period = machine.parameters[*one].id.ends_with("period");
-            if period {
+            if machine.parameters[*one].mechanism.is_period() {
                 let (low, high, _) = range(*one);
                 let count = (2.0 * high / low).clamp(1.0, 2.0 * NODES.1 as f64) as usize;
                 let waves = |k: usize| 1.0 / high + (k as f64 + 0.5) / count as f64 * (1.0 / low - 1.0 / high);

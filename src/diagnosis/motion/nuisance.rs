@@ -131,9 +131,9 @@ impl<'o> Influences<'o> {
             let periods_s = m.extra_channels.iter().filter_map(|f| Some(f.encoder_estimate.as_ref()?.periods_s)).fold(0.0, f64::max);
             slope(m).iter().map(|d| (SKEW + periods_s / m.step_s) * d).collect::<Vec<f64>>()
         };
-        let mut all = vec![self.nuisance("~synchrony", late), self.nuisance("~filter blur", |m| central_differences(&slope(m)))];
+        let mut all = vec![self.nuisance("synchrony", late), self.nuisance("filter blur", |m| central_differences(&slope(m)))];
         if self.data.is_identifiable() {
-            all.push(Nuisance { name: "~clock offset".into(), column: self.data.recorded_force(clock) });
+            all.push(Nuisance { name: "clock offset".into(), column: self.data.recorded_force(clock) });
         }
         all
     }
@@ -157,7 +157,7 @@ impl<'o> Influences<'o> {
         let over = |(travel_m, sd): (f64, f64)| {
             let elastic = self.elastic(travel_m);
             let column = sd * (self.data.column(|m| self.force(&elastic, m)) - &described);
-            Nuisance { name: format!("~presliding over {:.1} µm", 1e6 * travel_m), column }
+            Nuisance { name: format!("presliding over {:.1} µm", 1e6 * travel_m), column }
         };
         PRESLIDING.into_iter().map(over).collect()
     }
@@ -174,7 +174,7 @@ impl<'o> Influences<'o> {
             for factor in COMPLIANCES {
                 let compliant = |m: &MotionSignal| self.rigid.force_with_compliant_joint((joint, factor), self.machine, self.values, m);
                 let more = self.data.column(|m| compliant(m).unwrap_or_else(|| sliding(m)));
-                all.push(Nuisance { name: format!("~compliance of {}, factor {factor}", described.name), column: &more - &less });
+                all.push(Nuisance { name: format!("compliance of {}, factor {factor}", described.name), column: &more - &less });
                 less = more;
             }
         }
@@ -188,7 +188,7 @@ impl<'o> Influences<'o> {
                 let rises = |v: &f64| LOW_SPEED_RISE * self.dry * (-(v / (share * self.fastest)).powi(2)).exp();
                 along_direction(m, m.velocity_m_s.iter().map(rises).collect())
             };
-            self.friction(format!("~friction below {:.0} % of the fastest speed", 100.0 * share), of)
+            self.friction(format!("friction below {:.0} % of the fastest speed", 100.0 * share), of)
         };
         LOW_SPEEDS.into_iter().map(below).collect()
     }
@@ -198,7 +198,7 @@ impl<'o> Influences<'o> {
         let film = sliding(self.rigid, self.machine, self.values, self.fastest) - self.dry;
         let of =
             |m: &MotionSignal| along_direction(m, m.velocity_m_s.iter().map(|v| -THINNING * film * (v / self.fastest).powi(2)).collect());
-        vec![self.friction("~shear thinning of the film".into(), of)]
+        vec![self.friction("shear thinning of the film".into(), of)]
     }
 
     /// Returns smooth variations of friction and force along the travel.
@@ -206,8 +206,8 @@ impl<'o> Influences<'o> {
         let of = |n: u32| {
             let size = ALONG_TRAVEL * self.level * (3.0 / f64::from(n)).min(1.0);
             let wave = move |m: &MotionSignal| self.wave(m, f64::from(n), size);
-            let friction = self.friction(format!("~friction along the travel, half-wave {n}"), move |m| along_direction(m, wave(m)));
-            [friction, self.nuisance(format!("~force along the travel, half-wave {n}"), wave)]
+            let friction = self.friction(format!("friction along the travel, half-wave {n}"), move |m| along_direction(m, wave(m)));
+            [friction, self.nuisance(format!("force along the travel, half-wave {n}"), wave)]
         };
         (1..=HALF_WAVES).flat_map(of).collect()
     }
@@ -218,7 +218,7 @@ impl<'o> Influences<'o> {
             let count = m.position_m.len();
             (0..count).map(|i| DRIFT * self.level * (2.0 * i as f64 / count as f64 - 1.0)).collect::<Vec<f64>>()
         };
-        vec![self.friction("~drift of friction".into(), |m| along_direction(m, drift(m))), self.nuisance("~drift of force", drift)]
+        vec![self.friction("drift of friction".into(), |m| along_direction(m, drift(m))), self.nuisance("drift of force", drift)]
     }
 
     /// Returns smooth errors along the travel of both scales of an extra channel, in addition to the terms that [`ExtraChannel::thinned`] removes.
@@ -229,7 +229,7 @@ impl<'o> Influences<'o> {
                 further(m, column)
                     .map_or_else(|| zero(m), |f| self.wave(m, f64::from(n), self.rigid.point_ratio(f.point) * SCALE_ERROR * (high - low)))
             };
-            Nuisance { name: format!("~scale error of {column}, half-wave {n}"), column: self.data.channel(Some(column), wave) }
+            Nuisance { name: format!("scale error of {column}, half-wave {n}"), column: self.data.channel(Some(column), wave) }
         };
         (1..=3).map(of).collect()
     }
@@ -253,9 +253,9 @@ impl<'o> Influences<'o> {
         let factor =
             |m: &MotionSignal, at: usize| m.extra_channels[at].encoder_estimate.as_ref().map_or_else(Vec::new, |t| t.factor_m.clone());
         vec![
-            channel(format!("~loop factor of {column}"), &factor),
-            channel(format!("~wind-up of {column}"), &wind_up),
-            channel(format!("~friction side in {column}"), &friction_side),
+            channel(format!("loop factor of {column}"), &factor),
+            channel(format!("wind-up of {column}"), &wind_up),
+            channel(format!("friction side in {column}"), &friction_side),
         ]
     }
 }

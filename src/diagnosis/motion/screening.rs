@@ -163,7 +163,7 @@ impl MotionScreening {
             .into_par_iter()
             .map(|hypothesis| {
                 if control.stopped() {
-                    return without(hypothesis.id, Status::Failed("stopped before this candidate was fitted".into()));
+                    return without(hypothesis.id(), Status::Failed("stopped before this candidate was fitted".into()));
                 }
                 let of = &hypothesis.machine;
                 let start = start_of(of, &fit.values);
@@ -191,7 +191,7 @@ impl MotionScreening {
                 }
                 if linear.is_empty() && curved.is_empty() {
                     let why = "the force of the rigid drive with its present effects does not depend on it";
-                    return without(hypothesis.id, Status::NotApplicable(why.into()));
+                    return without(hypothesis.id(), Status::NotApplicable(why.into()));
                 }
                 // Nonlinear amplitudes with both signs are linearised near zero, as a grid over several would miss it.
                 let mut toward = interior.clone();
@@ -207,7 +207,7 @@ impl MotionScreening {
                 // Over decades: place the nodes within the range in which the force changes.
                 if let [one] = curved[..]
                     && of.parameters[one].scale == Scale::Logarithmic
-                    && !of.parameters[one].id.ends_with("period")
+                    && !of.parameters[one].mechanism.is_period()
                 {
                     let moves = |node: &&Vec<(usize, f64)>| {
                         let mut values = start.clone();
@@ -223,7 +223,7 @@ impl MotionScreening {
                     }
                 }
                 // A node covers itself and, for one nonlinear parameter other than a period, the linearised interval to its neighbours.
-                let straight = matches!(curved[..], [one] if !of.parameters[one].id.ends_with("period"));
+                let straight = matches!(curved[..], [one] if !of.parameters[one].mechanism.is_period());
                 let near = |at: usize| {
                     let value = |at: usize| grid_points.get(at).map(|p| p[0].1);
                     let here = grid_points[at][0].1;
@@ -279,10 +279,10 @@ impl MotionScreening {
                 let nodes: Vec<GridNode> = nodes.into_iter().map(|(node, _)| node).collect();
                 if visible < LEAST_INDEPENDENT || nodes.is_empty() {
                     let why = "these records do not identify it: the machine's own parameters have the same influence";
-                    return MotionCandidate { unidentifiable: true, ..without(hypothesis.id, Status::NotApplicable(why.into())) };
+                    return MotionCandidate { unidentifiable: true, ..without(hypothesis.id(), Status::NotApplicable(why.into())) };
                 }
                 MotionCandidate {
-                    id: hypothesis.id.clone(),
+                    id: hypothesis.id(),
                     status: Status::Tried,
                     hypothesis: Some(hypothesis),
                     free: None,
@@ -407,8 +407,7 @@ impl MotionScreening {
         seed: u64,
         control: &Control,
     ) -> MotionNullDistribution {
-        let drawn =
-            self.fitted(data, y, best).map_or_else(Vec::new, |fitted| self.null_simulations(data, fitted, draws, seed, control));
+        let drawn = self.fitted(data, y, best).map_or_else(Vec::new, |fitted| self.null_simulations(data, fitted, draws, seed, control));
         MotionNullDistribution::new(&drawn, &self.candidates.iter().map(|c| c.free.is_some()).collect::<Vec<bool>>())
     }
 

@@ -34,16 +34,22 @@ impl SelectionStep {
         &self.screening.candidates[self.ranked[at].candidate].id
     }
 
+    /// Returns the effect or released parameter that a ranked candidate adds to the model of the screening; for a free function its id.
+    pub fn last_effect(&self, at: usize) -> &str {
+        let candidate = &self.screening.candidates[self.ranked[at].candidate];
+        candidate.hypothesis.as_ref().and_then(|h| h.effects.last()).unwrap_or(&candidate.id)
+    }
+
     /// Returns the index of the best effect or released parameter among the ranked.
     pub fn best_effect(&self) -> Option<usize> {
         self.ranked.iter().position(|r| self.screening.candidates[r.candidate].free.is_none())
     }
 
-    /// Whether the best effect is significant and gains the least that counts for it.
-    pub fn significant(&self, least: impl Fn(&str) -> f64) -> bool {
+    /// Whether the best effect is significant and gains the least that counts for it, given by its index among the ranked.
+    pub fn significant(&self, least: impl Fn(usize) -> f64) -> bool {
         self.best_effect().is_some_and(|at| {
             let (gain, p) = (self.ranked[at].gain, self.null.p_value(&self.ranked[at]));
-            (gain >= least(self.id(at)) && p < ALPHA) || (self.extra_points && gain >= NEARLY_ALL && p < RARE)
+            (gain >= least(at) && p < ALPHA) || (self.extra_points && gain >= NEARLY_ALL && p < RARE)
         })
     }
 

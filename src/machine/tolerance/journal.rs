@@ -1,7 +1,7 @@
 //! Journals: the thinner ends of a shaft.
 
-use super::number::{RELATIVE_STOP, massless, size, tolerance};
-use crate::{Machine, Modifier, PointMotion, Prior, Station, StationPlace};
+use super::number::{MARK, RELATIVE_STOP, massless, size, tolerance};
+use crate::{Machine, Mechanism, Modifier, PointMotion, Prior, Role, Station, StationPlace};
 
 /// Length of a journal in diameters of its shaft.
 ///
@@ -39,7 +39,7 @@ pub(super) fn split_off_journals(machine: &mut Machine, nuts_m: &[f64]) {
             let thinner = (0.5 * missing_diameters * diameter_m / journal_m).min(0.8 * RELATIVE_STOP);
             let name = machine.points.get(end.axial.or(end.torsion).unwrap_or(usize::MAX)).map_or_else(String::new, |p| p.name.clone());
             let prior = (-thinner, Prior::Normal(0.5 * thinner));
-            let parameter = tolerance(format!("journal at {name}"), "1", prior, [-RELATIVE_STOP, RELATIVE_STOP]);
+            let parameter = tolerance(format!("journal at {name}"), (Mechanism::Ratio, "1"), prior, [-RELATIVE_STOP, RELATIVE_STOP]);
             machine.parameters.push(parameter);
             split_off(machine, index, right, from_end(journal_m), Modifier::Relative(machine.parameters.len() - 1));
         }
@@ -51,13 +51,14 @@ fn split_off(machine: &mut Machine, index: usize, right: bool, at_m: f64, thinne
     let shaft = machine.shafts[index].clone();
     let (first, last) = (shaft.stations[0], shaft.stations[shaft.stations.len() - 1]);
     let end = if right { last } else { first };
-    let name = format!("~journal {} of {}", if right { "right" } else { "left" }, shaft.name);
+    let name = format!("{MARK}journal {} of {}", if right { "right" } else { "left" }, shaft.name);
     let axial = end.axial.map(|_| massless(machine, &name, PointMotion::Translation));
     let torsion = end.torsion.map(|_| massless(machine, &name, PointMotion::Rotation));
     let junction = Station { place: StationPlace::At(at_m), axial, torsion };
     let mut journal = shaft;
     journal.diameter.modifiers.push(thinner);
     journal.name = name;
+    journal.role = Role::Tolerance;
     journal.stations = if right { vec![junction, end] } else { vec![end, junction] };
     let stations = &mut machine.shafts[index].stations;
     let place = if right { stations.len() - 1 } else { 0 };

@@ -8,7 +8,7 @@ mod number;
 mod nut;
 
 use self::number::{MARK, STOP, loss, relative, size, tolerance};
-use super::{Joint, Machine, MachineError, Parameter, Patch, PointMotion, Prior, Rescale, Shaft, Target, Value};
+use super::{Joint, Machine, MachineError, Mechanism, Parameter, Patch, PointMotion, Prior, Rescale, Role, Shaft, Target, Value};
 
 /// Uncertainty of a description: standard deviations, relative unless stated otherwise. A tolerance of 0 fixes its number.
 ///
@@ -71,12 +71,12 @@ const INTEGRAL_RATE: f64 = 10.0;
 impl Parameter {
     /// Whether it is one of the tolerances of [`Machine::with_tolerances`].
     pub fn is_tolerance(&self) -> bool {
-        self.id.starts_with(MARK)
+        self.role == Role::Tolerance
     }
 
     /// Returns its name in documents: the id without the mark of a tolerance.
     pub fn name(&self) -> &str {
-        self.id.trim_start_matches(MARK)
+        if self.is_tolerance() { &self.id[MARK.len_utf8()..] } else { &self.id }
     }
 }
 
@@ -128,12 +128,17 @@ impl Machine {
             let reach = STOP * known.loss_dispersion_sd;
             let prior = (known.loss_dispersion, Prior::Normal(known.loss_dispersion_sd));
             let range = [known.loss_dispersion - reach, known.loss_dispersion + reach];
-            add(Target::LossDispersion, Rescale::Replace, tolerance("dispersion of loss factors".into(), "1", prior, range));
+            add(
+                Target::LossDispersion,
+                Rescale::Replace,
+                tolerance("dispersion of loss factors".into(), (Mechanism::Ratio, "1"), prior, range),
+            );
         }
         // A holding servo also integrates; its position loop has a gain of 10 to 50 1/s.
         for joint in self.joints.iter().filter(|j| is_servo(j)).filter(|j| j.stiffness.depends_on().next().is_some()) {
             let prior = (0.0, Prior::Normal(INTEGRAL_RATE));
-            let rate = tolerance(format!("integral action of {}", joint.name), "1/s", prior, [0.0, STOP * INTEGRAL_RATE]);
+            let rate =
+                tolerance(format!("integral action of {}", joint.name), (Mechanism::Other, "1/s"), prior, [0.0, STOP * INTEGRAL_RATE]);
             add(Target::JointIntegralRate(joint.name.clone()), Rescale::Added, rate);
         }
         for (motion, what, sd) in [(PointMotion::Translation, "mass", known.mass), (PointMotion::Rotation, "inertia", known.inertia)] {

@@ -1,20 +1,29 @@
 //! Tolerances as parameters.
 
 use crate::point::Point;
-use crate::{FitRule, Machine, Operating, Parameter, PointMotion, Prior, Scale, Value};
+use crate::{FitRule, Machine, Mechanism, Operating, Parameter, PointMotion, Prior, Role, Scale, Value};
 
 /// Numerical bound of a tolerance, in standard deviations: wide enough not to constrain the fit.
 pub(super) const STOP: f64 = 20.0;
 /// Numerical bound of a relative change: a number keeps at least half of its value.
 pub(super) const RELATIVE_STOP: f64 = 0.5;
-/// First letter of the ids of tolerances, which a description cannot use.
+/// Begins the ids of tolerances and the names of their parts, which keeps them distinct from those of a description. Nothing is decided by it: see
+/// [`Role`].
 pub(super) const MARK: char = '~';
 
-pub(super) fn tolerance(name: String, unit: &str, (start, prior): (f64, Prior), [lower, upper]: [f64; 2]) -> Parameter {
+/// Creates a tolerance: its name, its mechanism and unit, its start value with the prior, and its range.
+pub(super) fn tolerance(
+    name: String,
+    (mechanism, unit): (Mechanism, &str),
+    (start, prior): (f64, Prior),
+    [lower, upper]: [f64; 2],
+) -> Parameter {
     let scale = if matches!(prior, Prior::LogNormal(_)) { Scale::Logarithmic } else { Scale::Linear };
     Parameter {
         id: format!("{MARK}{name}"),
         unit: unit.into(),
+        mechanism,
+        role: Role::Tolerance,
         start,
         lower,
         upper,
@@ -29,13 +38,13 @@ pub(super) fn tolerance(name: String, unit: &str, (start, prior): (f64, Prior), 
 /// Creates a tolerance for the relative change of a number.
 pub(super) fn relative(name: String, sd: f64) -> Parameter {
     let stop = (STOP * sd).min(RELATIVE_STOP);
-    tolerance(name, "1", (0.0, Prior::Normal(sd)), [-stop, stop])
+    tolerance(name, (Mechanism::Ratio, "1"), (0.0, Prior::Normal(sd)), [-stop, stop])
 }
 
 /// Creates a tolerance for a loss factor around a median.
 pub(super) fn loss(name: String, median: f64, spread: f64) -> Parameter {
     let stop = (STOP * spread).min(7.0).exp();
-    tolerance(name, "1", (median, Prior::LogNormal(spread)), [median / stop, median * stop])
+    tolerance(name, (Mechanism::LossFactor, "1"), (median, Prior::LogNormal(spread)), [median / stop, median * stop])
 }
 
 /// Returns a number at the start values.
@@ -43,9 +52,9 @@ pub(super) fn size(value: &Value, machine: &Machine) -> f64 {
     value.at(&machine.start(), &Operating::default())
 }
 
-/// Adds a massless point for a station of a shaft and returns its index.
+/// Adds a massless point for a station of a shaft and returns its index; the name begins with [`MARK`].
 pub(super) fn massless(machine: &mut Machine, name: &str, motion: PointMotion) -> usize {
     let name = format!("{name} {}", motion.noun());
-    machine.points.push(Point { name, motion, inertia: Value::number(0.0), fixed: false });
+    machine.points.push(Point { name, motion, inertia: Value::number(0.0), fixed: false, role: Role::Tolerance });
     machine.points.len() - 1
 }

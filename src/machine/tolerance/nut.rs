@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use super::number::{massless, size, tolerance};
-use crate::{Joint, Machine, Operating, PointMotion, Prior, Shaft, Station, StationPlace, Value};
+use super::number::{MARK, massless, size, tolerance};
+use crate::{Joint, Machine, Mechanism, Operating, PointMotion, Prior, Shaft, Station, StationPlace, Value};
 
 /// Half the distance between the two supports of a nut: in leads, or in diameters of the screw where the lead is unknown.
 ///
@@ -41,12 +41,12 @@ pub(super) fn distribute_nut_loads(machine: &mut Machine, nuts_m: &[f64]) {
         let Some(half_m) = half_m.filter(|half_m| *half_m > 0.0 && !joints.is_empty()) else { continue };
         machine.shafts[index].nut_support_factor = Value::parameter(machine.parameters.len());
         let name = format!("nut length on {}", machine.shafts[index].name);
-        machine.parameters.push(tolerance(name, "1", (1.0, Prior::Normal(sd)), [FACTOR.0, FACTOR.1]));
+        machine.parameters.push(tolerance(name, (Mechanism::Ratio, "1"), (1.0, Prior::Normal(sd)), [FACTOR.0, FACTOR.1]));
         machine.shafts[index].nut_support_offset = Value::parameter(machine.parameters.len());
         let name = format!("nut load on {}", machine.shafts[index].name);
-        machine.parameters.push(tolerance(name, "1", (0.0, Prior::Normal(ASIDE)), [MIDDLE.0, MIDDLE.1]));
+        machine.parameters.push(tolerance(name, (Mechanism::Ratio, "1"), (0.0, Prior::Normal(ASIDE)), [MIDDLE.0, MIDDLE.1]));
         let [before, after] = [("before", -half_m), ("after", half_m)].map(|(side, offset_m)| {
-            let name = format!("~nut {index} {side}");
+            let name = format!("{MARK}nut {index} {side}");
             let axial = nut.axial.map(|_| massless(machine, &name, PointMotion::Translation));
             let torsion = nut.torsion.map(|_| massless(machine, &name, PointMotion::Rotation));
             Station { place: StationPlace::NearNut(offset_m), axial, torsion }

@@ -7,18 +7,21 @@ use plotly::{Bar, HeatMap, Scatter};
 use super::chart::{Chart, Switches, axis, colour, layout, line, log_axis};
 use super::curve::{self, PageCurve};
 use super::text::{TextTable, cell, escape, paragraph, rounded};
-use crate::diagnosis::{DiagnosisDocument, EffectRow, interval_text, is_undetermined};
+use crate::diagnosis::{DiagnosisDocument, EffectRow, combination_text, effect_ids, interval_text, is_undetermined};
 use crate::terminal::{figure, listed, percent, probability, share_closed, unit};
 
 /// The verdict in one sentence.
 pub fn sentence(of: &DiagnosisDocument) -> String {
     let verdict = &of.verdict;
-    let effects = |last: &str| listed(&verdict.effects, last);
+    let effects = |last: &str, between: &str| {
+        let combinations: Vec<String> = verdict.effects.iter().map(|combination| combination_text(combination, between)).collect();
+        listed(&combinations, last)
+    };
     let place = of.places.first().map(|w| format!(" at «{}»", w.place_text())).unwrap_or_default();
     match verdict.kind.as_str() {
         "none" => "The model explains the measurements: no effect is missing beyond noise and tolerances.".into(),
-        "effect" => format!("The model lacks {}.", effects("and").replace('+', " together with ")),
-        "ambiguous" => format!("The model lacks {}: these data do not distinguish them.", effects("or").replace('+', " with ")),
+        "effect" => format!("The model lacks {}.", effects("and", " together with ")),
+        "ambiguous" => format!("The model lacks {}: these data do not distinguish them.", effects("or", " with ")),
         "unknown" => format!("The model lacks an effect{place} that is not in the library."),
         "wrong-parameter" => "A parameter that was held fixed is wrong.".into(),
         "measurement" => "The measurements are faulty: no effect makes them consistent.".into(),
@@ -55,7 +58,8 @@ pub fn summary(of: &DiagnosisDocument) -> String {
 
 /// The section behind the verdict: gap, location, effects.
 pub fn content(of: &DiagnosisDocument, curves: &[PageCurve]) -> String {
-    let after = if of.chosen.id.is_empty() { "as chosen".to_string() } else { format!("with {}", of.chosen.id.replace('+', " and ")) };
+    let after =
+        if of.chosen.id.is_empty() { "as chosen".to_string() } else { format!("with {}", combination_text(&of.chosen.id, " and ")) };
     let overlay = curve::chart("diagnosis-curves", curves, &after);
     let motion = super::motion::content(of);
     format!(
@@ -215,7 +219,7 @@ fn places(of: &DiagnosisDocument) -> String {
 
 /// Whether the verdict names an effect.
 fn in_verdict(of: &DiagnosisDocument, effect: &EffectRow) -> bool {
-    effect.selected || of.verdict.effects.iter().any(|v| v.split('+').any(|id| id == effect.id))
+    effect.selected || of.verdict.effects.iter().any(|combination| effect_ids(combination).any(|id| id == effect.id))
 }
 
 /// Effects that change the gap and those in the verdict, in the order of the document; reversed, as the axis begins below.

@@ -44,6 +44,6 @@ pub fn closed_share(folder: &Path, case: &str, of: &DiagnosisAnswer) -> StudyRes
         gap_of(&motions.iter().map(|motion| part(&rigid, machine, &values, motion)).collect::<Vec<MotionPart>>())
     };
     let before = gap(described, &of.described).filter(|before| *before > 0.0);
-    let after = described.with_chosen(&of.chosen.id, &study.config.effects).and_then(|machine| gap(&machine, &of.chosen.parameters));
+    let after = described.with_chosen(of.chosen.effects(), &study.config.effects).and_then(|machine| gap(&machine, &of.chosen.parameters));
     Ok(before.zip(after).map(|(before, after)| 1.0 - (after / before).powi(2)))
 }

@@ -31,14 +31,14 @@ pub fn status_words(status: &Status) -> (String, Option<String>) {
 
 /// Whether a verdict names an effect, alone or in a combination.
 pub fn names_effect(verdict: &Verdict, id: &str) -> bool {
-    verdict.effects.iter().any(|names| contains_effect(names, id))
+    verdict.effects.iter().any(|names| names.contains(id))
 }
 
 /// Returns a verdict as a row, with its location.
 pub fn verdict_row(verdict: &Verdict, place: Option<String>) -> VerdictRow {
     VerdictRow {
         kind: verdict.kind.word().into(),
-        effects: verdict.effects.clone(),
+        effects: verdict.effects.iter().map(ToString::to_string).collect(),
         reason: verdict.reason.clone(),
         next_measurement: verdict.next_measurement.clone(),
         place,
@@ -60,9 +60,4 @@ pub fn units(own: &Values<'_>) -> BTreeMap<String, String> {
 pub fn at_bound(own: &Values<'_>, chosen: Option<&BTreeMap<String, f64>>) -> Vec<String> {
     let value = |p: &Parameter, alone: f64| chosen.and_then(|values| values.get(&p.id)).copied().unwrap_or(alone);
     own.iter().filter(|(p, alone)| p.is_at_bound(value(p, *alone))).map(|(p, _)| p.id.clone()).collect()
-}
-
-/// Whether a combination of effects, joined by `+`, contains an effect.
-pub fn contains_effect(combination: &str, id: &str) -> bool {
-    combination.split('+').any(|part| part == id)
 }

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 
 use super::DiagnosisRequest;
-use super::effects::{at_bound, choose_effects, contains_effect, names_effect, status_words, units, verdict_row};
+use super::effects::{at_bound, choose_effects, names_effect, status_words, units, verdict_row};
 use super::learnable::learnable;
 use crate::motion_records::{curve_rows, transmission_rows};
 use crate::{Study, StudyResult};
-use diagnosis::{VerdictKind, share_closed};
 use diagnosis::motion::{MisfitAxis, MisfitCell, MotionDiagnosis, MotionPart, MotionSettings, diagnose_motion, gap_of};
+use diagnosis::{VerdictKind, share_closed};
 use dynamics::inverse_dynamics::{MotionSignal, Phase, phases};
 use machine::{Data, Effect, Machine, Parameter};
 use report::diagnosis as document;
@@ -67,7 +67,7 @@ fn to_document(
     let closed_by = |gap: f64| share_closed(before?, gap, found.floor?);
     let ceiling = found.located.iter().filter_map(|l| closed_by(l.gap_held_out?)).chain(closed);
     let chosen = document::Chosen {
-        id: found.chosen.0.id.clone(),
+        id: found.chosen.0.id(),
         parameters: named_values(&found.chosen.0.machine, &found.chosen.1),
         gap_held_out: after,
         misfit_over_null: Some(found.excess[1]),
@@ -126,13 +126,16 @@ fn list_effects(found: &MotionDiagnosis, effects: &[Effect], chosen: &document::
                 gap_held_out_before: gap_of(&found.held_out),
                 gap_held_out_after: gap_of(&t.held_out),
                 closed: if t.held_out.is_empty() { None } else { found.closed(&t.held_out) },
-                closed95: found.closed95.filter(|_| found.verdict.effects.first() == Some(&t.id)).map(|(a, b)| [a, b]),
+                closed95: found
+                    .closed95
+                    .filter(|_| found.verdict.effects.first().is_some_and(|first| first.is_only(&t.id)))
+                    .map(|(a, b)| [a, b]),
                 p_value: t.p_value,
                 statistic: t.statistic,
                 misfit_reduction: t.gain.max(0.0),
                 parameters: t.parameters.iter().cloned().collect(),
                 parameter_units: units(&own),
-                parameters_at_bound: at_bound(&own, contains_effect(&chosen.id, &t.id).then_some(&chosen.parameters)),
+                parameters_at_bound: at_bound(&own, found.chosen.0.effects.contains(&t.id).then_some(&chosen.parameters)),
                 selected: names_effect(&found.verdict, &t.id),
                 description: effects.iter().find(|e| e.id == t.id).map(|e| e.description.clone()),
             }
@@ -195,11 +198,7 @@ fn headline_metrics(found: &MotionDiagnosis) -> Vec<document::HeadlineMetrics> {
     channels.map(row).collect()
 }
 
-fn motion_rows(
-    study: &Study,
-    (fit, held_out): (&[&MotionSignal], &[&MotionSignal]),
-    found: &MotionDiagnosis,
-) -> StudyResult<MotionRows> {
+fn motion_rows(study: &Study, (fit, held_out): (&[&MotionSignal], &[&MotionSignal]), found: &MotionDiagnosis) -> StudyResult<MotionRows> {
     let machine = &found.chosen.0.machine;
     let rigid = study.rigid_model()?;
     let all: Vec<&MotionSignal> = fit.iter().chain(held_out).copied().collect();

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use num_complex::Complex64;
 
 use super::DiagnosisRequest;
-use super::effects::{at_bound, choose_effects, contains_effect, names_effect, status_words, units, verdict_row};
+use super::effects::{at_bound, choose_effects, names_effect, status_words, units, verdict_row};
 use crate::{Study, StudyError, StudyResult, document_rows};
 use diagnosis::{
     Ablation, Diagnosis, DiagnosisSettings, Domain, Fitted, Hypothesis, HypothesisKind, PartialGap, closed, closed_interval, diagnose,
@@ -150,13 +150,15 @@ fn list_effects(
                 gap_held_out_before: gap_over(&found.held_out),
                 gap_held_out_after: gap_over(&t.held_out),
                 closed: fitted.and_then(|_| closed(&found.held_out, &t.held_out)),
-                closed95: interval.filter(|_| is_selected && found.verdict.effects.first() == Some(&t.candidate.id)).map(|(a, b)| [a, b]),
+                closed95: interval
+                    .filter(|_| is_selected && found.verdict.effects.first().is_some_and(|first| first.is_only(&t.candidate.id)))
+                    .map(|(a, b)| [a, b]),
                 p_value: fitted.map(|_| t.p_value),
                 statistic: t.statistic,
                 misfit_reduction: t.candidate.gain / found.nominal.1.chi_square,
                 parameters: own.iter().map(|(p, value)| (p.id.clone(), *value)).collect(),
                 parameter_units: units(&own),
-                parameters_at_bound: at_bound(&own, contains_effect(&chosen.id, &t.candidate.id).then_some(&chosen.parameters)),
+                parameters_at_bound: at_bound(&own, found.chosen.0.effects.contains(&t.candidate.id).then_some(&chosen.parameters)),
                 selected: is_selected,
                 description: effects.iter().find(|e| e.id == t.candidate.id).map(|e| e.description.clone()),
             }
@@ -195,7 +197,7 @@ fn chosen_row(held_out: &HoldOutSet<'_>, found: &Diagnosis, interval: Option<(f6
         found.located.iter().filter_map(|l| closed(&found.held_out, &l.held_out)).chain(closed(&found.held_out, &found.chosen_held_out));
     let chosen_values = values_of(&found.explained.0, &found.explained.1);
     Ok(document::Chosen {
-        id: found.chosen.0.id.clone(),
+        id: found.chosen.0.id(),
         parameters: found.explained.0.machine.parameters.iter().map(|p| p.id.clone()).zip(chosen_values).collect(),
         gap_held_out: gap_over(&found.chosen_held_out),
         misfit_over_null: Some(found.chosen_excess),
@@ -329,23 +331,6 @@ fn ratios(map: &[document::ResidualCell]) -> Vec<document::Ratio> {
 
 /// Returns the missing dynamic stiffness at the best interfaces, by their fitted shapes.
 fn delta_z(found: &Diagnosis) -> Vec<document::DeltaZ> {
-    let of = |id: &str, values: &BTreeMap<&str, f64>, omega: f64| -> Complex64 {
-        let get = |key: &str| values.get(key).copied().unwrap_or(0.0);
-        let i = Complex64::i();
-        let spring = get("~k") + i * omega * get("~c");
-        match id {
-            "mass" => Complex64::from(-omega * omega * get("~m")),
-            "resonator" => {
-                let inertia = -omega * omega * get("~m");
-                inertia * spring / (spring + inertia)
-            }
-            "relaxation" => {
-                let damper = i * omega * get("~c");
-                damper / (1.0 + damper / get("~k"))
-            }
-            _ => spring,
-        }
-    };
     found
         .located
         .iter()
@@ -353,11 +338,10 @@ fn delta_z(found: &Diagnosis) -> Vec<document::DeltaZ> {
         .filter_map(|l| {
             let (hypothesis, fitted) = l.candidate.fitted.as_ref()?;
             let HypothesisKind::Interface { interface, shape } = &hypothesis.kind else { return None };
-            let all = values_of(hypothesis, fitted);
-            let values: BTreeMap<&str, f64> =
-                hypothesis.added.iter().map(|i| (hypothesis.machine.parameters[*i].id.as_str(), all[*i])).collect();
+            let values = values_of(hypothesis, fitted);
             let frequency_hz: Vec<f64> = (0..120).map(|at| 5.0 * 400.0_f64.powf(f64::from(at) / 119.0)).collect();
-            let z: Vec<Complex64> = frequency_hz.iter().map(|f| of(shape.word(), &values, std::f64::consts::TAU * f)).collect();
+            let at = |f: &f64| hypothesis.dynamic_stiffness(&values, std::f64::consts::TAU * f);
+            let z: Vec<Complex64> = frequency_hz.iter().filter_map(at).collect();
             Some(document::DeltaZ {
                 interface: format!("{interface} ({})", shape.word()),
                 real: z.iter().map(|z| z.re).collect(),
@@ -374,7 +358,8 @@ fn headline_metrics(held_out: &HoldOutSet<'_>, found: &Diagnosis) -> StudyResult
     if held_out.frfs().is_empty() {
         return Ok(Vec::new());
     }
-    let errors = |(hypothesis, fitted): &(Hypothesis, Fitted)| peak_errors(hypothesis, fitted, held_out, settings).map_err(StudyError::from);
+    let errors =
+        |(hypothesis, fitted): &(Hypothesis, Fitted)| peak_errors(hypothesis, fitted, held_out, settings).map_err(StudyError::from);
     let (Some(before), Some(after)) = (errors(&found.described)?, errors(&found.explained)?) else { return Ok(Vec::new()) };
     let row = |what: &str, before: f64, after: f64| document::HeadlineMetrics {
         figure: format!("{what}, rms error at held-out positions"),

@@ -22,7 +22,7 @@ pub(super) fn draw(of: &DiagnosisDocument, page: &mut Page) -> StudyResult<()> {
     let Study { config, set, .. } = &study;
     let described = &config.machine;
     let before = model(described.clone(), &of.described);
-    let after = described.with_chosen(&of.chosen.id, &config.effects).and_then(|machine| model(machine, &of.chosen.parameters));
+    let after = described.with_chosen(of.chosen.effects(), &config.effects).and_then(|machine| model(machine, &of.chosen.parameters));
     let models: Vec<CurveModel> = before.into_iter().chain(after.filter(|_| of.chosen.id != "nominal")).collect();
     if models.is_empty() {
         return Err(StudyError::impossible("the diagnosis does not state its parameter values; diagnose again with this version"));

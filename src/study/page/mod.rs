@@ -115,7 +115,8 @@ fn draw_identified(folder: &Path, identified: &IdentificationDocument, page: &mu
 ///
 /// # Errors  an input cannot be read, or has changed since the document was written.
 fn unchanged(study: StudyResult<Study>, then: &Stamp, (of, again): (&str, &str)) -> StudyResult<Study> {
-    let study = study.map_err(|e| StudyError::impossible(format!("{e} (paths are those of the {of}; make the page in the same folder)")))?;
+    let study =
+        study.map_err(|e| StudyError::impossible(format!("{e} (paths are those of the {of}; make the page in the same folder)")))?;
     match changed(&then.inputs, &study.inputs()) {
         Some(path) => Err(StudyError::impossible(format!("{path} has changed since the {of}; {again} again"))),
         None => Ok(study),

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::operating::{Load, Place, find_operating, load_warnings, require_count};
 use crate::{Study, StudyError, StudyResult};
 use dynamics::model::{RodModel, Structure, elastic_frequencies_hz, undamped_modes};
-use machine::{FitRule, Machine, Modifier, Operating, Parameter, Scale};
+use machine::{FitRule, Machine, Mechanism, Modifier, Operating, Parameter, Role, Scale};
 use numeric::unit::omega_rad_s;
 use report::simulation::{SensitivityDocument, SensitivityRow};
 
@@ -91,6 +91,8 @@ fn with_factor(machine: &Machine, joint: usize) -> Machine {
     scaled.parameters.push(Parameter {
         id: "factor".into(),
         unit: "1".into(),
+        mechanism: Mechanism::Ratio,
+        role: Role::Described,
         start: 1.0,
         lower: 0.0,
         upper: f64::INFINITY,

@@ -9,8 +9,8 @@ use measurement::universal::{read, read_headers};
 use measurement::{FrictionTable, MeasurementError, MeasurementSet, Quantity, Reference, SourceFile, read_motion, read_set_with};
 use reference_simulator::Label;
 use report::page::{Page, html};
-use withheld::{Run, Seal};
 use serde_json::{Value, from_slice};
+use withheld::{Run, Seal};
 
 /// Reads bytes; panics where the reader panics or its result is inconsistent.
 pub type Reader = fn(&[u8]);

@@ -1,0 +1,13 @@
+//! Where a part or a parameter of a machine comes from.
+
+/// Origin of a parameter, a point or a shaft.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Role {
+    /// The description, or an effect, contains it.
+    #[default]
+    Described,
+    /// [`Machine::with_tolerances`](super::Machine::with_tolerances) added it: a nuisance parameter, or a part that needs one.
+    Tolerance,
+    /// A diagnosis added it as part of a generic impedance.
+    GenericImpedance,
+}
