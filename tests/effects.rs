@@ -146,7 +146,7 @@ period_s = 1e-3
         let domain = diagnosis::Domain::Modes(identification::objective::ModeSettings::default());
         let fitter = diagnosis::fitter(&fit, domain, &[], &[]);
         let (apply, _) = diagnosis::hypotheses(&fitter, &bench, &nominal, &library, &[]);
-        assert!(apply.iter().all(|h| h.id != effect.id));
+        assert!(apply.iter().all(|h| h.id() != effect.id));
     }
 }
 

@@ -362,7 +362,7 @@ impl MotionScreening {
 
     /// Returns the squared prediction error of the machine as described at left-out parts of the data.
     pub(super) fn misfit(&self, data: &MotionData<'_>) -> f64 {
-        self.base_loss(data, &Forces::new(data, &[data.y.clone()], &self.bases))[0]
+        self.base_loss(data, &Forces::new(data, std::slice::from_ref(&data.y), &self.bases))[0]
     }
 
     /// Returns the grid node of a candidate with the least loss for each force.
