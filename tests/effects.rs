@@ -146,7 +146,7 @@ period_s = 1e-3
         let domain = jointid::diagnosis::Domain::Modes(jointid::objective::ModeSettings::default());
         let fitter = jointid::diagnosis::fitter(&fit, domain, &[], &[]);
         let (apply, _) = jointid::diagnosis::hypotheses(&fitter, &bench, &nominal, &library, &[]);
-        assert!(apply.iter().all(|h| h.id != effect.id));
+        assert!(apply.iter().all(|h| h.id() != effect.id));
     }
 }
 
