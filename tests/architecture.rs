@@ -51,6 +51,44 @@ fn the_reference_simulator_shares_no_code_with_the_models() {
     assert!(found.is_empty(), "{found:?}");
 }
 
+/// The command parses arguments, shows progress and prints. Everything else is the library's.
+#[test]
+fn the_command_uses_the_library_and_the_documents_alone() {
+    let manifest: toml::Table = fs::read_to_string("src/cli/Cargo.toml").unwrap().parse().unwrap();
+    let workspace: toml::Table = fs::read_to_string("Cargo.toml").unwrap().parse().unwrap();
+    let ours = |name: &str| workspace["workspace"]["dependencies"][name].get("path").is_some();
+    let found: Vec<&String> = manifest["dependencies"].as_table().unwrap().keys().filter(|name| ours(name)).collect();
+    assert_eq!(found, ["report", "study"]);
+}
+
+/// A message of the library serves every caller: options of the command line are the command's own.
+#[test]
+fn no_library_names_an_option_of_the_command_line() {
+    let is_option = |text: &str| text.strip_prefix("--").is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_lowercase()));
+    let mut found = Vec::new();
+    // The blind check runs the command itself.
+    let libraries = all_sources().into_iter().filter(|s| s.crate_name != "cli" && !s.file.contains("blind_check"));
+    for source in libraries {
+        for (at, line) in source.code.lines().enumerate() {
+            let words = line.split(|c: char| c.is_whitespace() || "\"«(".contains(c));
+            // A whole command may be quoted.
+            if words.into_iter().any(is_option) && !line.contains("`jointid ") {
+                found.push(format!("{}, line {}: {}", source.file, at + 1, line.trim()));
+            }
+        }
+    }
+    assert!(found.is_empty(), "{found:#?}");
+}
+
+/// Errors of the library are enums, so that a caller can tell what is wrong with which file, line or key.
+#[test]
+fn no_function_of_the_library_returns_a_text_as_its_error() {
+    let with_text = |line: &str| line.contains("Result<") && line.contains(", String>") && !line.contains("Ok(");
+    let libraries = all_sources().into_iter().filter(|s| !["cli", "reference_simulator"].contains(&s.crate_name.as_str()));
+    let found: Vec<String> = libraries.filter(|s| s.code.lines().any(with_text)).map(|s| s.file).collect();
+    assert!(found.is_empty(), "{found:#?}");
+}
+
 #[test]
 fn the_model_contains_no_machine_specific_name() {
     for source in all_sources().iter().filter(|s| ["dynamics", "optimizer", "identification"].contains(&s.crate_name.as_str())) {

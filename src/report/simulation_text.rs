@@ -48,7 +48,7 @@ pub fn matrices_text(document: &MatricesDocument, title: &str) -> String {
         let _ = writeln!(text, "\n{name}");
         let columns = matrix.first().map_or(0, Vec::len);
         if columns > WIDEST {
-            let _ = writeln!(text, "{} × {columns}, too wide for a terminal; print it with --json", matrix.len());
+            let _ = writeln!(text, "{} × {columns}, too wide for a terminal; print it as JSON", matrix.len());
             continue;
         }
         for row in matrix {

@@ -244,7 +244,7 @@ mod tests {
     fn arrays_are_refused_with_record_and_key() {
         for (message, words) in [
             (refusal(|set| set.frfs.clear()), "taps: holds no observation at all"),
-            (refusal(|set| drop(set.frfs[1].value.pop())), "frfs[1] (p2): value has 398 entries, frequency_hz has 399"),
+            (refusal(|set| set.frfs[1].value.truncate(398)), "frfs[1] (p2): value has 398 entries, frequency_hz has 399"),
             (refusal(|set| set.frfs[0].coherence = Some(vec![0.9; 3])), "frfs[0] (p1): coherence has 3 entries"),
             (refusal(|set| set.frfs[0].coherence = Some(vec![0.9; 399])), "frfs[0] (p1): has a coherence but no averages"),
             (refusal(|set| set.frfs[0].frequency_hz.swap(3, 4)), "frfs[0] (p1): entry 4: frequency_hz 4 does not follow 5"),
@@ -282,6 +282,10 @@ mod tests {
             own.clone().fit(["p1"]).unwrap(),
             own.clone().hold_out(["p1"]).unwrap(),
             own.clone().without(["rotor-hold"]).unwrap(),
+            own.clone().with_settings(Settings { fit_tolerances: false, ..settings.clone() }),
+            own.clone().with_settings(Settings { bootstrap: 100, ..settings.clone() }),
+            own.clone().with_settings(Settings { freeze: vec!["k_n".into()], ..settings.clone() }),
+            own.clone().with_settings(Settings { repeats: 1, ..settings.clone() }),
             own.clone().with_settings(Settings { frequency_model_error: 0.02, ..settings.clone() }),
             own.clone().with_settings(Settings { amplitude_sd: 0.2, ..settings.clone() }),
             own.clone().with_settings(Settings { frf_model_error: 0.02, ..settings.clone() }),

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::own_cases::own_case;
 use crate::{StudyError, StudyResult};
@@ -14,7 +15,11 @@ use report::{OutputFolder, to_json};
 use withheld::{CASES, Generator, QUIET, Seal, SealedCase, folder_digest};
 
 /// A case, or the reason why it could not be made.
-type Made = Result<(Label, Vec<SealedCase>), String>;
+#[derive(Serialize, Deserialize)]
+enum Made {
+    Case(Box<Label>, Vec<SealedCase>),
+    Refused(String),
+}
 
 /// Plan of the cases of an arm.
 pub enum CasePlan {
@@ -73,11 +78,11 @@ pub fn make_cases(folder: &Path, generator: &Generator, control: &Control) -> St
     let (mut labels, mut cases, mut not_made) = (Vec::new(), Vec::new(), Vec::new());
     for one in made {
         match one {
-            Ok((label, folders)) => {
-                labels.push(label);
+            Made::Case(label, folders) => {
+                labels.push(*label);
                 cases.extend(folders);
             }
-            Err(why) => not_made.push(why),
+            Made::Refused(why) => not_made.push(why),
         }
     }
     let labels = labels_json(&labels).map_err(StudyError::impossible)?;
@@ -134,8 +139,8 @@ fn one(out: &OutputFolder, aside: &Path, generator: &Generator, plan: &CasePlan,
         }),
     };
     let made = match label {
-        Ok(label) => Ok((label?, folders)),
-        Err(refusal) => Err(refusal),
+        Ok(label) => Made::Case(Box::new(label?), folders),
+        Err(refusal) => Made::Refused(refusal),
     };
     out.write(&kept, to_json(&made)?.as_bytes())?;
     Ok(made)
