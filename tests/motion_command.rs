@@ -80,7 +80,7 @@ fn an_unstable_loop_ends_with_exit_code_3_and_a_partial_document() {
 fn refuse_impossible_motions() {
     let emps = |more: &[&str], expected: &[&str]| refused(&[&EMPS[..], more].concat(), expected);
     emps(&["--reference", "square"], &["square", "there is no such file", "s-curve, sine"]);
-    emps(&["--record", "sweep"], &["--record sweep", "--measurements"]);
+    emps(&["--record", "sweep"], &["--record sweep", "(measurements)"]);
     emps(&["--reference", "s-curve", "--travel-m", "0"], &["s-curve", "no travel"]);
     emps(&["--reference", "s-curve", "--jerk-m-s3=-1"], &["jerk is -1"]);
     emps(&["--reference", "sine", "--frequency-hz", "400"], &["fewer than ten samples"]);

@@ -9,7 +9,7 @@ use crate::stamp::digest_file;
 use crate::{Study, StudyError, StudyResult};
 use dynamics::motion::{Course, EventKind, LinearLoops, RecordGap, SimulationSettings, Sine, Trace, simulate, simulate_record};
 use machine::{Machine, PointMotion};
-use measurement::{SourceFile, read_reference};
+use measurement::{MeasurementError, SourceFile, read_reference};
 use report::motion::{EnergyBalance, EventRow, Instability, MotionDocument, RecordRow};
 
 /// Command of a simulated motion. For an axis whose encoder reads an angle, rad replaces m.
@@ -71,17 +71,24 @@ pub fn motion(study: &Study, request: &MotionRequest) -> StudyResult<MotionDocum
     };
     let go_on = || !study.control().stopped();
     let values = machine.start();
-    let (word, mut trace, record, file) = match &request.reference {
+    let period_s = drive.position.period_s;
+    let along = |word: &str, course: &Course| {
+        let trace = simulate(machine, &values, course, &settings, &go_on);
+        let trace = trace.map_err(|e| StudyError::setting("reference", word, e.to_string()))?;
+        StudyResult::Ok((word.to_string(), trace, None))
+    };
+    let mut file = None;
+    let (word, mut trace, record) = match &request.reference {
+        Reference::SCurve { travel, and_back } => along("s-curve", &s_curve(travel, *and_back, period_s)?)?,
+        Reference::Sine { amplitude_m, frequency_hz, periods } => {
+            let sine = Sine { centre: 0.0, amplitude: *amplitude_m, frequency_hz: *frequency_hz, periods: *periods };
+            along("sine", &sine.course(period_s)?)?
+        }
+        Reference::Table(path) => along(path, &table(path, &mut file)?)?,
         Reference::Record(name) => {
             let record = study.measurements().motions.iter().find(|m| m.name == *name).ok_or_else(|| no_record(study, name))?;
             let (trace, gap) = simulate_record(machine, &values, record, &settings, &go_on)?;
-            (format!("record {name}"), trace, gap.map(|gap| record_row(name, &gap)), None)
-        }
-        reference => {
-            let (word, course, file) = course(reference, drive.position.period_s)?;
-            let trace = simulate(machine, &values, &course, &settings, &go_on);
-            let trace = trace.map_err(|e| StudyError::setting("reference", &word, e.to_string()))?;
-            (word, trace, None, file)
+            (format!("record {name}"), trace, gap.map(|gap| record_row(name, &gap)))
         }
     };
     let pole = LinearLoops::new(machine, &values, &settings).ok().and_then(|loops| loops.unstable());
@@ -127,25 +134,18 @@ fn record_row(name: &str, gap: &RecordGap) -> RecordRow {
     RecordRow { name: name.into(), force_gap: gap.force, tracking_gap: gap.tracking }
 }
 
-/// Returns name and samples of a reference, and the file it was read from.
-fn course(reference: &Reference, period_s: f64) -> StudyResult<(String, Course, Option<SourceFile>)> {
-    match reference {
-        Reference::SCurve { travel, and_back } => {
-            if !(travel.rest_s >= 0.0 && travel.rest_s.is_finite()) {
-                return Err(StudyError::setting("rest_s", travel.rest_s, "write 0 or a time in s"));
-            }
-            Ok(("s-curve".into(), travel.course(period_s, *and_back)?, None))
-        }
-        Reference::Sine { amplitude_m, frequency_hz, periods } => {
-            let sine = Sine { centre: 0.0, amplitude: *amplitude_m, frequency_hz: *frequency_hz, periods: *periods };
-            Ok(("sine".into(), sine.course(period_s)?, None))
-        }
-        Reference::Table(path) | Reference::Record(path) => {
-            let read = read_reference(path)?;
-            let course = Course { added: read.added_v, ..Course::new(read.step_s, read.command_m) };
-            Ok((path.clone(), course, Some(read.file)))
-        }
+fn s_curve(travel: &TravelProfile, and_back: bool, period_s: f64) -> StudyResult<Course> {
+    if !(travel.rest_s >= 0.0 && travel.rest_s.is_finite()) {
+        return Err(StudyError::setting("rest_s", travel.rest_s, "write 0 or a time in s"));
     }
+    travel.course(period_s, and_back)
+}
+
+/// Reads a reference from a table, and keeps the file.
+fn table(path: &str, file: &mut Option<SourceFile>) -> StudyResult<Course> {
+    let read = read_reference(path)?;
+    *file = Some(read.file);
+    Ok(Course { added: read.added_v, ..Course::new(read.step_s, read.command_m) })
 }
 
 /// Returns the unit of the encoder's reading, `m` or `rad`, and the column of force or torque.
