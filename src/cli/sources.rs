@@ -1,7 +1,5 @@
 //! Inputs of a result: machine and measurements as read, and the stamp of its document.
 
-use std::path::Path;
-
 use crate::arguments::Sources;
 use crate::outcome::to_message;
 use config::{MachineConfig, read_machine};
@@ -104,10 +102,4 @@ pub fn stamp_files(schema: &str, inputs: Vec<Input>, warnings: Vec<String>) -> S
         without: Vec::new(),
         warnings,
     }
-}
-
-/// Describes a result document as an input of another.
-pub fn document_input(path: &Path) -> Result<Input, String> {
-    let bytes = std::fs::read(path).map_err(|e| format!("{}: {e}", path.display()))?;
-    Ok(Input { path: path.display().to_string(), sha256: digest(&bytes) })
 }
