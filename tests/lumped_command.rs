@@ -228,7 +228,7 @@ fn refuse_bad_contacts_and_machines() {
     refused(&["simulate", "stiffness", "--config", TWIN, "--along", "position", "--at", "tabel"], &["--at tabel", "table"]);
     refused(&["simulate", "stiffness", "--config", SERVO, "--along", "position"], &["--along position", "no nut"]);
     refused(&["simulate", "stiffness", "--config", TWIN, "--along", "velocity"], &["--from", "velocity_m_s"]);
-    refused(&["convergence", "--config", SERVO], &["servo-axis.toml", "[[shaft]]"]);
+    refused(&["convergence", "--config", SERVO, "--measurements", "measurements/twin-ball-screw"], &["servo-axis.toml", "[[shaft]]"]);
 }
 
 /// With 40 lumps per rod the four stiffnesses agree with the receptance model within 1 % (actually within 0.1 %).

@@ -9,7 +9,7 @@ use crate::stamp::digest_file;
 use crate::{Study, StudyError, StudyResult};
 use dynamics::motion::{Course, EventKind, LinearLoops, RecordGap, SimulationSettings, Sine, Trace, simulate, simulate_record};
 use machine::{Machine, PointMotion};
-use measurement::{MeasurementError, SourceFile, read_reference};
+use measurement::{SourceFile, read_reference};
 use report::motion::{EnergyBalance, EventRow, Instability, MotionDocument, RecordRow};
 
 /// Command of a simulated motion. For an axis whose encoder reads an angle, rad replaces m.
