@@ -22,12 +22,12 @@ pub struct SplitArguments {
 /// Machine and measurements.
 #[derive(Debug, Clone, Args)]
 pub struct Sources {
-    /// Machine configuration (.toml)
-    #[arg(long, value_name = "FILE", default_value = study::BENCH_MACHINE)]
-    pub config: String,
-    /// Folder of the measurement set (with manifest.toml)
-    #[arg(long, value_name = "DIR", default_value = study::BENCH_MEASUREMENTS)]
-    pub measurements: String,
+    /// Machine configuration (.toml); by default the published bench, configs/tian.toml
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<String>,
+    /// Folder of the measurement set (with manifest.toml); by default the set that the configuration names
+    #[arg(long, value_name = "DIR")]
+    pub measurements: Option<String>,
     /// Override one key of the configuration, such as parameter.k_s.start=1e5; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
@@ -115,11 +115,9 @@ pub fn band(given: &[f64], example: &str) -> Result<Option<(f64, f64)>, String> 
 
 impl Sources {
     fn sources(&self) -> study::Sources {
-        // The default of an argument is shown in the help; it counts as not given.
-        let given = |text: &String, default: &str| (text != default).then(|| text.clone());
         study::Sources {
-            config: given(&self.config, study::BENCH_MACHINE),
-            measurements: given(&self.measurements, study::BENCH_MEASUREMENTS),
+            config: self.config.clone(),
+            measurements: self.measurements.clone(),
             overrides: self.set.clone(),
             without: self.without.clone(),
         }

@@ -8,6 +8,7 @@ use crate::outcome::{CommandResult, deliver, prepare, shown, warn};
 use crate::progress::WorkProgress;
 use crate::search::settings;
 use report::diagnosis::diagnosis_text;
+use report::record::motion_diagnosis_text;
 use study::{Ablation, DiagnosisRequest, NullCache};
 
 /// A part of the method that can be disabled.
@@ -88,7 +89,11 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
     progress.end();
     let document = ran.map_err(shown)?;
     warn(&given.output, &document.stamp.warnings);
-    let text = format!("{}\n{}", study.machine().title, diagnosis_text(&document));
+    let text = format!(
+        "{}\n{}",
+        study.machine().title,
+        if document.motion.is_some() { motion_diagnosis_text(&document) } else { diagnosis_text(&document) }
+    );
     deliver(&given.output, folder.as_ref(), "diagnosis.json", &document, &text)?;
     Ok(finish(&given.output, study.control(), document.stamp.complete))
 }

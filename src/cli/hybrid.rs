@@ -58,7 +58,7 @@ impl HybridArguments {
     fn second_axis_sources(&self) -> Option<Sources> {
         let measurements = self.second_axis.clone()?;
         let set = self.sources.set.iter().chain(&self.second_axis_set).cloned().collect();
-        Some(Sources { measurements, set, ..self.sources.clone() })
+        Some(Sources { measurements: Some(measurements), set, ..self.sources.clone() })
     }
 
     fn request(&self) -> HybridRequest {

@@ -23,7 +23,7 @@ mod stamp;
 mod study;
 mod validate;
 
-pub use config::{BENCH as BENCH_MACHINE, MachineConfig};
+pub use config::MachineConfig;
 pub use convergence::convergence;
 pub use diagnose::{Ablation, DiagnosisRequest, NullCache};
 pub use dynamics::model::RodModel;
@@ -35,7 +35,7 @@ pub use hybrid::{HybridRequest, hybrid};
 pub use identified::{check_identification, read_identification};
 pub use import::{ExportedSet, FileContents, ImportRequest, ImportedSet, export, import, list_contents};
 pub use machine::contact::StribeckNoise;
-pub use measurement::{BENCH as BENCH_MEASUREMENTS, FrfArrays, MeasurementSet, MotionArrays, Quantity, SetArrays};
+pub use measurement::{FrfArrays, MeasurementSet, MotionArrays, Quantity, SetArrays};
 pub use optimizer::{Control, Progress, Watcher};
 pub use page::page;
 pub use peaks::{Peaks, PeaksRequest, peaks};

@@ -37,7 +37,7 @@ pub struct CircleArguments {
 pub fn run(given: &CircleArguments) -> CommandResult {
     let first = given.sources.open_machine()?;
     let second = Sources {
-        config: given.second_axis_config.clone().unwrap_or_else(|| given.sources.config.clone()),
+        config: given.second_axis_config.clone().or_else(|| given.sources.config.clone()),
         set: given.sources.set.iter().chain(&given.second_axis_set).cloned().collect(),
         ..given.sources.clone()
     };

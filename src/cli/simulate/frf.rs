@@ -6,7 +6,6 @@ use super::operating::{LoadArguments, warn_of_result};
 use crate::arguments::{OutputArguments, QuantityName, Sources};
 use crate::outcome::{CommandResult, deliver, prepare, shown};
 use report::frfs_csv;
-use study::Study;
 use study::simulation::{FrfRequest, Place, frf, identified_frf};
 
 /// Arguments of `simulate frf`.
@@ -52,11 +51,10 @@ pub struct FrfArguments {
 
 /// Runs the command.
 pub fn run(given: &FrfArguments) -> CommandResult {
-    // A result names its own machine and measurements.
     let (study, identified) = match &given.result {
         None => (given.sources.open_machine()?, None),
         Some(path) => {
-            let (study, document, input) = Study::of_result(path, &given.sources.set, &given.sources.without).map_err(shown)?;
+            let (study, document, input) = given.sources.open_result(path)?;
             (study, Some((path, document, input)))
         }
     };

@@ -48,7 +48,7 @@ fn from_gains(given: &HoldArguments) -> CommandResult {
 }
 
 fn from_result(given: &HoldArguments, path: &Path) -> CommandResult {
-    let study = given.sources.open_machine()?;
+    let (study, ..) = given.sources.open_result(path)?;
     let folder = prepare(&given.output)?;
     let (constant, lead_m) = (given.constant.unwrap_or(f64::NAN), given.lead_m.unwrap_or(f64::NAN));
     let request = GainsRequest { constant, lead_m, ids: given.ids.clone() };
