@@ -95,7 +95,7 @@ impl MotionNullDistribution {
 /// Returns −ln(1 − gain): ln of the loss of the machine over that with a candidate.
 pub(super) fn strength(gain: f64) -> f64 {
     // No gain is 0, not −0.
-    (1.0 - gain.clamp(0.0, 1.0)).max(1e-12).recip().ln()
+    0.0 - (1.0 - gain.clamp(0.0, 1.0)).max(1e-12).ln()
 }
 
 fn share_above(sorted: &[f64], gain: f64) -> f64 {
