@@ -377,7 +377,7 @@ fn refuse_input_that_cannot_be_diagnosed() {
             &["tolerance.diameter", "no quantity with this tolerance"],
         ),
         (&["--set", "tolerance.height=0.1"], &["height", "end_diameters"]),
-        (&["--positions", "l1"], &["at least two positions", "--positions l1,l3"]),
+        (&["--positions", "l1"], &["at least two positions", "l1,l3 as positions"]),
         (&["--effects", "rotor-hod"], &["no effect is called «rotor-hod»", "rotor-hold"]),
         (&["--exclude", "nothing"], &["--exclude", "«nothing»"]),
         (&["--freeze", "k_x"], &["«k_x»", "k_al"]),

@@ -13,6 +13,12 @@ fn jointid() -> Command {
     command
 }
 
+/// Returns the document of a command on a file.
+fn json_of(arguments: &[&str], file: &Path) -> Value {
+    let output = jointid().args(arguments).arg(file).arg("--json").output().unwrap();
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
 /// Writes results of the published bench together with an invented diagnosis.
 fn results(folder: &Path) -> PathBuf {
     let out = folder.join("results");
@@ -102,10 +108,26 @@ fn a_name_from_a_file_is_text_in_the_page() {
 fn changed_inputs_are_reported_and_not_plotted() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
-    let config = folder.path().join("machine.toml");
+    let (config, set) = (folder.path().join("machine.toml"), folder.path().join("set"));
     fs::copy("configs/tian.toml", &config).unwrap();
-    jointid().args(["identify", "--repeats", "1", "--quiet", "--config"]).arg(&config).arg("--out").arg(&out).assert().success();
+    fs::create_dir(&set).unwrap();
+    for file in fs::read_dir("measurements/tian").unwrap().map(|file| file.unwrap().path()) {
+        fs::copy(&file, set.join(file.file_name().unwrap())).unwrap();
+    }
+    let identify = ["identify", "--repeats", "1", "--quiet", "--config"];
+    jointid().args(identify).arg(&config).arg("--measurements").arg(&set).arg("--out").arg(&out).assert().success();
+    // A result embeds its machine: it is drawn even if the machine's file has changed since, or is gone.
     fs::write(&config, fs::read_to_string(&config).unwrap().replace("272.0", "300.0")).unwrap();
+    jointid().arg("report").arg(&out).assert().success();
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains("the machine is that of the result") && page.contains("id=\"curves\""));
+    let checked = json_of(&["validate", "--result"], &out.join("identification.json"));
+    assert!(checked["warnings"].to_string().contains("the machine is that of the result"), "{checked:#}");
+    fs::remove_file(&config).unwrap();
+    let alone = json_of(&["validate", "--result"], &out.join("identification.json"));
+    assert_eq!(alone["positions"], checked["positions"]);
+    let modes = set.join("modes.csv");
+    fs::write(&modes, fs::read_to_string(&modes).unwrap() + "\n").unwrap();
     jointid().arg("report").arg(&out).assert().success();
     let page = fs::read_to_string(out.join("report.html")).unwrap();
     assert!(

@@ -157,7 +157,7 @@ fn limit_peaks_of_simulated_frfs_are_those_of_the_model() {
     assert!((found / first - 1.0).abs() < 0.01, "{found} against {first}");
     assert!(regular.len() >= 3, "{regular:#?}");
     refused(&["peaks", "--measurements", "measurements/tian"], &["no FRF", "[[frf]]"]);
-    refused(&["peaks", "--measurements", path, "--local"], &["--band"]);
+    refused(&["peaks", "--measurements", path, "--local"], &["--local", "band"]);
     refused(&["peaks", "--measurements", path, "--band", "500,500.5"], &["l1.csv", "usable lines"]);
 }
 

@@ -336,6 +336,8 @@ fn commands_refuse_impossible_requests() {
     let (code, _, err) = jointid(&["simulate", "frf", "--closed-loop", "--position", "l1", "--to-hz", "5"]);
     assert!(code == 2 && err.contains("[drive]"), "{err}");
     let (code, _, err) = jointid(&["hybrid", "--config", "configs/hybrid-axis.toml"]);
+    assert!(code == 2 && err.contains("names no measurement set"), "{err}");
+    let (code, _, err) = jointid(&["hybrid", "--config", "configs/hybrid-axis.toml", "--measurements", "measurements/tian"]);
     assert!(code == 2 && err.contains("[[motion]]"), "{err}");
     // A motion that leaves its bounds is reported with the unstable pole and ends with exit code 3.
     let unstable =

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
-use crate::outcome::shown;
+use crate::message::shown;
 use report::document::{IdentificationDocument, Input};
 use study::{Quantity, RodModel, Study};
 

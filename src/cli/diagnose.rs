@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use crate::arguments::{OutputArguments, SearchArguments, Sources, SplitArguments};
 use crate::long_work::{finish, on_threads, resumable};
-use crate::outcome::{CommandResult, deliver, prepare, shown, warn};
+use crate::message::shown;
+use crate::outcome::{CommandResult, deliver, prepare, warn};
 use crate::progress::WorkProgress;
 use crate::search::settings;
 use report::diagnosis::diagnosis_text;

@@ -1,7 +1,8 @@
 //! `jointid effects`: the library of effects, or one of them.
 
 use crate::arguments::OutputArguments;
-use crate::outcome::{CommandResult, deliver, prepare, shown};
+use crate::message::shown;
+use crate::outcome::{CommandResult, deliver, prepare};
 use report::effects::{effect_text, effects_table};
 
 /// `effects`.

@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use crate::arguments::OutputArguments;
-use crate::outcome::{CommandResult, deliver, prepare, shown, warn};
+use crate::message::shown;
+use crate::outcome::{CommandResult, deliver, prepare, warn};
 use report::friction_text;
 use study::{FrictionRequest, StribeckNoise, friction};
 

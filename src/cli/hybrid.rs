@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use crate::arguments::{OutputArguments, Sources, SplitArguments};
 use crate::long_work::{finish, resumable};
-use crate::outcome::{CommandResult, deliver, prepare, shown, warn};
+use crate::message::shown;
+use crate::outcome::{CommandResult, deliver, prepare, warn};
 use crate::progress::WorkProgress;
 use report::hybrid::hybrid_text;
 use study::{HybridRequest, hybrid};

@@ -2,7 +2,8 @@
 
 use crate::arguments::{OutputArguments, SearchArguments, Sources, SplitArguments};
 use crate::long_work::{finish, on_threads, resumable};
-use crate::outcome::{CommandResult, deliver, prepare, shown, warn};
+use crate::message::shown;
+use crate::outcome::{CommandResult, deliver, prepare, warn};
 use crate::progress::WorkProgress;
 use crate::search::settings;
 use report::identification_text;

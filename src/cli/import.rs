@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use crate::arguments::QuantityName;
-use crate::outcome::{CommandResult, Outcome, print_out, shown, to_message};
+use crate::message::{shown, to_message};
+use crate::outcome::{CommandResult, Outcome, print_out};
 use crate::terminal;
 use report::{OutputFolder, wrapped};
 use study::{ImportRequest, read_set};

@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use crate::outcome::{CommandResult, Outcome, to_message};
+use crate::message::to_message;
+use crate::outcome::{CommandResult, Outcome};
 use report::OutputFolder;
 
 /// Arguments of `init`.

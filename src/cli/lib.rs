@@ -25,6 +25,7 @@ mod withheld;
 
 // Shared by commands: searches, long work and messages.
 mod long_work;
+mod message;
 mod outcome;
 mod progress;
 mod search;

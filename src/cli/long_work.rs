@@ -4,7 +4,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::arguments::OutputArguments;
-use crate::outcome::{Outcome, shown, to_message};
+use crate::message::{shown, to_message};
+use crate::outcome::Outcome;
 use crate::progress::WorkProgress;
 use crate::terminal;
 use report::OutputFolder;

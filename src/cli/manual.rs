@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, Command};
 use clap_complete::Shell;
 
-use crate::outcome::{CommandResult, Outcome, print_out, to_message};
+use crate::message::to_message;
+use crate::outcome::{CommandResult, Outcome, print_out};
 use report::OutputFolder;
 
 /// Arguments of `completions`.

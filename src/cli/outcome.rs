@@ -5,9 +5,9 @@ use std::io::Write;
 use serde::Serialize;
 
 use crate::arguments::OutputArguments;
+use crate::message::to_message;
 use crate::terminal;
 use report::{OutputFolder, to_json};
-use study::StudyError;
 
 /// How a command ended.
 pub enum Outcome {
@@ -21,20 +21,6 @@ pub enum Outcome {
 
 /// Result of a command: its outcome, or the message why it could not run.
 pub type CommandResult = Result<Outcome, String>;
-
-/// Converts an error to its message.
-pub fn to_message(error: impl std::fmt::Display) -> String {
-    error.to_string()
-}
-
-/// Returns the message of an error; a setting is shown as its argument, `band` as `--band`.
-pub fn shown(error: StudyError) -> String {
-    let text = error.to_string();
-    match error.setting_key().and_then(|key| Some((key, text.strip_prefix(key)?))) {
-        Some((key, rest)) => format!("--{}{rest}", key.replace('_', "-")),
-        None => text,
-    }
-}
 
 /// Claims the result folder, so that no other run writes into it; `None` without `--out`. Called before the computations start.
 pub fn prepare(output: &OutputArguments) -> Result<Option<OutputFolder>, String> {

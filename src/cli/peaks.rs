@@ -1,7 +1,8 @@
 //! `jointid peaks`: natural frequencies from FRFs, tracked over the positions.
 
 use crate::arguments::{OutputArguments, band};
-use crate::outcome::{CommandResult, Outcome, deliver_with, prepare, print_out, shown};
+use crate::message::shown;
+use crate::outcome::{CommandResult, Outcome, deliver_with, prepare, print_out};
 use report::peaks_table;
 use study::{PeaksRequest, peaks, read_set};
 

@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use crate::arguments::{OutputArguments, RodArguments, Sources, band};
-use crate::outcome::{CommandResult, deliver, prepare, shown};
+use crate::message::shown;
+use crate::outcome::{CommandResult, deliver, prepare};
 use report::plan_table;
 use study::{PlanRequest, PlannedData, Settings};
 

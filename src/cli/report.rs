@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::outcome::{CommandResult, Outcome, shown, to_message};
+use crate::message::{shown, to_message};
+use crate::outcome::{CommandResult, Outcome};
 use crate::terminal;
 use report::OutputFolder;
 use report::page;

@@ -1,6 +1,7 @@
 //! `jointid schema`.
 
-use crate::outcome::{CommandResult, Outcome, print_out, to_message};
+use crate::message::to_message;
+use crate::outcome::{CommandResult, Outcome, print_out};
 use report::to_json;
 
 /// `schema`.

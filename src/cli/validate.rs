@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use crate::arguments::OutputArguments;
 use crate::long_work::stop_flag;
-use crate::outcome::{CommandResult, Outcome, deliver, prepare, shown, warn};
+use crate::message::shown;
+use crate::outcome::{CommandResult, Outcome, deliver, prepare, warn};
 use report::validation_text;
 use study::{Control, Study, ValidationRequest};
 

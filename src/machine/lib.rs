@@ -23,6 +23,7 @@ mod motion;
 mod motor;
 mod operating_condition;
 mod parameter;
+mod parameter_use;
 mod patch;
 mod point;
 mod role;

@@ -16,6 +16,7 @@ pub mod motion;
 mod motion_row;
 mod motion_text;
 pub mod page;
+mod provenance;
 pub mod record;
 mod schema;
 pub mod simulation;

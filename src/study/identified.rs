@@ -170,17 +170,19 @@ impl Study {
         self.config.machine.parameters.iter().map(|p| value(&p.id)).collect::<StudyResult<_>>().map(ParameterValues)
     }
 
+    /// Returns a warning where the machine's file has changed since the result that embeds its description.
+    pub(crate) fn outdated_machine(&self) -> Option<String> {
+        let path = &self.config.path;
+        let now = std::fs::read(path).ok()?;
+        (digest(&now) != digest(self.config.text.as_bytes()))
+            .then(|| format!("{path} has changed since the result was written; the machine is that of the result"))
+    }
+
     /// Returns warnings about files of machine and measurements that differ from those of a result.
     pub(crate) fn changed_inputs(&self, then: &[Input]) -> Vec<String> {
         let differs = |now: &&Input| then.iter().any(|i| i.path == now.path && i.sha256 != now.sha256);
         let changed = |now: &Input| format!("{} has changed since the identification; identify again if the change matters", now.path);
-        // The machine is that of the result; its file may have changed meanwhile.
-        let own = std::fs::read(&self.config.path).ok().filter(|bytes| digest(bytes) != digest(self.config.text.as_bytes()));
-        let outdated = own.map(|_| {
-            let path = &self.config.path;
-            format!("{path} has changed since the identification, whose machine is used; identify again if the change matters")
-        });
-        outdated.into_iter().chain(self.inputs().iter().filter(differs).map(changed)).collect()
+        self.outdated_machine().into_iter().chain(self.inputs().iter().filter(differs).map(changed)).collect()
     }
 }
 

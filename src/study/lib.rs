@@ -17,6 +17,7 @@ mod motion_records;
 mod page;
 mod peaks;
 mod plan;
+mod run_settings;
 mod settings;
 pub mod simulation;
 mod stamp;

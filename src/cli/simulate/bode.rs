@@ -3,7 +3,8 @@
 use super::operating::{nut_place, outcome, warn_of_result};
 use crate::arguments::{OutputArguments, Sources};
 use crate::long_work::stop_flag;
-use crate::outcome::{CommandResult, deliver, prepare, shown};
+use crate::message::shown;
+use crate::outcome::{CommandResult, deliver, prepare};
 use crate::progress::WorkProgress;
 use report::bode_text;
 use study::Control;

@@ -2,7 +2,8 @@
 
 use super::operating::{outcome, stoppable};
 use crate::arguments::{OutputArguments, Sources};
-use crate::outcome::{CommandResult, deliver, prepare, shown, warn};
+use crate::message::shown;
+use crate::outcome::{CommandResult, deliver, prepare, warn};
 use report::circles_text;
 use study::simulation::{CircleRequest, circle};
 

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use super::operating::{LoadArguments, warn_of_result};
 use crate::arguments::{OutputArguments, QuantityName, Sources};
-use crate::outcome::{CommandResult, deliver, prepare, shown};
+use crate::message::shown;
+use crate::outcome::{CommandResult, deliver, prepare};
 use report::frfs_csv;
 use study::simulation::{FrfRequest, Place, frf, identified_frf};
 

@@ -2,7 +2,8 @@
 
 use super::operating::{nut_place, outcome, stoppable, warn_of_result};
 use crate::arguments::{OutputArguments, Sources};
-use crate::outcome::{CommandResult, deliver, prepare, shown};
+use crate::message::shown;
+use crate::outcome::{CommandResult, deliver, prepare};
 use report::gain_text;
 use study::simulation::{GainRequest, TravelProfile, gain};
 

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use crate::arguments::{OutputArguments, Sources};
-use crate::outcome::{CommandResult, deliver, prepare, shown, warn};
+use crate::message::shown;
+use crate::outcome::{CommandResult, deliver, prepare, warn};
 use report::{hold_gains_text, hold_text};
 use study::simulation::{GainsRequest, HoldRequest, gains_of_identified, hold, impedance_units};
 

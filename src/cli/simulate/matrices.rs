@@ -2,7 +2,8 @@
 
 use super::operating::{LoadArguments, nut_place, warn_of_result};
 use crate::arguments::{OutputArguments, Sources};
-use crate::outcome::{CommandResult, deliver, prepare, shown};
+use crate::message::shown;
+use crate::outcome::{CommandResult, deliver, prepare};
 use report::matrices_text;
 use study::simulation::{MatricesRequest, matrices};
 

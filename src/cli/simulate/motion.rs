@@ -2,7 +2,8 @@
 
 use super::operating::{nut_place, outcome, stoppable, warn_of_result};
 use crate::arguments::{OutputArguments, Sources};
-use crate::outcome::{CommandResult, prepare, print_out, shown, to_message, write_announced};
+use crate::message::{shown, to_message};
+use crate::outcome::{CommandResult, prepare, print_out, write_announced};
 use report::{motion_csv, motion_summary, to_json};
 use study::simulation::{MotionRequest, Reference, TravelProfile, motion};
 

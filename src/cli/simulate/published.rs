@@ -1,7 +1,8 @@
 //! `jointid simulate published`: published figures of the lumped models, compared with ours.
 
 use crate::arguments::OutputArguments;
-use crate::outcome::{CommandResult, deliver, prepare, shown};
+use crate::message::shown;
+use crate::outcome::{CommandResult, deliver, prepare};
 use report::{published_markdown, published_text};
 use study::simulation::published;
 

@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use crate::outcome::{CommandResult, Outcome, shown};
+use crate::message::shown;
+use crate::outcome::{CommandResult, Outcome};
 use study::simulation::{MissingEffect, ServoMachineRequest, write_servo_machine};
 
 /// Effects that the machine has and the model of `configs/hybrid-axis.toml` lacks.

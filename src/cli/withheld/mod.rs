@@ -8,7 +8,8 @@ use std::sync::atomic::AtomicBool;
 
 use self::arguments::{ArmName, TruthName, WithheldArguments};
 use crate::long_work::{on_threads, stop_flag};
-use crate::outcome::{CommandResult, Outcome, deliver, prepare, print_out, shown, to_message, warn};
+use crate::message::{shown, to_message};
+use crate::outcome::{CommandResult, Outcome, deliver, prepare, print_out, warn};
 use crate::progress::WorkProgress;
 use report::to_json;
 use study::blind_check::{Arm, BlindCheck, BlindCheckRequest, CaseOrigin, Seal, WithheldDocument, withheld_text};

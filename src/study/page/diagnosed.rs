@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::curves::{CurveModel, Overlay};
-use super::unchanged;
+use super::inputs::unchanged;
 use crate::{Study, StudyError, StudyResult};
 use dynamics::model::RodModel;
 use machine::Machine;
@@ -16,6 +16,7 @@ use report::page::Page;
 pub(super) fn draw(of: &DiagnosisDocument, page: &mut Page) -> StudyResult<()> {
     let study = Study::reopened((of.machine.as_ref(), &of.config), &of.measurements, &of.stamp, (&[], &[]));
     let study = unchanged(study, &of.stamp, ("diagnosis", "diagnose"))?;
+    page.notes.extend(study.outdated_machine().filter(|note| !page.notes.contains(note)));
     if of.domain == "motion" {
         return Ok(());
     }

@@ -2,6 +2,7 @@
 
 mod curves;
 mod diagnosed;
+mod inputs;
 mod shapes;
 
 use std::path::Path;
@@ -9,11 +10,12 @@ use std::path::Path;
 use serde::de::DeserializeOwned;
 
 use self::curves::{CurveModel, Overlay};
+use self::inputs::unchanged;
 use crate::identified::check_identification;
 use crate::{Study, StudyError, StudyResult};
 use measurement::read_set;
 use report::digest;
-use report::document::{IdentificationDocument, Input, Stamp};
+use report::document::IdentificationDocument;
 use report::page::Page;
 
 /// Reads the result documents of a folder, and predicts the curves and shapes that the page draws over the measurements.
@@ -93,6 +95,7 @@ fn draw_identified(folder: &Path, identified: &IdentificationDocument, page: &mu
     check_identification(&path, identified)?;
     let settings = &identified.settings;
     let study = unchanged(Study::of_identification(identified, None, &[], &[]), &identified.stamp, ("identification", "identify"))?;
+    page.notes.extend(study.outdated_machine());
     let Study { config, set, .. } = &study;
     let values = study.identified_values(&path, identified)?;
     let rods = study.settings.rods;
@@ -109,23 +112,4 @@ fn draw_identified(folder: &Path, identified: &IdentificationDocument, page: &mu
     page.curves = Overlay { set, fit, models: std::slice::from_ref(&as_fitted) }.curves()?;
     page.shapes = shapes::shapes(set, &model)?;
     Ok(())
-}
-
-/// Checks that the inputs of a reopened study are those of a document.
-///
-/// # Errors  an input cannot be read, or has changed since the document was written.
-fn unchanged(study: StudyResult<Study>, then: &Stamp, (of, again): (&str, &str)) -> StudyResult<Study> {
-    let study =
-        study.map_err(|e| StudyError::impossible(format!("{e} (paths are those of the {of}; make the page in the same folder)")))?;
-    match changed(&then.inputs, &study.inputs()) {
-        Some(path) => Err(StudyError::impossible(format!("{path} has changed since the {of}; {again} again"))),
-        None => Ok(study),
-    }
-}
-
-/// Returns the path of the first input that differs.
-fn changed<'a>(then: &'a [Input], now: &'a [Input]) -> Option<&'a str> {
-    let missing = |list: &[Input], i: &Input| !list.iter().any(|other| other.path == i.path && other.sha256 == i.sha256);
-    let absent = then.iter().find(|i| missing(now, i));
-    absent.or_else(|| now.iter().find(|i| missing(then, i))).map(|i| i.path.as_str())
 }
