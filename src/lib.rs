@@ -45,9 +45,10 @@ pub mod guide;
 
 #[doc(inline)]
 pub use study::{
-    Ablation, Control, DiagnosisRequest, ExportedSet, FrfArrays, ImportRequest, ImportedSet, MachineConfig, MeasurementSet, MotionArrays,
-    NullCache, ObjectiveKind, Peaks, PeaksRequest, PlanRequest, PlannedData, Quantity, RodModel, SetArrays, Settings, Sources, Study,
-    StudyError, ValidationRequest, effects, export, import, peaks, read_identification, read_machine, read_set, simulation,
+    Ablation, Control, DiagnosisRequest, DriveEffort, ExportedSet, FrfArrays, ImportRequest, ImportedSet, MachineConfig, MeasurementSet,
+    MotionArrays, NullCache, ObjectiveKind, Peaks, PeaksRequest, PlanRequest, PlannedData, Progress, Quantity, RodModel, SetArrays,
+    Settings, Sources, Study, StudyError, ValidationRequest, Watcher, effects, export, import, peaks, read_identification, read_machine,
+    read_set, simulation,
 };
 
 /// Result documents, as the command prints them with `--json`.

@@ -34,6 +34,7 @@ mod recovery;
 mod refusals;
 mod resume;
 mod servo;
+mod study;
 mod template;
 mod transmission;
 mod withheld;

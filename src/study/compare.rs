@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::settings::objective_word;
+use crate::settings::ObjectiveKind;
 use crate::{Study, StudyError, StudyResult, document_rows};
 use identification::objective::Objective;
 use identification::validation::leave_one_out;
@@ -116,7 +116,7 @@ impl Study {
             objectives: scores
                 .into_iter()
                 .map(|s| ObjectiveRow {
-                    objective: objective_word(s.objective).into(),
+                    objective: ObjectiveKind::of_modes(s.objective).word().into(),
                     frequency_error: s.frequency_error,
                     ln_amplitude_error: s.ln_amplitude_error,
                     missing: s.missing,

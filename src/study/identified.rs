@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-use crate::{Settings, Sources, Study, StudyError, StudyResult};
+use crate::{ObjectiveKind, Settings, Sources, Study, StudyError, StudyResult};
 use config::{read_machine, read_machine_text};
 use dynamics::model::RodModel;
 use identification::held_at;
@@ -112,21 +112,7 @@ impl Study {
         let settings = &document.settings;
         let measurements = measurements.unwrap_or(&settings.measurements);
         let study = Study::reopened((document.machine.as_ref(), &settings.config), measurements, &document.stamp, (overrides, without))?;
-        let defaults = Settings::default();
-        let own = Settings {
-            rods: settings.lumps.map_or(RodModel::Exact, RodModel::Lumped),
-            frequency_model_error: settings.frequency_model_error,
-            amplitude_sd: settings.amplitude_sd,
-            frf_model_error: if settings.frf_model_error > 0.0 { settings.frf_model_error } else { defaults.frf_model_error },
-            fit_tolerances: settings.tolerances == "fit",
-            band_hz: settings.band_hz.map(|[from, to]| (from, to)),
-            bootstrap: settings.bootstrap,
-            freeze: settings.freeze.clone(),
-            seed: document.stamp.seed,
-            repeats: settings.repeats,
-            ..defaults
-        };
-        Ok(Study { fit: settings.positions.clone(), hold_out: settings.hold_out.clone(), settings: own, ..study })
+        Ok(Study { fit: settings.positions.clone(), hold_out: settings.hold_out.clone(), settings: settings_of(document), ..study })
     }
 
     /// Reads the machine that a document embeds, else that of its path, and a measurement set; with the overrides of its stamp and further ones.
@@ -189,4 +175,24 @@ impl Study {
 /// Returns the estimates of the tolerances by name.
 pub(crate) fn tolerances(identified: &IdentificationDocument) -> BTreeMap<String, f64> {
     identified.tolerances.iter().map(|(name, row)| (name.clone(), row.value)).collect()
+}
+
+/// Returns the settings of an identification.
+pub(crate) fn settings_of(identified: &IdentificationDocument) -> Settings {
+    let (stated, defaults) = (&identified.settings, Settings::default());
+    let objective = ObjectiveKind::named(&stated.objective);
+    Settings {
+        rods: stated.lumps.map_or(RodModel::Exact, RodModel::Lumped),
+        objective,
+        frequency_model_error: stated.frequency_model_error,
+        amplitude_sd: stated.amplitude_sd,
+        frf_model_error: if stated.frf_model_error > 0.0 { stated.frf_model_error } else { defaults.frf_model_error },
+        // Tolerances are fitted along with whole FRFs only.
+        fit_tolerances: stated.tolerances == "fit" || objective != Some(ObjectiveKind::Frf),
+        band_hz: stated.band_hz.map(|[from, to]| (from, to)),
+        bootstrap: stated.bootstrap,
+        freeze: stated.freeze.clone(),
+        seed: identified.stamp.seed,
+        repeats: stated.repeats,
+    }
 }

@@ -36,7 +36,7 @@ pub use hybrid::{HybridRequest, hybrid};
 pub use identified::{check_identification, read_identification};
 pub use import::{ExportedSet, FileContents, ImportRequest, ImportedSet, export, import, list_contents};
 pub use machine::contact::StribeckNoise;
-pub use measurement::{FrfArrays, MeasurementSet, MotionArrays, Quantity, SetArrays};
+pub use measurement::{DriveEffort, FrfArrays, MeasurementSet, MotionArrays, Quantity, SetArrays};
 pub use optimizer::{Control, Progress, Watcher};
 pub use page::page;
 pub use peaks::{Peaks, PeaksRequest, peaks};

@@ -1,6 +1,6 @@
 //! Settings of a study checked against its machine, and as documents keep them.
 
-use crate::settings::objective_word;
+use crate::settings::ObjectiveKind;
 use crate::{Study, StudyError, StudyResult};
 use dynamics::model::RodModel;
 use identification::IdentificationSettings;
@@ -32,7 +32,10 @@ impl Study {
             measurements: self.set.path.clone(),
             model: if lumps.is_some() { "lumped" } else { "receptance" }.into(),
             lumps,
-            objective: made.frf.map_or_else(|| objective_word(made.settings.objective), |_| "frf").into(),
+            objective: made
+                .frf
+                .map_or_else(|| ObjectiveKind::of_modes(made.settings.objective).word(), |_| ObjectiveKind::Frf.word())
+                .into(),
             frf_model_error: self.settings.frf_model_error,
             tolerances: if made.frf.is_some() && made.tolerances { "fit" } else { "none" }.into(),
             band_hz: made.frf.map(|f| f.band_hz).filter(|b| *b != FrfSettings::default().band_hz).map(|b| [b.0, b.1.min(f64::MAX)]),

@@ -24,6 +24,43 @@ pub enum ObjectiveKind {
     OutputError,
 }
 
+impl ObjectiveKind {
+    const ALL: [ObjectiveKind; 6] = [
+        ObjectiveKind::LeastSquares,
+        ObjectiveKind::Eq26,
+        ObjectiveKind::Frequencies,
+        ObjectiveKind::Frf,
+        ObjectiveKind::InverseDynamics,
+        ObjectiveKind::OutputError,
+    ];
+
+    /// Returns its name, as documents state it.
+    pub fn word(self) -> &'static str {
+        match self {
+            ObjectiveKind::LeastSquares => "least-squares",
+            ObjectiveKind::Eq26 => "eq26",
+            ObjectiveKind::Frequencies => "frequencies",
+            ObjectiveKind::Frf => "frf",
+            ObjectiveKind::InverseDynamics => "inverse-dynamics",
+            ObjectiveKind::OutputError => "output-error",
+        }
+    }
+
+    /// Returns the objective of a name; `None` for an unknown one.
+    pub(crate) fn named(word: &str) -> Option<Self> {
+        ObjectiveKind::ALL.into_iter().find(|kind| kind.word() == word)
+    }
+
+    /// Returns the kind of an objective on modes.
+    pub(crate) fn of_modes(objective: Objective) -> Self {
+        match objective {
+            Objective::LeastSquares => ObjectiveKind::LeastSquares,
+            Objective::Eq26 => ObjectiveKind::Eq26,
+            Objective::Frequencies => ObjectiveKind::Frequencies,
+        }
+    }
+}
+
 /// Settings of identification and diagnosis. The defaults suit an ordinary axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
@@ -129,14 +166,5 @@ fn objective(kind: ObjectiveKind) -> Objective {
         ObjectiveKind::LeastSquares | ObjectiveKind::Frf | ObjectiveKind::InverseDynamics | ObjectiveKind::OutputError => {
             Objective::LeastSquares
         }
-    }
-}
-
-/// Returns the name of an objective on modes.
-pub(crate) fn objective_word(objective: Objective) -> &'static str {
-    match objective {
-        Objective::LeastSquares => "least-squares",
-        Objective::Eq26 => "eq26",
-        Objective::Frequencies => "frequencies",
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::identified::{check_identification, tolerances};
+use crate::identified::{check_identification, settings_of, tolerances};
 use crate::motion_records::{add_simulated_gaps, list_positions, list_records};
 use crate::{Study, StudyError, StudyResult, document_rows};
 use identification::channels_of;
@@ -75,12 +75,13 @@ impl Study {
             let fault = "holds no FRF to check at these positions; the identification is on whole FRFs";
             return Err(StudyError::input(&self.set.path, fault));
         }
-        let rods = self.settings.rods;
+        let made = settings_of(identified);
+        let rods = made.rods;
         // The gain belongs to a measurement set; for another set it is fitted.
         let own_gain = if same_set { identified.parameters.get("gain").map(|g| g.value) } else { None };
         let positions: BTreeMap<String, PositionRow> = if whole_frfs {
-            let band_hz = self.settings.band_hz.unwrap_or(FrfSettings::default().band_hz);
-            let frf_settings = FrfSettings { rods, band_hz, model_error: self.settings.frf_model_error, ..FrfSettings::default() };
+            let band_hz = made.band_hz.unwrap_or(FrfSettings::default().band_hz);
+            let frf_settings = FrfSettings { rods, band_hz, model_error: made.frf_model_error, ..FrfSettings::default() };
             let objective = FrfObjective::held_out(machine, &held_out, frf_settings)?;
             // Gains and delays belong to the channels of the set they were estimated on.
             let channels = if same_set { channels_of(machine, &tolerances(identified)) } else { Vec::new() };

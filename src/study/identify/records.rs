@@ -69,7 +69,7 @@ impl Study {
             machine: self.machine_text(),
             manifest: self.manifest(),
             settings: RunSettings {
-                objective: if simulated { "output-error" } else { "inverse-dynamics" }.into(),
+                objective: if simulated { ObjectiveKind::OutputError } else { ObjectiveKind::InverseDynamics }.word().into(),
                 ..self.run_settings(&made)
             },
             parameters: parameter_rows(self, values, &estimates),
