@@ -4,11 +4,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use assert_cmd::Command;
+use jointid::measurement::{DriveEffort, FrfArrays, MeasurementSet, MotionArrays, Quantity, SetArrays};
 use jointid::simulation::{FrfRequest, MotionRequest, Place, Reference, TravelProfile, frf, motion};
-use jointid::{
-    Control, DriveEffort, FrfArrays, MeasurementSet, MotionArrays, ObjectiveKind, Quantity, SetArrays, Settings, Sources, Study,
-    read_machine,
-};
+use jointid::{Control, ObjectiveKind, Settings, Sources, Study, read_machine};
 use num_complex::Complex64;
 use serde_json::Value;
 

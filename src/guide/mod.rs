@@ -1,7 +1,7 @@
 //! The user's guide: each page answers one question.
 //!
 //! Use: [own_machine], [own_frfs], [motion], [mistakes]. Results: [results], [verdicts], [own_effect]. Background: [models], [validation], [speed],
-//! [published].
+//! [published]. Source code: [crates].
 
 #[doc = include_str!("own-machine.md")]
 pub mod own_machine {}
@@ -35,3 +35,6 @@ pub mod published {}
 
 #[doc = include_str!("mistakes.md")]
 pub mod mistakes {}
+
+#[doc = include_str!("crates.md")]
+pub mod crates {}
