@@ -41,6 +41,7 @@ use outcome::Outcome;
 pub fn run() -> ExitCode {
     std::sync::LazyLock::force(&terminal::BEGUN);
     let arguments = Arguments::from_arg_matches(&command().get_matches()).unwrap_or_else(|error| error.exit());
+    long_work::start_threads();
     let outcome = match arguments.command {
         Command::Identify(given) => identify::run(&given),
         Command::Validate(given) => validate::run(&given),

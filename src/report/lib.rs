@@ -25,12 +25,14 @@ mod terminal;
 
 mod write;
 
+pub use claim::release_claims;
 pub use convergence::convergence_text;
 pub use error::ReportError;
 pub use friction::friction_text;
 pub use identification::{comparison_text, identification_text, validation_text};
 pub use loops_text::{bode_text, circles_text, gain_text, hold_gains_text, hold_text};
 pub use motion_text::{motion_csv, motion_summary};
+pub use file_access::{one_line, printable};
 pub use numeric::digest::digest;
 pub use schema::{SCHEMAS, schema};
 pub use simulation_text::{frfs_csv, matrices_text, modes_text, published_markdown, published_text, sensitivity_text, sweep_text};

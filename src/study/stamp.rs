@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::{Study, StudyError, StudyResult};
+use file_access::{MOST_DOCUMENT_BYTES, read_file};
 use config::MachineConfig;
 use measurement::{MeasurementSet, SourceFile};
 use report::digest;
@@ -76,6 +77,6 @@ pub(crate) fn stamp_files(schema: &str, inputs: Vec<Input>, warnings: Vec<String
 
 /// Describes a result document as an input of another.
 pub(crate) fn document_input(path: &Path) -> StudyResult<Input> {
-    let bytes = std::fs::read(path).map_err(|e| StudyError::input(path.display(), e.to_string()))?;
+    let bytes = read_file(path, MOST_DOCUMENT_BYTES).map_err(|e| StudyError::input(path.display(), e.to_string()))?;
     Ok(Input { path: path.display().to_string(), sha256: digest(&bytes) })
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use file_access::{MOST_DOCUMENT_BYTES, read_text};
 use num_complex::Complex64;
 
 use super::DiagnosisRequest;
@@ -48,7 +49,7 @@ impl Study {
         }
         let fitter = fitter(&fit, domain, &made.frozen, &ablated);
         let cache = self.cache_file(request, &effects);
-        let null = cache.as_ref().and_then(|(folder, file)| found_in(&std::fs::read_to_string(folder.join(file)).ok()?, file));
+        let null = cache.as_ref().and_then(|(folder, file)| found_in(&read_text(&folder.join(file), MOST_DOCUMENT_BYTES).ok()?, file));
         let cached = null.is_some();
         let settings = DiagnosisSettings { seed: made.seed, draws: request.nulls, null };
         let found = diagnose(machine, &effects, &fitter, &held_out, &settings, &self.control)?;
