@@ -145,10 +145,10 @@ impl Sources {
     }
 }
 
-/// Keeps the warnings about the inputs of a study, for the case that it has no result.
+/// Keeps the warnings about implausible numbers of a study, for the case that it has no result.
 pub fn opened(study: StudyResult<Study>) -> Result<Study, String> {
     let study = study.map_err(shown)?;
-    terminal::keep_warnings(study.input_warnings());
+    terminal::keep_warnings(study.implausible_numbers().to_vec());
     Ok(study)
 }
 

@@ -45,7 +45,6 @@ pub fn used(study: &Study, result: &Path) -> String {
 
 /// Claims the result folder, so that no other run writes into it; `None` without `--out`. Called before the computations start.
 pub fn prepare(output: &OutputArguments) -> Result<Option<OutputFolder>, String> {
-    terminal::be_quiet(output.quiet);
     output.out.as_deref().map(OutputFolder::claim).transpose().map_err(to_message)
 }
 

@@ -1,7 +1,6 @@
 //! Messages on stderr: wrapped to the terminal, except errors; coloured on a terminal unless NO_COLOR is set.
 
 use std::io::{IsTerminal, Write};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{LazyLock, Mutex, OnceLock};
 use std::time::Instant;
 
@@ -16,17 +15,15 @@ pub static BEGUN: LazyLock<Instant> = LazyLock::new(Instant::now);
 /// Number of threads requested with `--threads`; unset without it.
 pub static THREADS: OnceLock<usize> = OnceLock::new();
 
-/// Warnings about inputs that are printed with the result, or with the message that there is none.
+/// Warnings about implausible numbers, the likely reason of a message that there is no result.
 static KEPT: Mutex<Vec<String>> = Mutex::new(Vec::new());
-/// Whether only results and errors are printed.
-static QUIET: AtomicBool = AtomicBool::new(false);
 
 /// Prints text to stderr. A stderr that cannot be written costs no result.
 pub fn say(text: &str) {
     let _ = std::io::stderr().lock().write_all(printable(text).as_bytes());
 }
 
-/// Keeps warnings about inputs until the command delivers its result or fails.
+/// Keeps warnings about implausible numbers until the command delivers its result or fails.
 pub fn keep_warnings(warnings: Vec<String>) {
     if let Ok(mut kept) = KEPT.lock() {
         *kept = warnings;
@@ -36,11 +33,6 @@ pub fn keep_warnings(warnings: Vec<String>) {
 /// Forgets the kept warnings, which the result contains.
 pub fn forget_warnings() {
     keep_warnings(Vec::new());
-}
-
-/// Prints only results and errors from here on.
-pub fn be_quiet(quiet: bool) {
-    QUIET.store(quiet, Ordering::Relaxed);
 }
 
 /// Prints a warning: the finding, and the remedy.
@@ -53,14 +45,12 @@ pub fn note(text: &str) {
     labelled("note:", AnsiColor::Cyan.on_default().bold(), text);
 }
 
-/// Prints the message why the command could not run, in one line so that it can be searched for; before it the warnings about its inputs.
+/// Prints the message why the command could not run, in one line so that it can be searched for, with the implausible numbers of its machine.
 pub fn failed(text: &str) {
-    let kept = KEPT.lock().map(|kept| kept.clone()).unwrap_or_default();
-    if !QUIET.load(Ordering::Relaxed) {
-        kept.iter().for_each(|text| warning(text));
-    }
+    let kept = KEPT.lock().map(|kept| kept.join("; ")).unwrap_or_default();
+    let text = if kept.is_empty() { text.to_string() } else { format!("{text} (implausible: {kept})") };
     let red = AnsiColor::Red.on_default().bold();
-    let _ = writeln!(anstream::stderr(), "{red}jointid:{red:#} {}", one_line(text));
+    let _ = writeln!(anstream::stderr(), "{red}jointid:{red:#} {}", one_line(&text));
 }
 
 /// Prints a labelled text, wrapped on a terminal and in one line elsewhere.

@@ -30,6 +30,8 @@ pub struct MachineConfig {
     pub measurements: Option<String>,
     /// Warnings for the user.
     pub warnings: Vec<String>,
+    /// Those of the warnings that are about implausible numbers.
+    pub implausible: Vec<String>,
     /// All available effects: those of the library and of the file.
     pub effects: Vec<Effect>,
 }
@@ -142,9 +144,9 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
         .filter(|id| !removed.contains(&id.as_str()))
         .map(|id| format!("{path}: nothing uses [parameter.{id}]; name it in a joint, point or shaft, or remove it"));
     let implausible = implausible.into_iter().chain(check_parameters(&machine, is_stated).map_err(in_file)?);
-    let implausible = implausible.map(|warning| format!("{path}: {warning}"));
-    let warnings = renamed.into_iter().chain(implausible).chain(idle).collect();
-    Ok(MachineConfig { warnings, path: path.into(), text: text.into(), machine, measurements, effects })
+    let implausible: Vec<String> = implausible.map(|warning| format!("{path}: {warning}")).collect();
+    let warnings = renamed.into_iter().chain(implausible.clone()).chain(idle).collect();
+    Ok(MachineConfig { warnings, implausible, path: path.into(), text: text.into(), machine, measurements, effects })
 }
 
 /// Former names of keys of an `[[effect]]` and of its `rescale` entries, which are still accepted, with their present names.

@@ -11,6 +11,8 @@ pub const MOST_TEXT_BYTES: u64 = 4 << 20;
 pub const MOST_DOCUMENT_BYTES: u64 = 256 << 20;
 /// Largest size of a table or of another measurement file (bytes).
 pub const MOST_TABLE_BYTES: u64 = 2 << 30;
+/// Largest size of a file that is read piece by piece (bytes).
+pub const MOST_STREAM_BYTES: u64 = 64 << 30;
 
 /// Why a file cannot be read; the text states the correction and no content of the file.
 #[derive(Debug)]

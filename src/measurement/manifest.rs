@@ -111,7 +111,7 @@ pub(super) fn parse(path: &str, text: &str) -> Result<Manifest, MeasurementError
 }
 
 /// Largest number of positions of a set.
-const MOST_POSITIONS: usize = 500;
+const MOST_POSITIONS: usize = 2000;
 /// Largest number of FRFs, and of time records, of a set.
 const MOST_RECORDS: usize = 5000;
 /// Greatest length of a name (characters).

@@ -3,6 +3,7 @@
 pub mod certainty;
 mod claim;
 mod convergence;
+mod csv_cell;
 pub mod diagnosis;
 pub mod document;
 pub mod effects;
@@ -27,6 +28,7 @@ mod write;
 
 pub use claim::release_claims;
 pub use convergence::convergence_text;
+pub use csv_cell::csv_cell;
 pub use error::ReportError;
 pub use friction::friction_text;
 pub use identification::{comparison_text, identification_text, validation_text};

@@ -32,6 +32,11 @@ impl Study {
         self.set.warnings.iter().chain(&self.config.warnings).cloned().collect()
     }
 
+    /// Returns the warnings about implausible numbers of the machine.
+    pub fn implausible_numbers(&self) -> &[String] {
+        &self.config.implausible
+    }
+
     /// Builds the stamp of a document on machine and measurements. Its warnings are those of the inputs, then the given ones.
     pub(crate) fn stamp(&self, schema: &str, seed: u64, complete: bool, warnings: Vec<String>) -> Stamp {
         let on_set = set_stamp(schema, &self.set);
