@@ -106,8 +106,9 @@ pub fn on_threads<T: Send>(threads: Option<u16>, work: impl FnOnce() -> T + Send
 /// the main thread.
 pub fn start_threads() {
     if let Err(error) = rayon::ThreadPoolBuilder::new().build_global() {
-        let alone = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global();
-        if alone.is_ok() {
+        // The pool for all cannot be asked for twice; one of this thread takes its place until the process ends.
+        if let Ok(alone) = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build() {
+            std::mem::forget(alone);
             terminal::warning(&format!("threads cannot be started ({error}); the work runs on one"));
         }
     }

@@ -8,7 +8,7 @@ use anstyle::{AnsiColor, Style};
 use serde_json::Value;
 
 use crate::arguments::OutputArguments;
-use report::{one_line, printable, wrapped};
+use report::{brief_numbers, one_line, printable, wrapped};
 
 /// Time at which the program started.
 pub static BEGUN: LazyLock<Instant> = LazyLock::new(Instant::now);
@@ -50,12 +50,22 @@ pub fn failed(text: &str) {
     let kept = KEPT.lock().map(|kept| kept.join("; ")).unwrap_or_default();
     let text = if kept.is_empty() { text.to_string() } else { format!("{text} (implausible: {kept})") };
     let red = AnsiColor::Red.on_default().bold();
-    let _ = writeln!(anstream::stderr(), "{red}jointid:{red:#} {}", one_line(&text));
+    let _ = writeln!(anstream::stderr(), "{red}jointid:{red:#} {}", one_line(&brief_numbers(&text)));
+}
+
+/// Prints the message about a faulty command line, or the help that was asked for, and ends the process.
+pub fn refuse(error: &clap::Error) -> ! {
+    let text = error.render().to_string();
+    if error.use_stderr() && printable(&text) != text {
+        say(&text);
+        std::process::exit(error.exit_code());
+    }
+    error.exit()
 }
 
 /// Prints a labelled text, wrapped on a terminal and in one line elsewhere.
 fn labelled(label: &str, style: Style, text: &str) {
-    let text = format!("{label} {}", one_line(text));
+    let text = format!("{label} {}", one_line(&brief_numbers(text)));
     let text = if std::io::stderr().is_terminal() { wrapped(&text) } else { text + "\n" };
     let rest = text.strip_prefix(label).unwrap_or(&text);
     let _ = write!(anstream::stderr(), "{style}{label}{style:#}{rest}");

@@ -51,11 +51,15 @@ pub(super) fn check_extent(table: &Table) -> Result<(), MachineError> {
 fn check_texts(key: &str, value: &Value) -> Result<(), MachineError> {
     check_length("a key", key, LONGEST_NAME)?;
     match value {
+        Value::String(text) if ["name", "id"].contains(&key) && text.contains(['\n', '\r']) => {
+            Err(fault(key, format!("«{}» has a line break; write names in one line", shortened(text, 40))))
+        }
         Value::String(text) if ["name", "id"].contains(&key) => check_length(key, text, LONGEST_NAME),
         Value::String(text) => check_length(key, text, LONGEST_TEXT),
-        Value::Integer(whole) if !((*whole as f64).abs() <= LARGEST_WHOLE) => {
-            Err(fault(key, format!("is {whole}; write a number of at most {LARGEST_WHOLE:e}, with a decimal point if it is none of entries")))
-        }
+        Value::Integer(whole) if !((*whole as f64).abs() <= LARGEST_WHOLE) => Err(fault(
+            key,
+            format!("is {whole}; write a number of at most {LARGEST_WHOLE:e}, with a decimal point if it is none of entries"),
+        )),
         Value::Table(table) => table.iter().try_for_each(|(key, value)| check_texts(key, value)),
         Value::Array(list) => list.iter().try_for_each(|value| check_texts(key, value)),
         _ => Ok(()),

@@ -44,27 +44,13 @@ const BY_KEY: [Kind; 14] = [
     kind(&["youngs_modulus_pa"], "Pa", [1.0, 1e15], [1e8, 1.5e12], [4e10, 5e11], PASCAL),
     kind(&["shear_modulus_pa"], "Pa", [1.0, 1e15], [3e7, 7e11], [1.5e10, 2.5e11], PASCAL),
     kind(&["pressure_limit_pa"], "Pa", [1.0, 1e15], [1e7, 1e11], [5e8, 1e10], PASCAL),
-    kind(
-        &["density_kg_m3"],
-        "kg/m³",
-        [1e-12, 1e9],
-        [100.0, 3e4],
-        [800.0, 2.3e4],
-        &[("g/cm³", 1e3), ("kg/mm³", 1e9), ("t/mm³", 1e12)],
-    ),
+    kind(&["density_kg_m3"], "kg/m³", [1e-12, 1e9], [100.0, 3e4], [800.0, 2.3e4], &[("g/cm³", 1e3), ("kg/mm³", 1e9), ("t/mm³", 1e12)]),
     kind(&["length_m"], "m", [1e-9, 1e6], [2e-3, 60.0], [0.02, 30.0], METRE),
     kind(&["diameter_m", "pitch_diameter_m"], "m", [1e-9, 1e5], [2e-4, 2.0], [2e-3, 0.6], METRE),
     kind(&["ball_diameter_m"], "m", [1e-9, 1e5], [1e-4, 0.2], [3e-4, 0.06], METRE),
     kind(&["lead_m"], "m", [1e-9, 1e5], [5e-5, 0.6], [2e-4, 0.3], METRE),
     kind(&["mass_kg", "moved_mass_kg"], "kg", [1e-15, 1e12], [1e-4, 1e5], [0.01, 5e4], &[("g", 1e-3), ("t", 1e3)]),
-    kind(
-        &["inertia_kg_m2"],
-        "kg·m²",
-        [1e-20, 1e12],
-        [1e-9, 20.0],
-        [1e-8, 10.0],
-        &[("kg·cm²", 1e-4), ("kg·mm²", 1e-6), ("g·cm²", 1e-7)],
-    ),
+    kind(&["inertia_kg_m2"], "kg·m²", [1e-20, 1e12], [1e-9, 20.0], [1e-8, 10.0], &[("kg·cm²", 1e-4), ("kg·mm²", 1e-6), ("g·cm²", 1e-7)]),
     kind(&["period_s"], "s", [1e-12, 1e6], [1e-7, 1.0], [1e-6, 0.02], &[("ms", 1e-3), ("µs", 1e-6)]),
     kind(&["preload_n", "coulomb_n", "static_n"], "N", [1e-15, 1e15], [1e-4, 1e6], [0.1, 1e5], &[("kN", 1e3), ("mN", 1e-3)]),
     kind(&["loss_factor"], "", [1e-15, 100.0], [1e-7, 3.0], [1e-4, 1.0], &[("%", 0.01)]),
@@ -74,14 +60,7 @@ const BY_KEY: [Kind; 14] = [
 /// Kinds of stiffness and damping by their unit: of literal numbers of joints, and of parameters.
 const BY_UNIT: [Kind; 8] = [
     kind(&["N/m"], "N/m", [1e-12, 1e20], [1e3, 1e12], [1e6, 1e11], STIFFNESS),
-    kind(
-        &["N*m/rad"],
-        "N·m/rad",
-        [1e-15, 1e20],
-        [1e-3, 1e10],
-        [1.0, 1e8],
-        &[("kN·m/rad", 1e3), ("MN·m/rad", 1e6), ("N·mm/rad", 1e-3)],
-    ),
+    kind(&["N*m/rad"], "N·m/rad", [1e-15, 1e20], [1e-3, 1e10], [1.0, 1e8], &[("kN·m/rad", 1e3), ("MN·m/rad", 1e6), ("N·mm/rad", 1e-3)]),
     kind(&["N*s/m"], "N·s/m", [1e-15, 1e20], [1e-4, 1e10], [1.0, 1e7], &[("N·s/mm", 1e3), ("N·s/µm", 1e6)]),
     kind(&["N*m*s/rad"], "N·m·s/rad", [1e-20, 1e20], [1e-10, 1e8], [1e-5, 1e3], &[("N·mm·s/rad", 1e-3)]),
     kind(&["kg"], "kg", [1e-15, 1e12], [1e-4, 1e5], [0.01, 5e4], &[("g", 1e-3), ("t", 1e3)]),
@@ -253,7 +232,10 @@ mod tests {
     fn parameters_are_judged_by_their_units() {
         let sets = ["start=180", "lower=1", "upper=1e10"].map(|set| format!("parameter.k_n.{set}"));
         let found = read_machine(BENCH, &sets, &[]).unwrap().warnings;
-        assert!(found.len() == 1 && found[0].contains("parameter.k_n.start: 180 N/m") && found[0].contains("N/µm; write 180e6"), "{found:?}");
+        assert!(
+            found.len() == 1 && found[0].contains("parameter.k_n.start: 180 N/m") && found[0].contains("N/µm; write 180e6"),
+            "{found:?}"
+        );
     }
 
     #[test]
@@ -286,7 +268,9 @@ mod tests {
     #[test]
     fn all_open_numbers_of_a_template_are_in_one_message() {
         let message = read_machine_text("machine.toml", MACHINE_TEMPLATE, &[], &[]).unwrap_err().to_string();
-        for key in ["point.table.mass_kg", "point.rotor.inertia_kg_m2", "shaft.screw.length_m", "shaft.screw.diameter_m", "joint.nut.screw.lead_m"] {
+        for key in
+            ["point.table.mass_kg", "point.rotor.inertia_kg_m2", "shaft.screw.length_m", "shaft.screw.diameter_m", "joint.nut.screw.lead_m"]
+        {
             assert!(message.contains(key), "{message}");
         }
     }

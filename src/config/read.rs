@@ -101,7 +101,7 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
         }
     }
     let own = effects[of_library..].to_vec();
-    let title = file.title.clone();
+    let title = file.title.split_whitespace().collect::<Vec<_>>().join(" ");
     let measurements = file.measurements.take();
     let share_s = file.stiffness_proportional_damping_s;
     if !(share_s >= 0.0 && share_s.is_finite()) {

@@ -1,6 +1,6 @@
 //! Keys of `manifest.toml`.
 
-use file_access::unfilled;
+use file_access::{shortened, unfilled};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -127,10 +127,15 @@ fn check_extent(path: &str, manifest: &Manifest) -> Result<(), MeasurementError>
     }
     let records = manifest.frf.iter().flat_map(|frf| [frf.record.as_ref(), Some(&frf.file)]).flatten();
     let motions = manifest.motion.iter().flat_map(|motion| [&motion.name, &motion.file]);
-    let names = manifest.position.iter().map(|position| &position.name).chain(records).chain(motions).chain([&manifest.title]);
-    match names.map(|name| (name, name.chars().count())).find(|(_, length)| *length > LONGEST_NAME) {
+    let names = manifest.position.iter().map(|position| &position.name).chain(records).chain(motions);
+    if let Some(name) = names.clone().find(|name| name.contains(['\n', '\r'])) {
+        let fault = format!("the name «{}» has a line break; write names in one line", shortened(name, 40));
+        return Err(MeasurementError::file(path, fault));
+    }
+    let mut texts = names.chain([&manifest.title]).map(|name| (name, name.chars().count()));
+    match texts.find(|(_, length)| *length > LONGEST_NAME) {
         Some((name, length)) => {
-            let name = file_access::shortened(name, 20);
+            let name = shortened(name, 20);
             Err(MeasurementError::file(path, format!("the name «{name}» has {length} characters; at most {LONGEST_NAME} are handled")))
         }
         None => Ok(()),

@@ -302,7 +302,7 @@ pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> 
     }
     Ok(MeasurementSet {
         path: path.into(),
-        title: manifest.title,
+        title: manifest.title.split_whitespace().collect::<Vec<_>>().join(" "),
         quantity: manifest.quantity,
         gain,
         response: manifest.response,

@@ -63,7 +63,11 @@ impl<'p> Table<'p> {
         for (at, name) in header.iter().enumerate() {
             let name = name.trim_start_matches('\u{feff}');
             if !open && !required.contains(&name) && !optional.contains(&name) {
-                return Err(MeasurementError::line(path, 1, format!("unknown column «{}»; the columns are {}", shortened(name, QUOTED), known())));
+                return Err(MeasurementError::line(
+                    path,
+                    1,
+                    format!("unknown column «{}»; the columns are {}", shortened(name, QUOTED), known()),
+                ));
             }
             if columns.insert(name.to_string(), at).is_some() {
                 return Err(MeasurementError::line(path, 1, format!("column «{}» appears twice; keep one", shortened(name, QUOTED))));

@@ -24,7 +24,9 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), SimulatorError> {
         _ => Ok(()),
     };
     let created = removed.and_then(|()| fs::OpenOptions::new().write(true).create_new(true).open(path));
-    created.and_then(|mut file| file.write_all(text.as_bytes())).map_err(|source| SimulatorError::Write { path: path.display().to_string(), source })
+    created
+        .and_then(|mut file| file.write_all(text.as_bytes()))
+        .map_err(|source| SimulatorError::Write { path: path.display().to_string(), source })
 }
 
 /// Formats names as the elements of a TOML list.

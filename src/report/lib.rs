@@ -30,11 +30,11 @@ pub use claim::release_claims;
 pub use convergence::convergence_text;
 pub use csv_cell::csv_cell;
 pub use error::ReportError;
+pub use file_access::{one_line, printable};
 pub use friction::friction_text;
 pub use identification::{comparison_text, identification_text, validation_text};
 pub use loops_text::{bode_text, circles_text, gain_text, hold_gains_text, hold_text};
 pub use motion_text::{motion_csv, motion_summary};
-pub use file_access::{one_line, printable};
 pub use numeric::digest::digest;
 pub use schema::{SCHEMAS, schema};
 pub use simulation_text::{frfs_csv, matrices_text, modes_text, published_markdown, published_text, sensitivity_text, sweep_text};
@@ -42,5 +42,5 @@ pub use table::{
     bootstrap_table, derived_table, frfs_table, gap_summary_table, gaps_table, moved_tolerances, objectives_table, parameters_table,
     peaks_table, plan_table, positions_table, summary_table,
 };
-pub use terminal::{columns, width, wrapped};
+pub use terminal::{brief_numbers, columns, width, wrapped};
 pub use write::{OutputFolder, to_json};

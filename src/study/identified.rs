@@ -193,7 +193,9 @@ impl Study {
         let differs = |now: &&Input| then.iter().any(|i| i.path == now.path && i.sha256 != now.sha256);
         let changed = |now: &Input| format!("{} has changed since the identification; identify again if the change matters", now.path);
         // The machine is that of the result; its file may have changed meanwhile.
-        let own = read_file(Path::new(&self.config.path), MOST_TEXT_BYTES).ok().filter(|bytes| digest(bytes) != digest(self.config.text.as_bytes()));
+        let own = read_file(Path::new(&self.config.path), MOST_TEXT_BYTES)
+            .ok()
+            .filter(|bytes| digest(bytes) != digest(self.config.text.as_bytes()));
         let outdated = own.map(|_| {
             let path = &self.config.path;
             format!("{path} has changed since the identification, whose machine is used; identify again if the change matters")

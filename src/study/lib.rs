@@ -13,6 +13,7 @@ mod hybrid;
 mod identified;
 mod identify;
 mod import;
+mod modal_density;
 mod motion_records;
 mod page;
 mod peaks;

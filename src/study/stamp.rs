@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use crate::{Study, StudyError, StudyResult};
-use file_access::{MOST_DOCUMENT_BYTES, read_file};
 use config::MachineConfig;
+use file_access::{MOST_DOCUMENT_BYTES, read_file};
 use measurement::{MeasurementSet, SourceFile};
 use report::digest;
 use report::document::{Input, MachineText, Stamp};

@@ -153,7 +153,8 @@ impl Study {
     /// # Errors  the file exists and cannot be read.
     pub fn resumable(self, path: &Path, work: &str) -> StudyResult<Self> {
         let journal = Journal::open(path, &self.key(work));
-        let journal = journal.map_err(|e| StudyError::input(path.display(), format!("the journal of finished work cannot be read: {e}; remove it")))?;
+        let journal = journal
+            .map_err(|e| StudyError::input(path.display(), format!("the journal of finished work cannot be read: {e}; remove it")))?;
         let control = self.control.clone().with_journal(Some(Arc::new(journal)));
         Ok(self.with_control(control))
     }

@@ -172,7 +172,10 @@ pub fn files_of(folder: &Path) -> Result<Vec<Input>, WithheldError> {
             } else {
                 let inside = path.strip_prefix(root).unwrap_or(&path);
                 let name: Vec<String> = inside.components().map(|c| c.as_os_str().to_string_lossy().into_owned()).collect();
-                found.push(Input { path: name.join("/"), sha256: digest(&read_file(&path, MOST_TABLE_BYTES).map_err(std::io::Error::other)?) });
+                found.push(Input {
+                    path: name.join("/"),
+                    sha256: digest(&read_file(&path, MOST_TABLE_BYTES).map_err(std::io::Error::other)?),
+                });
             }
         }
         Ok(())

@@ -76,7 +76,8 @@ pub fn diagnose_cases(
         limit: Duration::from_secs(request.time_limit_s),
     };
     let step = control.steps("diagnose", seal.cases.len());
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().map_err(StudyError::impossible)?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build();
+    let pool = pool.map_err(|e| StudyError::impossible(format!("{jobs} threads cannot be started ({e}); ask for fewer jobs")))?;
     let answers = pool.install(|| {
         let ask = |case: &SealedCase| -> StudyResult<Option<(String, Answer)>> {
             let answer = runner.answer(case, control)?;

@@ -27,7 +27,7 @@ const BANDS: usize = 12;
 impl Study {
     /// As [`Study::diagnose`], on FRFs or modes.
     pub(super) fn diagnose_responses(&self, request: &DiagnosisRequest) -> StudyResult<document::DiagnosisDocument> {
-        let made = self.settings.identification(&self.set)?;
+        let made = self.identification_settings()?;
         let (fit, held_out) = self.set.split(self.fit.as_deref(), &self.hold_out)?;
         let machine = &self.config.machine;
         let whole = made.frf.is_some();

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use crate::{StudyError, StudyResult};
-use report::OutputFolder;
 use reference_simulator::servo::{Axis, Circle, Feed, Missing, Sensors, write_circles, write_sines};
+use report::OutputFolder;
 
 /// Effects that the reference simulator has and the model of `configs/hybrid-axis.toml` lacks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
