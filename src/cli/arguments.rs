@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 
 use crate::message::shown;
+use crate::terminal;
 use report::document::{IdentificationDocument, Input};
-use study::{Quantity, RodModel, Study};
+use study::{Quantity, RodModel, Study, StudyResult};
 
 /// Fitted and held-out positions.
 #[derive(Debug, Args)]
@@ -34,6 +35,9 @@ pub struct Sources {
     /// Effects to take out of the machine's description, comma-separated
     #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
     pub without: Vec<String>,
+    /// Accept files outside the measurement set's folder in its manifest
+    #[arg(long)]
+    pub allow_outside: bool,
 }
 
 /// Output of results.
@@ -120,24 +124,32 @@ impl Sources {
             measurements: self.measurements.clone(),
             overrides: self.set.clone(),
             without: self.without.clone(),
+            allow_outside: self.allow_outside,
         }
     }
 
     /// Reads machine and measurements.
     pub fn open(&self) -> Result<Study, String> {
-        Study::open(&self.sources()).map_err(shown)
+        opened(Study::open(&self.sources()))
     }
 
     /// Reopens machine and measurements of a result; those that are named replace its own.
     pub fn open_result(&self, path: &Path) -> Result<(Study, IdentificationDocument, Input), String> {
-        let sources = self.sources();
-        Study::open_with_result(&sources, path).map_err(shown)
+        let (study, document, input) = Study::open_with_result(&self.sources(), path).map_err(shown)?;
+        Ok((opened(Ok(study))?, document, input))
     }
 
     /// Reads a machine; its measurement set where there is one.
     pub fn open_machine(&self) -> Result<Study, String> {
-        Study::open_machine(&self.sources()).map_err(shown)
+        opened(Study::open_machine(&self.sources()))
     }
+}
+
+/// Keeps the warnings about implausible numbers of a study, for the case that it has no result.
+pub fn opened(study: StudyResult<Study>) -> Result<Study, String> {
+    let study = study.map_err(shown)?;
+    terminal::keep_warnings(study.implausible_numbers().to_vec());
+    Ok(study)
 }
 
 impl RodArguments {

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use crate::message::to_message;
 use crate::outcome::{CommandResult, Outcome};
+use crate::terminal;
 use report::OutputFolder;
 
 /// Arguments of `init`.
@@ -28,13 +29,13 @@ pub fn run(given: &InitArguments) -> CommandResult {
     claimed.write_all(files.iter().map(|(name, text)| (name, text))).map_err(to_message)?;
     if !given.quiet {
         for (name, _) in &files {
-            eprintln!("written: {}", folder.join(name).display());
+            terminal::say(&format!("written: {}\n", folder.join(name).display()));
         }
-        eprintln!(
+        terminal::say(&format!(
             "replace every nan, fill in modes.csv, then:\n  \
-             jointid identify --config {0}/machine.toml \\\n    --measurements {0}/measurements --out {0}/results",
+             jointid identify --config {0}/machine.toml \\\n    --measurements {0}/measurements --out {0}/results\n",
             folder.display()
-        );
+        ));
     }
     Ok(Outcome::Done)
 }

@@ -41,7 +41,9 @@ use outcome::Outcome;
 /// Runs the command of this process and returns its exit code: 0 done, 1 a limit was not met, 2 could not run, 3 stopped early.
 pub fn run() -> ExitCode {
     std::sync::LazyLock::force(&terminal::BEGUN);
-    let arguments = Arguments::from_arg_matches(&command().get_matches()).unwrap_or_else(|error| error.exit());
+    let parsed = command().try_get_matches().and_then(|matches| Arguments::from_arg_matches(&matches));
+    let arguments = parsed.unwrap_or_else(|error| terminal::refuse(&error));
+    long_work::start_threads();
     let outcome = match arguments.command {
         Command::Identify(given) => identify::run(&given),
         Command::Validate(given) => validate::run(&given),

@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use crate::arguments::OutputArguments;
-use crate::message::{shown, to_message};
+use crate::message::shown;
 use crate::outcome::Outcome;
 use crate::progress::WorkProgress;
 use crate::terminal;
-use report::OutputFolder;
+use report::{OutputFolder, release_claims};
 use study::{Control, Study};
 
 /// Connects a study with the terminal: progress, Ctrl-C, and the journal of work that an earlier run of the same command has finished.
@@ -26,7 +27,7 @@ pub fn resumable(
     let path = folder.path().join(JOURNAL);
     let study = study.resumable(&path, work).map_err(shown)?;
     if study.control().journal().is_some_and(|journal| journal.taken_over() > 0) && !output.quiet {
-        eprintln!("resumes where an earlier run was stopped ({})", path.display());
+        terminal::say(&format!("resumes where an earlier run was stopped ({})\n", path.display()));
     }
     Ok(study)
 }
@@ -44,13 +45,29 @@ pub fn finish(output: &OutputArguments, control: &Control, complete: bool) -> Ou
             "{fault}: the journal of finished work could not be written; after a stop the same command repeats the work missing from it"
         ));
     } else if !complete && control.journal().is_some() && !output.quiet {
-        eprintln!("stopped; the same command resumes from here");
+        terminal::say("stopped; the same command resumes from here\n");
     }
     if complete { Outcome::Done } else { Outcome::Stopped }
 }
 
 /// Name of the journal in the result folder. The file exists until the run is complete.
 const JOURNAL: &str = "unfinished.jsonl";
+
+/// Time after Ctrl-C within which the work must notice the stop; later the process ends without a result.
+const NOTICE: Duration = Duration::from_millis(700);
+/// Time after Ctrl-C within which work that has noticed the stop must deliver what it has found.
+const DELIVERY: Duration = Duration::from_secs(5);
+
+/// Ends the process where the work does not stop by itself: a single step of an absurd machine may take hours.
+fn end_in_time() {
+    std::thread::sleep(NOTICE);
+    if Control::stop_seen() {
+        std::thread::sleep(DELIVERY - NOTICE);
+    }
+    terminal::say("stopped within a step of the work, without a result; nothing is written\n");
+    release_claims();
+    std::process::exit(3);
+}
 
 /// Returns a flag that Ctrl-C sets. A second Ctrl-C ends the process at once.
 ///
@@ -61,9 +78,12 @@ pub fn stop_flag() -> Arc<AtomicBool> {
     // Where no handler can be set, Ctrl-C ends the process as usual.
     let _ = ctrlc::set_handler(move || {
         if handled.swap(true, Ordering::Relaxed) {
+            release_claims();
             // 128 + 2, the usual exit code of a process ended by SIGINT.
             std::process::exit(130);
         }
+        // Without a further thread the second Ctrl-C remains.
+        let _ = std::thread::Builder::new().spawn(end_in_time);
     });
     flag
 }
@@ -74,10 +94,23 @@ pub fn stop_flag() -> Arc<AtomicBool> {
 pub fn on_threads<T: Send>(threads: Option<u16>, work: impl FnOnce() -> T + Send) -> Result<T, String> {
     match threads {
         None => Ok(work()),
+        Some(1) if rayon::current_num_threads() == 1 => Ok(work()),
         Some(count) => {
             terminal::THREADS.get_or_init(|| usize::from(count));
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(count)).build().map_err(to_message)?;
-            Ok(pool.install(work))
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(count)).build();
+            Ok(pool.map_err(|e| format!("{count} threads cannot be started ({e}); ask for fewer"))?.install(work))
+        }
+    }
+}
+
+/// Starts the threads of this process: one per core, or as many as `RAYON_NUM_THREADS` states. Where the system refuses them, all work runs on
+/// the main thread.
+pub fn start_threads() {
+    if let Err(error) = rayon::ThreadPoolBuilder::new().build_global() {
+        // The pool for all cannot be asked for twice; one of this thread takes its place until the process ends.
+        if let Ok(alone) = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build() {
+            std::mem::forget(alone);
+            terminal::warning(&format!("threads cannot be started ({error}); the work runs on one"));
         }
     }
 }

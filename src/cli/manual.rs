@@ -7,6 +7,7 @@ use clap_complete::Shell;
 
 use crate::message::to_message;
 use crate::outcome::{CommandResult, Outcome, print_out};
+use crate::terminal;
 use report::OutputFolder;
 
 /// Arguments of `completions`.
@@ -40,7 +41,7 @@ pub fn man(given: &ManArguments, mut root: Command) -> CommandResult {
     let mut pages = Vec::new();
     render_pages(&root, &mut pages)?;
     folder.write_all(pages.iter().map(|(name, text)| (name, text))).map_err(to_message)?;
-    eprintln!("written: {} pages into {}", pages.len(), given.out.display());
+    terminal::say(&format!("written: {} pages into {}\n", pages.len(), given.out.display()));
     Ok(Outcome::Done)
 }
 

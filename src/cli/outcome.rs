@@ -1,13 +1,15 @@
 //! The end of a command: its outcome or error, and its document as JSON, text and files.
 
 use std::io::Write;
+use std::path::Path;
 
 use serde::Serialize;
 
 use crate::arguments::OutputArguments;
 use crate::message::to_message;
 use crate::terminal;
-use report::{OutputFolder, to_json};
+use report::{OutputFolder, printable, to_json, wrapped};
+use study::Study;
 
 /// How a command ended.
 pub enum Outcome {
@@ -21,6 +23,12 @@ pub enum Outcome {
 
 /// Result of a command: its outcome, or the message why it could not run.
 pub type CommandResult = Result<Outcome, String>;
+
+/// Returns the line that names the machine and measurements of a result.
+pub fn used(study: &Study, result: &Path) -> String {
+    let (title, config) = study.machine_source();
+    wrapped(&format!("result {}: machine «{title}» ({config}), measurements {}", result.display(), study.measurements().path))
+}
 
 /// Claims the result folder, so that no other run writes into it; `None` without `--out`. Called before the computations start.
 pub fn prepare(output: &OutputArguments) -> Result<Option<OutputFolder>, String> {
@@ -52,6 +60,7 @@ pub fn deliver_with<T: Serialize>(
         write_announced(output, folder, &std::iter::once((file, json.as_str())).chain(others).collect::<Vec<_>>())?;
     }
     print_out(if output.json { &json } else { text })?;
+    terminal::forget_warnings();
     terminal::background(output, &json);
     Ok(Outcome::Done)
 }
@@ -60,13 +69,14 @@ pub fn deliver_with<T: Serialize>(
 pub fn write_announced(output: &OutputArguments, folder: &OutputFolder, files: &[(&str, &str)]) -> Result<(), String> {
     folder.write_all(files.iter().copied()).map_err(to_message)?;
     if !output.json && !output.quiet {
-        files.iter().for_each(|(name, _)| eprintln!("written: {}", folder.file(name).display()));
+        files.iter().for_each(|(name, _)| terminal::say(&format!("written: {}\n", folder.file(name).display())));
     }
     Ok(())
 }
 
-/// Prints to stdout; a closed pipe is no error.
+/// Prints to stdout, hidden characters escaped; a closed pipe is no error.
 pub fn print_out(text: &str) -> Result<(), String> {
+    let text = printable(text);
     let mut stdout = std::io::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(format!("stdout: cannot be written: {error}")),

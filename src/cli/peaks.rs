@@ -4,7 +4,7 @@ use crate::arguments::{OutputArguments, band};
 use crate::message::shown;
 use crate::outcome::{CommandResult, Outcome, deliver_with, prepare, print_out};
 use report::peaks_table;
-use study::{PeaksRequest, peaks, read_set};
+use study::{PeaksRequest, peaks, read_set_from};
 
 /// Arguments of `peaks`.
 #[derive(Debug, clap::Args)]
@@ -12,6 +12,9 @@ pub struct PeaksArguments {
     /// Folder of the measurement set
     #[arg(long, value_name = "DIR")]
     pub measurements: String,
+    /// Accept files outside the measurement set's folder in its manifest
+    #[arg(long)]
+    pub allow_outside: bool,
     /// Lowest and highest frequency (Hz), comma-separated; all frequencies by default
     #[arg(long, value_name = "FROM,TO", value_delimiter = ',', num_args = 1)]
     pub band: Vec<f64>,
@@ -30,7 +33,7 @@ pub struct PeaksArguments {
 
 /// Runs the command.
 pub fn run(given: &PeaksArguments) -> CommandResult {
-    let set = read_set(&given.measurements).map_err(shown)?;
+    let set = read_set_from(&given.measurements, given.allow_outside).map_err(shown)?;
     let request = PeaksRequest { band_hz: band(&given.band, "20,800")?, local: given.local, max_order: usize::from(given.max_order) };
     let found = peaks(&set, &request).map_err(shown)?;
     let document = &found.document;

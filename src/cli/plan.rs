@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::arguments::{OutputArguments, RodArguments, Sources, band};
 use crate::message::shown;
-use crate::outcome::{CommandResult, deliver, prepare};
+use crate::outcome::{CommandResult, deliver, prepare, used, warn};
 use report::plan_table;
 use study::{PlanRequest, PlannedData, Settings};
 
@@ -88,5 +88,8 @@ pub fn run(given: &PlanArguments) -> CommandResult {
         let identified = values.and_then(|rows| rows.get(id)).map(|row| row.value);
         identified.or_else(|| study.machine().parameter(id).map(|at| study.machine().parameters[at].start)).map_or(1.0, f64::abs)
     };
-    deliver(&given.output, folder.as_ref(), "plan.json", &document, &plan_table(&document, &size, usize::from(given.top)))
+    let heading = given.result.as_ref().map_or_else(String::new, |path| used(&study, path) + "\n");
+    let text = heading + &plan_table(&document, &size, usize::from(given.top));
+    warn(&given.output, &document.stamp.warnings);
+    deliver(&given.output, folder.as_ref(), "plan.json", &document, &text)
 }

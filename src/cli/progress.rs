@@ -35,7 +35,9 @@ impl WorkProgress {
         let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
         style(&bar, "{spinner} {prefix}  {elapsed}");
         // Updates the elapsed time between reports.
-        bar.enable_steady_tick(Duration::from_millis(200));
+        if !bar.is_hidden() && rayon::current_num_threads() > 1 {
+            bar.enable_steady_tick(Duration::from_millis(200));
+        }
         bar.set_prefix(name.to_string());
         let state = BarState {
             name: name.into(),

@@ -7,6 +7,7 @@ use crate::outcome::{CommandResult, Outcome};
 use crate::terminal;
 use report::OutputFolder;
 use report::page;
+use study::{Sources, page_from};
 
 /// Arguments of `report`.
 #[derive(Debug, clap::Args)]
@@ -17,6 +18,9 @@ pub struct ReportArguments {
     /// File of the page; DIR/report.html by default
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+    /// Accept files outside the measurement sets' folders in their manifests
+    #[arg(long)]
+    pub allow_outside: bool,
     /// Print only errors
     #[arg(short, long)]
     pub quiet: bool,
@@ -24,7 +28,8 @@ pub struct ReportArguments {
 
 /// Runs the command.
 pub fn run(given: &ReportArguments) -> CommandResult {
-    let page = study::page(&given.folder).map_err(shown)?;
+    let sources = Sources { allow_outside: given.allow_outside, ..Sources::default() };
+    let page = page_from(&given.folder, &sources).map_err(shown)?;
     let html = page::html(&page);
     let target = given.out.clone().unwrap_or_else(|| given.folder.join("report.html"));
     if target.is_dir() {
@@ -38,7 +43,7 @@ pub fn run(given: &ReportArguments) -> CommandResult {
         if html.len() > page::MOST_BYTES {
             terminal::note(&format!("the page has {:.1} MB, more than many mailboxes accept", html.len() as f64 / 1e6));
         }
-        eprintln!("written: {} ({:.1} MB)", written.display(), html.len() as f64 / 1e6);
+        terminal::say(&format!("written: {} ({:.1} MB)\n", written.display(), html.len() as f64 / 1e6));
     }
     Ok(Outcome::Done)
 }

@@ -2,12 +2,13 @@
 
 use std::path::PathBuf;
 
-use crate::arguments::OutputArguments;
+use crate::arguments::{OutputArguments, opened};
 use crate::long_work::stop_flag;
 use crate::message::shown;
-use crate::outcome::{CommandResult, Outcome, deliver, prepare, warn};
+use crate::outcome::{CommandResult, Outcome, deliver, prepare, used, warn};
+use crate::terminal;
 use report::validation_text;
-use study::{Control, Study, ValidationRequest};
+use study::{Control, Sources, Study, ValidationRequest};
 
 /// Arguments of `validate`.
 #[derive(Debug, clap::Args)]
@@ -18,6 +19,9 @@ pub struct ValidateArguments {
     /// Folder of the measurement set; that of the identification by default
     #[arg(long, value_name = "DIR")]
     pub measurements: Option<String>,
+    /// Accept files outside the measurement set's folder in its manifest
+    #[arg(long)]
+    pub allow_outside: bool,
     /// Positions to check, comma-separated; those held out by default
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub positions: Option<Vec<String>>,
@@ -33,13 +37,14 @@ pub fn run(given: &ValidateArguments) -> CommandResult {
     if let Some(limit) = given.fail_above.filter(|l| !(*l > 0.0)) {
         return Err(format!("--fail-above {limit}: write a share above 0, such as 0.03"));
     }
-    let (study, identified, file) = Study::of_result_on(&given.result, given.measurements.as_deref(), &[], &[]).map_err(shown)?;
-    let study = study.with_control(Control::new(stop_flag(), None));
+    let sources = Sources { measurements: given.measurements.clone(), allow_outside: given.allow_outside, ..Sources::default() };
+    let (study, identified, file) = Study::open_with_result(&sources, &given.result).map_err(shown)?;
+    let study = opened(Ok(study))?.with_control(Control::new(stop_flag(), None));
     let request = ValidationRequest { positions: given.positions.clone(), is_other_set: given.measurements.is_some(), file: Some(file) };
     let folder = prepare(&given.output)?;
     let document = study.validate_with(&identified, &request).map_err(shown)?;
     warn(&given.output, &document.stamp.warnings);
-    deliver(&given.output, folder.as_ref(), "validation.json", &document, &validation_text(&document))?;
+    deliver(&given.output, folder.as_ref(), "validation.json", &document, &(used(&study, &given.result) + &validation_text(&document)))?;
     if !document.stamp.complete {
         return Ok(Outcome::Stopped);
     }
@@ -56,7 +61,7 @@ pub fn run(given: &ValidateArguments) -> CommandResult {
 fn judge(given: &ValidateArguments, figure: &str, largest: Option<f64>) -> Outcome {
     let Some((limit, largest)) = given.fail_above.zip(largest).filter(|(limit, largest)| largest > limit) else { return Outcome::Done };
     if !given.output.quiet {
-        eprintln!("jointid: the largest {figure}, {:.2} %, is above {:.2} %", 100.0 * largest, 100.0 * limit);
+        terminal::say(&format!("jointid: the largest {figure}, {:.2} %, is above {:.2} %\n", 100.0 * largest, 100.0 * limit));
     }
     Outcome::LimitNotMet
 }

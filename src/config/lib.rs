@@ -3,7 +3,9 @@
 mod contact;
 mod embedded;
 mod error;
+mod extent;
 mod file;
+mod plausibility;
 mod read;
 mod rescale;
 mod schema;

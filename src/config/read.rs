@@ -4,11 +4,14 @@ use std::cmp::Reverse;
 use std::path::Path;
 use std::sync::OnceLock;
 
+use file_access::{MOST_TEXT_BYTES, ReadFault, read_text};
 use serde::de::DeserializeOwned;
 
 use super::embedded::{EFFECTS, embedded_config};
 use super::error::{ConfigError, fault};
+use super::extent::check_extent;
 use super::file::{EffectFile, LibraryFile, MachineFile};
+use super::plausibility::{check_numbers, check_parameters};
 use machine::{Data, Effect, Machine, MachineError};
 
 /// Overrides `key.path=value` of a configuration, applied in order.
@@ -27,6 +30,8 @@ pub struct MachineConfig {
     pub measurements: Option<String>,
     /// Warnings for the user.
     pub warnings: Vec<String>,
+    /// Those of the warnings that are about implausible numbers.
+    pub implausible: Vec<String>,
     /// All available effects: those of the library and of the file.
     pub effects: Vec<Effect>,
 }
@@ -51,23 +56,14 @@ pub fn effect_library() -> Result<Vec<Effect>, ConfigError> {
 ///
 /// # Errors  the file cannot be read, is not valid TOML, or does not describe a machine; an override or an effect is unknown.
 pub fn read_machine(path: &str, overrides: Overrides<'_>, without: &[String]) -> Result<MachineConfig, ConfigError> {
-    let text = match std::fs::read_to_string(path) {
+    let text = match read_text(Path::new(path), MOST_TEXT_BYTES) {
         Ok(text) => text,
-        Err(error) => match embedded_config(path).filter(|_| error.kind() == std::io::ErrorKind::NotFound) {
-            Some(text) => text.to_string(),
-            None => {
-                let fault = if Path::new(path).is_dir() {
-                    "is a folder; name a .toml file".to_string()
-                } else {
-                    match error.kind() {
-                        std::io::ErrorKind::NotFound => "there is no such file".into(),
-                        std::io::ErrorKind::PermissionDenied => "reading it is not permitted".into(),
-                        std::io::ErrorKind::InvalidData => "is not text in UTF-8".into(),
-                        _ => error.to_string(),
-                    }
-                };
-                return Err(ConfigError::Unreadable { path: path.into(), fault });
+        Err(fault) => match (embedded_config(path).filter(|_| fault.is_missing()), fault) {
+            (Some(text), _) => text.to_string(),
+            (None, ReadFault::Folder) => {
+                return Err(ConfigError::Unreadable { path: path.into(), fault: "is a folder; name a .toml file".into() });
             }
+            (None, fault) => return Err(ConfigError::Unreadable { path: path.into(), fault: fault.to_string() }),
         },
     };
     read_machine_text(path, &text, overrides, without)
@@ -83,6 +79,10 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
         return Err(content("is empty; a machine needs at least title, [[point]] and [[joint]]".into()));
     }
     let mut file: MachineFile = parse(path, text, overrides)?;
+    let stated = stated_table(text, overrides)?;
+    check_extent(&stated).map_err(in_file)?;
+    let implausible = check_numbers(&stated).map_err(in_file)?;
+    let is_stated = |id: &str| stated.get("parameter").and_then(|parameters| parameters.get(id)).is_some();
     let renamed = if file.effect.is_empty() { None } else { renamed_keys(path, text) };
     let mut effects = effect_library()?;
     let of_library = effects.len();
@@ -101,14 +101,14 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
         }
     }
     let own = effects[of_library..].to_vec();
-    let title = file.title.clone();
+    let title = file.title.split_whitespace().collect::<Vec<_>>().join(" ");
     let measurements = file.measurements.take();
     let share_s = file.stiffness_proportional_damping_s;
     if !(share_s >= 0.0 && share_s.is_finite()) {
         return Err(in_file(fault("stiffness_proportional_damping_s", format!("is {share_s}; write 0 or a time in s"))));
     }
     let tolerance = file.tolerance.tolerance().map_err(in_file)?;
-    let stated = file.tolerance.stated();
+    let with_tolerance = file.tolerance.stated();
     let contained = std::mem::take(&mut file.effects);
     if file.point.is_empty() {
         return Err(content("describes no [[point]]; a machine needs at least one".into()));
@@ -125,7 +125,7 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
         })?;
         machine = machine.with_effect(effect).map_err(in_file)?;
     }
-    if let Some(idle) = machine.idle_tolerances(&stated).first() {
+    if let Some(idle) = machine.idle_tolerances(&with_tolerance).first() {
         return Err(in_file(fault(format!("tolerance.{idle}"), "the machine has no quantity with this tolerance; remove the key")));
     }
     // A removed effect may have contained a part that another effect needs.
@@ -143,8 +143,10 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
         .iter()
         .filter(|id| !removed.contains(&id.as_str()))
         .map(|id| format!("{path}: nothing uses [parameter.{id}]; name it in a joint, point or shaft, or remove it"));
-    let warnings = renamed.into_iter().chain(idle).collect();
-    Ok(MachineConfig { warnings, path: path.into(), text: text.into(), machine, measurements, effects })
+    let implausible = implausible.into_iter().chain(check_parameters(&machine, is_stated).map_err(in_file)?);
+    let implausible: Vec<String> = implausible.map(|warning| format!("{path}: {warning}")).collect();
+    let warnings = renamed.into_iter().chain(implausible.clone()).chain(idle).collect();
+    Ok(MachineConfig { warnings, implausible, path: path.into(), text: text.into(), machine, measurements, effects })
 }
 
 /// Former names of keys of an `[[effect]]` and of its `rescale` entries, which are still accepted, with their present names.
@@ -218,6 +220,13 @@ fn parse<T: DeserializeOwned>(path: &str, text: &str, overrides: Overrides<'_>) 
         let given = overrides.iter().find(alone).cloned().unwrap_or_else(|| overrides.join(" "));
         refused(&given, message(&error))
     })
+}
+
+/// Returns the keys of a file as it states them, with overrides.
+fn stated_table(text: &str, overrides: Overrides<'_>) -> Result<toml::Table, ConfigError> {
+    let mut table: toml::Table = toml::from_str(text).unwrap_or_default();
+    overrides.iter().try_for_each(|given| set(&mut table, given))?;
+    Ok(table)
 }
 
 /// Creates the error of an override that cannot be applied.

@@ -31,7 +31,7 @@ pub use motion::{DriveEffort, MotionRecord, read_motion};
 pub use position::Position;
 pub use quantity::Quantity;
 pub use reference::{Reference, read_reference};
-pub use set::{ChannelTolerance, Gain, MeasurementSet, Published, PublishedRow, read_set, read_set_with};
+pub use set::{ChannelTolerance, Gain, MeasurementSet, Published, PublishedRow, read_set, read_set_from, read_set_with};
 pub use source::SourceFile;
 pub use split::{FitSet, HoldOutSet, MotionSplit};
 pub use template::SET_TEMPLATE;

@@ -1,5 +1,6 @@
 //! Keys of `manifest.toml`.
 
+use file_access::{shortened, unfilled};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -95,11 +96,50 @@ pub(super) fn parse(path: &str, text: &str) -> Result<Manifest, MeasurementError
     if text.trim().is_empty() {
         return Err(MeasurementError::file(path, "is empty; write at least title, quantity and modes, [[frf]] or [[motion]]"));
     }
-    toml::from_str(text).map_err(|error| {
+    let open = toml::from_str::<toml::Table>(text).map(|table| unfilled(&table)).unwrap_or_default();
+    if !open.is_empty() {
+        let fault = format!("these numbers are still nan: {}; write a number for each, or remove the key", open.join(", "));
+        return Err(MeasurementError::file(path, fault));
+    }
+    let manifest: Manifest = toml::from_str(text).map_err(|error| {
         let start = error.span().map_or(0, |span| span.start.min(text.len()));
         let line = text[..start].matches('\n').count() as u64 + 1;
         MeasurementError::line(path, line, error.message().replace('\n', "; "))
-    })
+    })?;
+    check_extent(path, &manifest)?;
+    Ok(manifest)
+}
+
+/// Largest number of positions of a set.
+const MOST_POSITIONS: usize = 2000;
+/// Largest number of FRFs, and of time records, of a set.
+const MOST_RECORDS: usize = 5000;
+/// Greatest length of a name (characters).
+const LONGEST_NAME: usize = 200;
+
+/// Checks that a manifest lists no more than the program handles, under names of bounded length.
+fn check_extent(path: &str, manifest: &Manifest) -> Result<(), MeasurementError> {
+    let (positions, frfs, motions) = (manifest.position.len(), manifest.frf.len(), manifest.motion.len());
+    for (key, count, most) in [("position", positions, MOST_POSITIONS), ("frf", frfs, MOST_RECORDS), ("motion", motions, MOST_RECORDS)] {
+        if count > most {
+            return Err(MeasurementError::key(path, format!("[[{key}]]"), format!("appears {count} times; at most {most} are handled")));
+        }
+    }
+    let records = manifest.frf.iter().flat_map(|frf| [frf.record.as_ref(), Some(&frf.file)]).flatten();
+    let motions = manifest.motion.iter().flat_map(|motion| [&motion.name, &motion.file]);
+    let names = manifest.position.iter().map(|position| &position.name).chain(records).chain(motions);
+    if let Some(name) = names.clone().find(|name| name.contains(['\n', '\r'])) {
+        let fault = format!("the name «{}» has a line break; write names in one line", shortened(name, 40));
+        return Err(MeasurementError::file(path, fault));
+    }
+    let mut texts = names.chain([&manifest.title]).map(|name| (name, name.chars().count()));
+    match texts.find(|(_, length)| *length > LONGEST_NAME) {
+        Some((name, length)) => {
+            let name = shortened(name, 20);
+            Err(MeasurementError::file(path, format!("the name «{name}» has {length} characters; at most {LONGEST_NAME} are handled")))
+        }
+        None => Ok(()),
+    }
 }
 
 /// Returns the JSON Schema of a `manifest.toml`, its TOML read as JSON, derived from the types that parse it.

@@ -3,6 +3,8 @@
 use std::io::{self, ErrorKind};
 use std::path::Path;
 
+use file_access::{MOST_TABLE_BYTES, MOST_TEXT_BYTES, is_inside, is_physical, read_file};
+
 use super::embedded::embedded_file;
 use super::frf::{Condition, Frf, read_lines};
 use super::manifest::{ChannelToleranceFile, FrfFile, GainFile, Manifest, parse};
@@ -187,28 +189,46 @@ impl OpenFolder<'_> {
 
 /// Reads a measurement set from a folder, or the embedded bench where there is no folder of that name.
 ///
-/// # Errors  a file is missing or unreadable, a key is unknown or missing, a cell is not a number, a position appears twice, there is no observation.
+/// # Errors  a file is missing or unreadable or lies outside the folder, a key is unknown or missing, a cell is not a number, a position appears
+/// twice, there is no observation.
 pub fn read_set(path: &str) -> Result<MeasurementSet, MeasurementError> {
-    read_set_with(path, |file| match std::fs::read(Path::new(path).join(file)) {
-        Err(error) => embedded_file(path, file).filter(|_| !Path::new(path).exists()).map(|text| text.as_bytes().to_vec()).ok_or(error),
-        bytes => bytes,
+    read_set_from(path, false)
+}
+
+/// Reads a set as [`read_set`]; with `allow_outside` its files may lie outside its folder.
+///
+/// # Errors  as [`read_set`].
+pub fn read_set_from(path: &str, allow_outside: bool) -> Result<MeasurementSet, MeasurementError> {
+    let folder = Path::new(path);
+    read_set_with(path, |file| {
+        if !allow_outside && file != MANIFEST && !is_inside(folder, file) {
+            return Err(io::Error::other("lies outside the folder of its manifest; copy it into the folder, or allow files outside"));
+        }
+        let most_bytes = if file == MANIFEST { MOST_TEXT_BYTES } else { MOST_TABLE_BYTES };
+        match read_file(&folder.join(file), most_bytes) {
+            Err(fault) if !folder.exists() => embedded_file(path, file).map(|text| text.as_bytes().to_vec()).ok_or(fault.into()),
+            read => Ok(read?),
+        }
     })
 }
+
+/// Name of the file that lists the others of a set.
+const MANIFEST: &str = "manifest.toml";
 
 /// Reads a set as [`read_set`]; `read` returns the content of a file by its name in the manifest.
 ///
 /// # Errors  as [`read_set`].
 pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> Result<MeasurementSet, MeasurementError> {
     let mut folder = OpenFolder { path, read: &read, files: Vec::new() };
-    let manifest_path = folder.name("manifest.toml");
+    let manifest_path = folder.name(MANIFEST);
     let fault = |fault: String| MeasurementError::file(&manifest_path, fault);
     let at_key = |key: &str, fault: String| MeasurementError::key(&manifest_path, key, fault);
-    let text = folder.text("manifest.toml")?;
+    let text = folder.text(MANIFEST)?;
     let manifest = parse(&manifest_path, &text)?;
     let positions = positions(&manifest_path, &manifest)?;
     let gain = match manifest.gain {
         None => Gain::Known(1.0),
-        Some(GainFile::Number(g)) if g > 0.0 && g.is_finite() => Gain::Known(g),
+        Some(GainFile::Number(g)) if g > 0.0 && is_physical(g) => Gain::Known(g),
         Some(GainFile::Number(g)) => return Err(at_key("gain", format!("is {g}; write a number above 0, or \"unknown\""))),
         Some(GainFile::Word(_)) => Gain::Unknown,
     };
@@ -282,7 +302,7 @@ pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> 
     }
     Ok(MeasurementSet {
         path: path.into(),
-        title: manifest.title,
+        title: manifest.title.split_whitespace().collect::<Vec<_>>().join(" "),
         quantity: manifest.quantity,
         gain,
         response: manifest.response,
@@ -299,14 +319,17 @@ pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> 
     })
 }
 
+/// Greatest distance of a nut from the left end of its screw (m).
+const LONGEST_M: f64 = 1e3;
+
 fn positions(path: &str, manifest: &Manifest) -> Result<Vec<Position>, MeasurementError> {
     let mut positions: Vec<Position> = Vec::new();
     for p in &manifest.position {
         if positions.iter().any(|q| q.name == p.name) {
             return Err(MeasurementError::file(path, format!("position «{}» appears twice; give each position its own name", p.name)));
         }
-        if let Some(nut_m) = p.nut_m.filter(|x| !x.is_finite()) {
-            let fault = format!("nut_m is {nut_m}; write a distance in m");
+        if let Some(nut_m) = p.nut_m.filter(|x| !(x.abs() <= LONGEST_M)) {
+            let fault = format!("nut_m is {nut_m:e}; write a distance in m, at most {LONGEST_M} m");
             return Err(MeasurementError::key(path, format!("position «{}»", p.name), fault));
         }
         positions.push(Position { name: p.name.clone(), nut_m: p.nut_m });

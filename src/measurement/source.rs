@@ -1,7 +1,8 @@
 //! Source files: the bytes that are both parsed and hashed.
 
-use std::io::ErrorKind;
 use std::path::Path;
+
+use file_access::{MOST_TABLE_BYTES, read_file};
 
 use super::MeasurementError;
 
@@ -17,17 +18,11 @@ pub struct SourceFile {
 impl SourceFile {
     /// Reads a whole file; `missing` is the remedy in the message where the file does not exist.
     ///
-    /// # Errors  the file cannot be read.
+    /// # Errors  the file cannot be read, or is no regular file of a bounded size.
     pub fn read(path: &str, missing: &str) -> Result<Self, MeasurementError> {
-        let bytes = std::fs::read(path).map_err(|error| {
-            let fault = match error.kind() {
-                ErrorKind::NotFound if missing.is_empty() => "there is no such file".to_string(),
-                ErrorKind::NotFound => format!("there is no such file; {missing}"),
-                ErrorKind::PermissionDenied => "reading it is not permitted".into(),
-                _ if Path::new(path).is_dir() => "is a folder; name a file".into(),
-                _ => error.to_string(),
-            };
-            MeasurementError::file(path, fault)
+        let bytes = read_file(Path::new(path), MOST_TABLE_BYTES).map_err(|fault| match fault.is_missing() && !missing.is_empty() {
+            true => MeasurementError::file(path, format!("{fault}; {missing}")),
+            false => MeasurementError::file(path, fault.to_string()),
         })?;
         Ok(Self { path: path.into(), bytes })
     }

@@ -2,7 +2,12 @@
 
 use std::collections::HashMap;
 
+use file_access::{is_physical, shortened};
+
 use super::MeasurementError;
+
+/// Largest number of characters of a cell that a message quotes.
+const QUOTED: usize = 40;
 
 /// A table with a header line.
 pub(super) struct Table<'p> {
@@ -40,6 +45,14 @@ impl<'p> Table<'p> {
             MeasurementError::line(path, line, format!("is not a CSV line: {error}"))
         };
         let header = reader.headers().map_err(at_line)?.clone();
+        // A file that is no such table, named by mistake or on purpose, is not quoted.
+        let is_known = |cell: &str| {
+            let name = cell.trim_start_matches('\u{feff}').trim();
+            required.contains(&name) || optional.contains(&name)
+        };
+        if !header.iter().flat_map(|cell| cell.split([';', '\t'])).any(is_known) {
+            return Err(MeasurementError::line(path, 1, format!("is not the header of a table; the columns are {}", known())));
+        }
         if let Some(separator) = header.get(0).filter(|_| header.len() == 1).and_then(|only| only.chars().find(|c| [';', '\t'].contains(c)))
         {
             let what = if separator == ';' { "semicolons" } else { "tabs" };
@@ -50,10 +63,14 @@ impl<'p> Table<'p> {
         for (at, name) in header.iter().enumerate() {
             let name = name.trim_start_matches('\u{feff}');
             if !open && !required.contains(&name) && !optional.contains(&name) {
-                return Err(MeasurementError::line(path, 1, format!("unknown column «{name}»; the columns are {}", known())));
+                return Err(MeasurementError::line(
+                    path,
+                    1,
+                    format!("unknown column «{}»; the columns are {}", shortened(name, QUOTED), known()),
+                ));
             }
             if columns.insert(name.to_string(), at).is_some() {
-                return Err(MeasurementError::line(path, 1, format!("column «{name}» appears twice; keep one")));
+                return Err(MeasurementError::line(path, 1, format!("column «{}» appears twice; keep one", shortened(name, QUOTED))));
             }
         }
         if let Some(missing) = required.iter().find(|n| !columns.contains_key(**n)) {
@@ -113,8 +130,10 @@ impl Row<'_> {
     pub(super) fn number(&self, column: &str) -> Result<f64, MeasurementError> {
         let cell = self.text(column)?;
         match cell.parse::<f64>() {
-            Ok(x) if x.is_finite() => Ok(x),
+            Ok(x) if is_physical(x) || x.abs() < 1.0 => Ok(x),
+            Ok(x) if x.is_finite() => Err(self.fault(format!("{column} is {x:e}; no quantity in SI units is that large"))),
             _ => {
+                let cell = shortened(cell, QUOTED);
                 let hint = if cell.contains(',') { ", with a decimal point" } else { "" };
                 Err(self.fault(format!("{column} is «{cell}»; write a finite number such as 12.5 or 1e-6{hint}")))
             }

@@ -6,6 +6,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
+use file_access::{MOST_DOCUMENT_BYTES, create_exclusive, read_file};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -83,10 +84,13 @@ impl Journal {
     /// # Errors  the file exists and cannot be read.
     pub fn open(path: &Path, work: &str) -> io::Result<Journal> {
         let head = Head { schema: SCHEMA.into(), work: digest(work.as_bytes()) };
-        let text = match std::fs::read(path) {
+        if path.is_symlink() {
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, "is a link"));
+        }
+        let text = match read_file(path, MOST_DOCUMENT_BYTES) {
             Ok(bytes) => String::from_utf8_lossy(&bytes).into_owned(),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => String::new(),
-            Err(error) => return Err(error),
+            Err(fault) if fault.is_missing() => String::new(),
+            Err(fault) => return Err(io::Error::other(fault.to_string())),
         };
         let mut lines = text.lines();
         let same = lines.next().and_then(|line| serde_json::from_str::<Head>(line).ok()).is_some_and(|found| found == head);
@@ -134,10 +138,9 @@ impl Journal {
         if let Some(folder) = self.path.parent() {
             std::fs::create_dir_all(folder)?;
         }
-        let temporary = self.path.with_extension("new");
-        let mut file = File::create(&temporary)?;
-        file.write_all(first.as_bytes())?;
-        std::fs::rename(&temporary, &self.path)?;
+        let (mut file, temporary) = create_exclusive(&self.path)?;
+        let begun = file.write_all(first.as_bytes()).and_then(|()| std::fs::rename(&temporary, &self.path));
+        begun.inspect_err(|_| drop(std::fs::remove_file(&temporary)))?;
         Ok(file)
     }
 

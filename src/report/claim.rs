@@ -1,13 +1,20 @@
 //! Locks a result folder for one run, so that two runs at a time do not mix their results.
 
-use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{ErrorKind, Write};
+use std::fs::{self, File, TryLockError};
+use std::io::{ErrorKind, Read, Seek, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use file_access::open_lock;
 
 use super::error::ReportError;
 
 /// Name of the file that is locked while a run writes.
 const NAME: &str = ".jointid-lock";
+/// Text before the process id in the file.
+const HOLDER: &str = "process ";
+/// Files of the locks of this process, for [`release_claims`].
+static HELD: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 /// Number of attempts to lock a file that other runs remove at the same time.
 const ATTEMPTS: usize = 100;
 
@@ -29,17 +36,17 @@ impl Claim {
         let mut claim = Self { file: None, path: folder.join(NAME), made: Vec::new() };
         for _ in 0..ATTEMPTS {
             claim.made.extend(make_folder(folder).map_err(&cannot_write)?);
-            let mut file = match OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&claim.path) {
+            let mut file = match open_lock(&claim.path) {
                 Ok(file) => file,
                 Err(error) if error.kind() == ErrorKind::NotFound => continue,
+                Err(error) if error.kind() == ErrorKind::InvalidInput => return Err(ReportError::target(&claim.path, error.to_string())),
                 Err(error) => return Err(cannot_write(error)),
             };
             match file.try_lock() {
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => {
                     claim.made.clear();
-                    let who =
-                        fs::read_to_string(&claim.path).ok().filter(|id| !id.is_empty()).map_or(String::new(), |id| format!(" ({id})"));
+                    let who = holder(&mut file).filter(|id| !id.is_empty()).map_or(String::new(), |id| format!(" ({id})"));
                     let remedy = "wait for its end, or name another folder";
                     return Err(ReportError::target(folder, format!("another run{who} is writing there; {remedy}")));
                 }
@@ -50,19 +57,53 @@ impl Claim {
                 }
                 Err(TryLockError::Error(error)) => return Err(cannot_write(error)),
             }
-            let own_id = format!("process {}", std::process::id());
-            let written = file.set_len(0).and_then(|()| file.write_all(own_id.as_bytes()));
+            if holder(&mut file).is_none() {
+                let fault = "is not the lock of a run; remove it, or name another folder";
+                return Err(ReportError::target(&claim.path, fault));
+            }
+            let own_id = format!("{HOLDER}{}", std::process::id());
+            let written = file.set_len(0).and_then(|()| file.rewind()).and_then(|()| file.write_all(own_id.as_bytes()));
             claim.file = Some(file);
+            if let Ok(mut held) = HELD.lock() {
+                held.push(claim.path.clone());
+            }
             written.map_err(&cannot_write)?;
             // A run that has just ended may have removed the file. A lock on a removed file would exclude nobody.
-            match fs::read_to_string(&claim.path) {
-                Ok(id) if id != own_id => {}
+            match open_lock(&claim.path).map(|mut file| holder(&mut file)) {
+                Ok(id) if id.as_deref() != Some(own_id.as_str()) => {}
                 Err(error) if error.kind() == ErrorKind::NotFound => {}
                 _ => return Ok(claim),
             }
-            claim.file = None;
+            claim.release();
         }
         Err(ReportError::target(folder, "other runs write there continually; name another folder"))
+    }
+}
+
+/// Reads who holds a lock: empty where nobody has yet; `None` where the file is not that of a lock.
+fn holder(file: &mut File) -> Option<String> {
+    let mut text = String::new();
+    file.rewind().and_then(|()| Read::by_ref(file).take(64).read_to_string(&mut text)).ok()?;
+    let is_id = text.strip_prefix(HOLDER).is_some_and(|id| !id.is_empty() && id.len() < 20 && id.chars().all(|c| c.is_ascii_digit()));
+    (text.is_empty() || is_id).then_some(text)
+}
+
+/// Removes the files of all locks of this process, for an end of the process that drops nothing.
+pub fn release_claims() {
+    if let Ok(mut held) = HELD.lock() {
+        for path in held.drain(..) {
+            let _ = fs::remove_file(path);
+        }
+    }
+}
+
+impl Claim {
+    /// Forgets the lock, whose file another run has removed.
+    fn release(&mut self) {
+        self.file = None;
+        if let Ok(mut held) = HELD.lock() {
+            held.retain(|path| *path != self.path);
+        }
     }
 }
 
@@ -70,6 +111,7 @@ impl Drop for Claim {
     fn drop(&mut self) {
         if self.file.is_some() {
             let _ = fs::remove_file(&self.path);
+            self.release();
         }
         remove_folders(&self.made);
     }

@@ -3,6 +3,7 @@
 pub mod certainty;
 mod claim;
 mod convergence;
+mod csv_cell;
 pub mod diagnosis;
 pub mod document;
 pub mod effects;
@@ -26,8 +27,11 @@ mod terminal;
 
 mod write;
 
+pub use claim::release_claims;
 pub use convergence::convergence_text;
+pub use csv_cell::csv_cell;
 pub use error::ReportError;
+pub use file_access::{one_line, printable};
 pub use friction::friction_text;
 pub use identification::{comparison_text, identification_text, validation_text};
 pub use loops_text::{bode_text, circles_text, gain_text, hold_gains_text, hold_text};
@@ -39,5 +43,5 @@ pub use table::{
     bootstrap_table, derived_table, frfs_table, gap_summary_table, gaps_table, moved_tolerances, objectives_table, parameters_table,
     peaks_table, plan_table, positions_table, summary_table,
 };
-pub use terminal::{columns, width, wrapped};
+pub use terminal::{brief_numbers, columns, width, wrapped};
 pub use write::{OutputFolder, to_json};

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
+use super::csv_cell::csv_cell;
 use super::motion::MotionDocument;
 
 /// Returns the names of the signals in the order of a table: those of the axis, then those of its points.
@@ -21,7 +22,7 @@ fn signals(document: &MotionDocument) -> Vec<&str> {
 pub fn motion_csv(document: &MotionDocument) -> String {
     let names = signals(document);
     let columns: Vec<&Vec<f64>> = names.iter().filter_map(|name| document.columns.get(*name)).collect();
-    let mut text = names.join(",") + "\n";
+    let mut text = names.iter().map(|name| csv_cell(name)).collect::<Vec<_>>().join(",") + "\n";
     for row in 0..columns.first().map_or(0, |c| c.len()) {
         for (at, column) in columns.iter().enumerate() {
             let comma = if at == 0 { "" } else { "," };

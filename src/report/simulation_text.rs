@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::csv_cell::csv_cell;
 use super::document::FrfsDocument;
 use super::simulation::{MatricesDocument, ModesDocument, PublishedDocument, PublishedFigure, SensitivityDocument, SweepDocument};
 use super::terminal::{columns, wrapped};
@@ -33,9 +34,9 @@ pub fn frfs_csv(document: &FrfsDocument, first: &[String]) -> String {
     let mut text = String::from("position,frequency_hz,real,imag\n");
     let others = document.positions.keys().filter(|name| !first.contains(name));
     for name in first.iter().chain(others) {
-        let lines = document.positions.get(name).into_iter().flatten();
+        let (cell, lines) = (csv_cell(name), document.positions.get(name).into_iter().flatten());
         for (f, [re, im]) in document.frequency_hz.iter().zip(lines) {
-            let _ = writeln!(text, "{name},{f},{re:e},{im:e}");
+            let _ = writeln!(text, "{cell},{f},{re:e},{im:e}");
         }
     }
     text

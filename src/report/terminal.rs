@@ -187,6 +187,27 @@ pub fn wrapped(text: &str) -> String {
     out
 }
 
+/// Shortens numbers with more than 24 digits to powers of ten.
+pub fn brief_numbers(text: &str) -> String {
+    if !text.as_bytes().windows(24).any(|window| window.iter().all(|c| c.is_ascii_digit())) {
+        return text.to_string();
+    }
+    let is_part = |c: char| c.is_ascii_digit() || c == '.';
+    let mut out = String::new();
+    let mut rest = text;
+    while let Some(start) = rest.find(|c: char| c.is_ascii_digit()) {
+        let end = rest[start..].find(|c: char| !is_part(c)).map_or(rest.len(), |length| start + length);
+        let number = &rest[start..end];
+        out += &rest[..start];
+        match number.parse::<f64>().ok().filter(|_| number.len() > 24) {
+            Some(x) => out += &format!("{x:e}"),
+            None => out += number,
+        }
+        rest = &rest[end..];
+    }
+    out + rest
+}
+
 /// Draws columns of numbers under heads that wrap, so that many fit the terminal; names stand left.
 pub fn columns(header: &[String], rows: impl Iterator<Item = Vec<String>>) -> String {
     let rows: Vec<Vec<String>> = rows.collect();
@@ -209,6 +230,12 @@ pub fn columns(header: &[String], rows: impl Iterator<Item = Vec<String>>) -> St
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn long_numbers_are_shortened() {
+        assert_eq!(brief_numbers(&format!("a {} m, {}; 12.", 1e300, 5e-324)), "a 1e300 m, 5e-324; 12.");
+        assert_eq!(brief_numbers("0123456789abcdef0123456789"), "0123456789abcdef0123456789");
+    }
 
     #[test]
     fn zero_has_no_sign_and_small_shares_keep_figures() {

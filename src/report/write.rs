@@ -2,9 +2,10 @@
 
 use std::fs;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
+use file_access::{create_exclusive, escape_json};
 use serde::Serialize;
 
 use super::claim::{Claim, make_folder, remove_folders};
@@ -12,11 +13,11 @@ use super::error::ReportError;
 
 /// Formats a document as JSON text with a line end.
 ///
-/// A number that is not finite becomes null.
+/// A number that is not finite becomes null. Hidden characters are escaped, so that the text can be shown in a terminal.
 ///
 /// # Errors  a map's key is no text (an error of the program).
 pub fn to_json<T: Serialize>(document: &T) -> Result<String, ReportError> {
-    Ok(serde_json::to_string_pretty(document)? + "\n")
+    Ok(escape_json(serde_json::to_string_pretty(document)? + "\n"))
 }
 
 /// A result folder.
@@ -48,8 +49,7 @@ impl OutputFolder {
         if near.is_file() {
             return Err(ReportError::target(near, "is a file; name a folder"));
         }
-        let probe = near.join(format!(".jointid-{}", std::process::id()));
-        fs::write(&probe, b"").and_then(|()| fs::remove_file(&probe)).map_err(cannot_write)?;
+        create_exclusive(&near.join("jointid")).and_then(|(_, probe)| fs::remove_file(probe)).map_err(cannot_write)?;
         Ok(OutputFolder { path: path.into(), _claim: None })
     }
 
@@ -81,16 +81,38 @@ impl OutputFolder {
         self.path.join(name)
     }
 
-    /// Writes files that belong together, all or none: each to a temporary name, and all are renamed at the end.
+    /// Writes files that belong together, all or none: each to a temporary name, and all are renamed at the end. A link of a file's name is
+    /// replaced, not followed.
     ///
-    /// # Errors  the disk is full, or writing is not permitted.
+    /// # Errors  the disk is full; writing is not permitted; a name leads out of the folder, also by a link.
     pub fn write_all<N: AsRef<str>, C: AsRef<[u8]>>(&self, files: impl IntoIterator<Item = (N, C)>) -> Result<(), ReportError> {
         let mut batch = Batch::default();
         for (name, content) in files {
-            let target = self.path.join(name.as_ref());
+            let target = self.inside(name.as_ref())?;
             batch.add(&target, content.as_ref()).map_err(ReportError::unwritable(&target))?;
         }
         batch.rename()
+    }
+}
+
+impl OutputFolder {
+    /// Returns the path of a file to write.
+    ///
+    /// # Errors  the name leads out of the folder.
+    fn inside(&self, name: &str) -> Result<PathBuf, ReportError> {
+        let target = self.path.join(name);
+        let parts: Vec<Component<'_>> = Path::new(name).components().collect();
+        if parts.is_empty() || !parts.iter().all(|part| matches!(part, Component::Normal(_))) {
+            return Err(ReportError::target(&target, "leads out of the result folder; name a file inside it"));
+        }
+        let mut folder = self.path.clone();
+        for part in &parts[..parts.len() - 1] {
+            folder.push(part);
+            if folder.is_symlink() {
+                return Err(ReportError::target(&folder, "is a link, and files are written into the result folder only; remove it"));
+            }
+        }
+        Ok(target)
     }
 }
 
@@ -106,16 +128,14 @@ struct Batch {
 impl Batch {
     fn add(&mut self, target: &Path, content: &[u8]) -> std::io::Result<()> {
         self.made.extend(make_folder(target.parent().unwrap_or(Path::new("")))?);
-        let file = target.file_name().map_or_else(|| "result".into(), |f| f.to_string_lossy().into_owned());
-        let temporary = target.with_file_name(format!(".{file}.{}", std::process::id()));
-        self.files.push((temporary.clone(), target.into()));
-        let mut file = fs::File::create(temporary)?;
+        let (mut file, temporary) = create_exclusive(target)?;
+        self.files.push((temporary, target.into()));
         file.write_all(content).and_then(|()| file.sync_all())
     }
 
     fn rename(mut self) -> Result<(), ReportError> {
         // Checks all targets before any file is replaced.
-        if let Some((_, folder)) = self.files.iter().find(|(_, target)| target.is_dir()) {
+        if let Some((_, folder)) = self.files.iter().find(|(_, target)| target.is_dir() && !target.is_symlink()) {
             return Err(ReportError::target(folder, "is a folder, but a file of this name is to be written; remove it"));
         }
         while let Some((temporary, target)) = self.files.first() {

@@ -27,7 +27,7 @@ impl Study {
     ///
     /// # Errors  as [`Study::compare`]; a name is unknown.
     pub fn compare_with(&self, single: Option<&[String]>) -> StudyResult<ComparisonDocument> {
-        let made = self.settings.identification(&self.set)?;
+        let made = self.identification_settings()?;
         let (fit, held_out) = self.set.split(self.fit.as_deref(), &self.hold_out)?;
         let whole = made.frf.is_some();
         let multi = document_rows::names(&self.set, fit.positions(), fit.frfs(), whole);
@@ -105,7 +105,7 @@ impl Study {
         if self.set.modes.is_none() {
             return Err(StudyError::input(&self.set.path, "has no modes, on which objectives are compared; name a set with modes"));
         }
-        let made = IdentificationSettings { frf: None, ..self.settings.identification(&self.set)? };
+        let made = IdentificationSettings { frf: None, ..self.identification_settings()? };
         let (fit, _) = self.set.split(self.fit.as_deref(), &self.hold_out)?;
         let scores = leave_one_out(&self.config.machine, &fit, &made, &OBJECTIVES, &self.control)?;
         let complete = !self.control.stopped();

@@ -30,7 +30,7 @@ pub fn convergence(study: &Study, counts: &[usize]) -> StudyResult<ConvergenceDo
     if machine.shafts.is_empty() {
         return Err(StudyError::input(&study.config.path, "has no [[shaft]] to lump; name a machine that has one"));
     }
-    let requested = study.settings.identification(set)?;
+    let requested = study.identification_settings()?;
     let (fit, held_out) = set.split(study.fit.as_deref(), &study.hold_out)?;
     let fit_positions: Vec<String> = fit.positions().iter().map(|p| set.positions[*p].name.clone()).collect();
     let first = fit.positions().first().map(|p| Operating::at(set.positions[*p].nut_m));

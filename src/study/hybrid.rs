@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use crate::identified::{check_identification, read_identification};
-use crate::{Sources, Study, StudyError, StudyResult};
+use crate::{Study, StudyError, StudyResult};
+use config::{read_machine, read_machine_text};
 use dynamics::motion::{SimulationSettings, contour_error, simulate_record};
 use identification::neural_residual::{Example, NeuralResidual, Trained};
 use machine::{Machine, ParameterValues, Point};
@@ -112,12 +113,12 @@ impl Physics {
     fn read(path: &Path, axis: &Study, overrides: &[String]) -> StudyResult<Self> {
         let (found, input) = read_identification(path)?;
         check_identification(path, &found)?;
-        let described = Study::open(&Sources {
-            config: Some(found.settings.config.clone()),
-            measurements: Some(axis.set.path.clone()),
-            overrides: [&found.stamp.overrides, overrides].concat(),
-            without: found.stamp.without.clone(),
-        })?;
+        let (overrides, without) = ([&found.stamp.overrides, overrides].concat(), &found.stamp.without);
+        let config = match &found.machine {
+            Some(machine) => read_machine_text(&machine.path, &machine.text, &overrides, without)?,
+            None => read_machine(&found.settings.config, &overrides, without)?,
+        };
+        let described = Study::new(config, axis.set.clone());
         let values = described.identified_values(path, &found)?;
         Ok(Physics { machine: described.config.machine, values, input })
     }

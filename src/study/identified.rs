@@ -7,11 +7,14 @@ use std::path::Path;
 use crate::{ObjectiveKind, Settings, Sources, Study, StudyError, StudyResult};
 use config::{read_machine, read_machine_text};
 use dynamics::model::RodModel;
+use file_access::{MOST_DOCUMENT_BYTES, MOST_TEXT_BYTES, ReadFault, read_file, shortened};
 use identification::held_at;
 use machine::{Machine, ParameterValues};
-use measurement::read_set;
+use measurement::read_set_from;
 use report::digest;
 use report::document::{IdentificationDocument, Input, MachineText, Stamp};
+use serde::de::DeserializeOwned;
+use serde_json::Value;
 
 /// Allowance for rounding at the bounds of a range, relative to the bound of larger magnitude (1).
 const ROUNDING: f64 = 1e-9;
@@ -22,16 +25,33 @@ const LUMPS: RangeInclusive<usize> = 1..=500;
 ///
 /// # Errors  the file cannot be read, or is no result of an identification.
 pub fn read_identification(path: &Path) -> StudyResult<(IdentificationDocument, Input)> {
-    let fault = |e: std::io::Error| match e.kind() {
-        std::io::ErrorKind::NotFound => "there is no such file; run identify with an output folder first".to_string(),
-        _ if path.is_dir() => "is a folder; name the identification.json in it".into(),
-        _ => e.to_string(),
+    let fault = |fault: ReadFault| match fault {
+        ReadFault::Folder => "is a folder; name the identification.json in it".to_string(),
+        fault if fault.is_missing() => format!("{fault}; run identify with an output folder first"),
+        fault => fault.to_string(),
     };
-    let bytes = std::fs::read(path).map_err(|e| StudyError::input(path.display(), fault(e)))?;
-    let document = serde_json::from_slice(&bytes);
-    let document = document
-        .map_err(|e| StudyError::Impossible(format!("{}, line {}: is not a result of `identify`: {e}", path.display(), e.line())))?;
+    let bytes = read_file(path, MOST_DOCUMENT_BYTES).map_err(|e| StudyError::input(path.display(), fault(e)))?;
+    let document = result_document(path, &bytes, "identification")?;
     Ok((document, Input { path: path.display().to_string(), sha256: digest(&bytes) }))
+}
+
+/// Parses a result document of a kind, such as `identification`. A message quotes nothing of a file that is none.
+///
+/// # Errors  the file is no JSON, a document of another kind, or one that lacks keys.
+pub(crate) fn result_document<T: DeserializeOwned>(path: &Path, bytes: &[u8], kind: &str) -> StudyResult<T> {
+    let fault = |text: String| StudyError::input(path.display(), text);
+    let value: Value = serde_json::from_slice(bytes)
+        .map_err(|e| StudyError::Impossible(format!("{}, line {}: is not a result document: no valid JSON", path.display(), e.line())))?;
+    let expected = format!("jointid/{kind}/1");
+    match value.get("schema").and_then(Value::as_str) {
+        Some(schema) if schema == expected => {}
+        Some(schema) if schema.starts_with("jointid/") => {
+            let schema = shortened(schema, 60);
+            return Err(fault(format!("is a {schema}, not a {expected}; name one of this kind, or make it again with this version")));
+        }
+        _ => return Err(fault(format!("is not a result document: `schema` is not {expected}"))),
+    }
+    serde_json::from_value(value).map_err(|e| fault(format!("is no {expected}: {}", shortened(&e.to_string(), 200))))
 }
 
 /// Checks the schema of an identification, its number of lumps, and that every value lies in its range.
@@ -79,7 +99,9 @@ impl Study {
     ) -> StudyResult<(Self, IdentificationDocument, Input)> {
         let (document, input) = read_identification(path)?;
         check_identification(path, &document)?;
-        let study = Study::of_identification(&document, measurements, overrides, without)?;
+        let measurements = measurements.map(String::from);
+        let sources = Sources { measurements, overrides: overrides.to_vec(), without: without.to_vec(), ..Sources::default() };
+        let study = Study::of_identification(&document, &sources)?;
         Ok((study, document, input))
     }
 
@@ -89,45 +111,41 @@ impl Study {
     pub fn open_with_result(sources: &Sources, path: &Path) -> StudyResult<(Self, IdentificationDocument, Input)> {
         let (document, input) = read_identification(path)?;
         check_identification(path, &document)?;
-        let measurements = sources.measurements.as_deref();
         let study = match &sources.config {
-            None => Study::of_identification(&document, measurements, &sources.overrides, &sources.without)?,
+            None => Study::of_identification(&document, sources)?,
             Some(config) => {
-                let measurements = measurements.unwrap_or(&document.settings.measurements);
-                Study::reopened((None, config), measurements, &document.stamp, (&sources.overrides, &sources.without))?
+                let measurements = sources.measurements.as_ref().unwrap_or(&document.settings.measurements);
+                Study::reopened((None, config), measurements, &document.stamp, sources)?
             }
         };
         Ok((study, document, input))
     }
 
-    /// Reopens machine and measurements of an identification, with its split and settings.
+    /// Reopens machine and measurements of an identification, with its split and settings; a set that the sources name replaces its own.
     ///
     /// # Errors  its machine or its measurement set cannot be read.
-    pub(crate) fn of_identification(
-        document: &IdentificationDocument,
-        measurements: Option<&str>,
-        overrides: &[String],
-        without: &[String],
-    ) -> StudyResult<Self> {
+    pub(crate) fn of_identification(document: &IdentificationDocument, sources: &Sources) -> StudyResult<Self> {
         let settings = &document.settings;
-        let measurements = measurements.unwrap_or(&settings.measurements);
-        let study = Study::reopened((document.machine.as_ref(), &settings.config), measurements, &document.stamp, (overrides, without))?;
+        let measurements = sources.measurements.as_ref().unwrap_or(&settings.measurements);
+        let study = Study::reopened((document.machine.as_ref(), &settings.config), measurements, &document.stamp, sources)?;
         Ok(Study { fit: settings.positions.clone(), hold_out: settings.hold_out.clone(), settings: settings_of(document), ..study })
     }
 
-    /// Reads the machine that a document embeds, else that of its path, and a measurement set; with the overrides of its stamp and further ones.
+    /// Reads the machine that a document embeds, else that of its path, and a measurement set; with the overrides of its stamp and those of the
+    /// sources.
     pub(crate) fn reopened(
         (embedded, config): (Option<&MachineText>, &str),
         measurements: &str,
         stamp: &Stamp,
-        (overrides, without): (&[String], &[String]),
+        sources: &Sources,
     ) -> StudyResult<Self> {
-        let (overrides, without) = ([&stamp.overrides[..], overrides].concat(), [&stamp.without[..], without].concat());
+        let overrides = [&stamp.overrides[..], &sources.overrides].concat();
+        let without = [&stamp.without[..], &sources.without].concat();
         let config = match embedded {
             Some(machine) => read_machine_text(&machine.path, &machine.text, &overrides, &without)?,
             None => read_machine(config, &overrides, &without)?,
         };
-        Ok(Study { overrides, without, ..Study::new(config, read_set(measurements)?) })
+        Ok(Study { overrides, without, ..Study::new(config, read_set_from(measurements, sources.allow_outside)?) })
     }
 
     /// Builds the machine as identified, with tolerances held at their estimates. Returns it with the values of its parameters, in its order; those
@@ -159,7 +177,7 @@ impl Study {
     /// Returns a warning where the machine's file has changed since the result that embeds its description.
     pub(crate) fn outdated_machine(&self) -> Option<String> {
         let path = &self.config.path;
-        let now = std::fs::read(path).ok()?;
+        let now = read_file(Path::new(path), MOST_TEXT_BYTES).ok()?;
         (digest(&now) != digest(self.config.text.as_bytes()))
             .then(|| format!("{path} has changed since the result was written; the machine is that of the result"))
     }

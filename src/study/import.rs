@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use crate::{StudyError, StudyResult};
+use file_access::{MOST_TABLE_BYTES, read_text};
 use measurement::import::{ImportedFrf, Placement, frf_from_csv, frfs_from_universal, is_of_frf, set_files};
 use measurement::universal::{
     Abscissa, ByteOrder, Encoding, FileHeader, NodeLocation, RecordAxis, Units, UniversalRecord, UniversalWriter, Warning, data_type,
@@ -79,7 +80,7 @@ pub fn import(request: &ImportRequest) -> StudyResult<ImportedSet> {
         let source = path.display().to_string();
         let stem = path.file_stem().map_or_else(|| "frf".into(), |s| s.to_string_lossy().into_owned());
         if is_table(path) {
-            let text = std::fs::read_to_string(path).map_err(|e| unreadable(path, &e))?;
+            let text = read_text(path, MOST_TABLE_BYTES).map_err(|e| unreadable(path, &e.into()))?;
             frfs.push(frf_from_csv(&source, &stem, &text, request.quantity).map_err(StudyError::impossible)?);
         } else {
             let file = read_path_where(path, is_of_frf).map_err(|e| StudyError::input(&source, e.to_string()))?;

@@ -13,6 +13,7 @@ mod hybrid;
 mod identified;
 mod identify;
 mod import;
+mod modal_density;
 mod motion_records;
 mod page;
 mod peaks;
@@ -38,7 +39,7 @@ pub use import::{ExportedSet, FileContents, ImportRequest, ImportedSet, export, 
 pub use machine::contact::StribeckNoise;
 pub use measurement::{DriveEffort, FrfArrays, MeasurementSet, MotionArrays, Quantity, SetArrays};
 pub use optimizer::{Control, Progress, Watcher};
-pub use page::page;
+pub use page::{page, page_from};
 pub use peaks::{Peaks, PeaksRequest, peaks};
 pub use plan::{PlanRequest, PlannedData};
 pub use settings::{ObjectiveKind, Settings};
@@ -50,6 +51,13 @@ pub use validate::ValidationRequest;
 /// # Errors  a file is missing or unreadable, a key is unknown or missing, a cell is not a number, there is no observation.
 pub fn read_set(folder: &str) -> StudyResult<MeasurementSet> {
     Ok(measurement::read_set(folder)?)
+}
+
+/// As [`read_set`]; with `allow_outside` the files that the manifest names may lie outside the folder.
+///
+/// # Errors  as [`read_set`].
+pub fn read_set_from(folder: &str, allow_outside: bool) -> StudyResult<MeasurementSet> {
+    Ok(measurement::read_set_from(folder, allow_outside)?)
 }
 
 /// Reads the description of a machine; the descriptions in `configs` are built in.

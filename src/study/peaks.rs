@@ -10,6 +10,7 @@ use measurement::modal::{AmplitudeKind, CurveFit, CurveOptions, FrfCurve, ModalF
 use measurement::{Frf, FrfLine, MeasurementSet};
 use numeric::parallel::OrFirstError;
 use numeric::unit::omega_rad_s;
+use report::csv_cell;
 use report::document::{EvidenceRow, PeakFitRow, PeakModeRow, PeakRow, PeaksDocument};
 
 /// Settings of the extraction of peaks.
@@ -210,7 +211,7 @@ fn names(set: &MeasurementSet) -> Vec<String> {
 fn modes_csv(set: &MeasurementSet, named: &[NamedFrf<'_>], document: &PeaksDocument) -> String {
     let mut text = String::from("position,order,frequency_hz,amplitude\n");
     for n in named.iter().filter(|n| n.frf.position.is_some()) {
-        let position = n.frf.position.map_or("", |p| set.positions[p].name.as_str());
+        let position = csv_cell(n.frf.position.map_or("", |p| set.positions[p].name.as_str()));
         for mode in document.modes.iter().filter(|m| m.regular) {
             if let Some(peak) = mode.records.get(&n.name) {
                 let _ = writeln!(text, "{position},{},{},{:e}", mode.order, peak.frequency_hz, peak.amplitude);

@@ -79,6 +79,7 @@ impl Study {
             values = self.identified_values(Path::new(name), identified)?;
             inputs.extend(file.clone());
         }
+        self.check_measured_band()?;
         let frfs = request.data.map_or(!self.set.frfs.is_empty(), |d| d == PlannedData::Frf);
         let channels = self.channels(request)?;
         let design =

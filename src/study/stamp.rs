@@ -4,6 +4,7 @@ use std::path::Path;
 
 use crate::{Study, StudyError, StudyResult};
 use config::MachineConfig;
+use file_access::{MOST_DOCUMENT_BYTES, read_file};
 use measurement::{MeasurementSet, SourceFile};
 use report::digest;
 use report::document::{Input, MachineText, Stamp};
@@ -29,6 +30,11 @@ impl Study {
     /// Returns the warnings about machine and measurements as read.
     pub fn input_warnings(&self) -> Vec<String> {
         self.set.warnings.iter().chain(&self.config.warnings).cloned().collect()
+    }
+
+    /// Returns the warnings about implausible numbers of the machine.
+    pub fn implausible_numbers(&self) -> &[String] {
+        &self.config.implausible
     }
 
     /// Builds the stamp of a document on machine and measurements. Its warnings are those of the inputs, then the given ones.
@@ -76,6 +82,6 @@ pub(crate) fn stamp_files(schema: &str, inputs: Vec<Input>, warnings: Vec<String
 
 /// Describes a result document as an input of another.
 pub(crate) fn document_input(path: &Path) -> StudyResult<Input> {
-    let bytes = std::fs::read(path).map_err(|e| StudyError::input(path.display(), e.to_string()))?;
+    let bytes = read_file(path, MOST_DOCUMENT_BYTES).map_err(|e| StudyError::input(path.display(), e.to_string()))?;
     Ok(Input { path: path.display().to_string(), sha256: digest(&bytes) })
 }

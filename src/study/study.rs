@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::{Settings, StudyError, StudyResult};
 use config::{MachineConfig, read_machine, read_machine_text};
 use machine::Machine;
-use measurement::{MeasurementSet, read_set};
+use measurement::{MeasurementSet, read_set_from};
 use optimizer::{Control, Journal};
 
 /// Where machine and measurements come from. The default is the published bench, which is built in.
@@ -20,6 +20,8 @@ pub struct Sources {
     pub overrides: Vec<String>,
     /// Effects to take out of the description.
     pub without: Vec<String>,
+    /// Whether the files that the manifest of the measurement set names may lie outside its folder.
+    pub allow_outside: bool,
 }
 
 /// A machine with its measurements, what is fitted, and how.
@@ -73,7 +75,7 @@ impl Study {
             .clone()
             .or_else(|| named_set(&config))
             .ok_or_else(|| StudyError::input(&config.path, "names no measurement set; name the folder of one with measurements"))?;
-        Study::of(sources, config, read_set(&measurements)?)
+        Study::of(sources, config, read_set_from(&measurements, sources.allow_outside)?)
     }
 
     /// As [`Study::open`], for work that needs a machine and at most the positions of its set: a machine without a set is accepted.
@@ -82,7 +84,7 @@ impl Study {
     pub fn open_machine(sources: &Sources) -> StudyResult<Self> {
         let config = described(sources)?;
         let set = match sources.measurements.clone().or_else(|| named_set(&config)) {
-            Some(measurements) => read_set(&measurements)?,
+            Some(measurements) => read_set_from(&measurements, sources.allow_outside)?,
             None => MeasurementSet::none(),
         };
         Study::of(sources, config, set)
@@ -151,7 +153,8 @@ impl Study {
     /// # Errors  the file exists and cannot be read.
     pub fn resumable(self, path: &Path, work: &str) -> StudyResult<Self> {
         let journal = Journal::open(path, &self.key(work));
-        let journal = journal.map_err(|e| StudyError::input(path.display(), format!("cannot be read: {e}; remove it")))?;
+        let journal = journal
+            .map_err(|e| StudyError::input(path.display(), format!("the journal of finished work cannot be read: {e}; remove it")))?;
         let control = self.control.clone().with_journal(Some(Arc::new(journal)));
         Ok(self.with_control(control))
     }
@@ -168,6 +171,11 @@ impl Study {
     /// Returns the machine as described.
     pub fn machine(&self) -> &Machine {
         &self.config.machine
+    }
+
+    /// Returns title and file of the machine.
+    pub fn machine_source(&self) -> (&str, &str) {
+        (&self.config.machine.title, &self.config.path)
     }
 
     /// Returns the measurement set.

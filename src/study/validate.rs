@@ -57,6 +57,7 @@ impl Study {
         request: &ValidationRequest,
         mut warnings: Vec<String>,
     ) -> StudyResult<ValidationDocument> {
+        self.check_measured_band()?;
         let settings = &identified.settings;
         let (machine, values) = self.identified_machine(Path::new(&request.name()), identified)?;
         let (machine, values) = (&machine, &values);

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use file_access::{MOST_DOCUMENT_BYTES, MOST_TABLE_BYTES, read_file, read_text};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -153,9 +154,9 @@ fn broken(path: &Path, fault: impl Into<String>) -> WithheldError {
 }
 
 fn read(path: &Path, why: &str) -> Result<String, WithheldError> {
-    fs::read_to_string(path).map_err(|e| match e.kind() {
-        std::io::ErrorKind::NotFound => broken(path, format!("is missing, and {why}")),
-        _ => broken(path, e.to_string()),
+    read_text(path, MOST_DOCUMENT_BYTES).map_err(|fault| match fault.is_missing() {
+        true => broken(path, format!("is missing, and {why}")),
+        false => broken(path, fault.to_string()),
     })
 }
 
@@ -171,7 +172,10 @@ pub fn files_of(folder: &Path) -> Result<Vec<Input>, WithheldError> {
             } else {
                 let inside = path.strip_prefix(root).unwrap_or(&path);
                 let name: Vec<String> = inside.components().map(|c| c.as_os_str().to_string_lossy().into_owned()).collect();
-                found.push(Input { path: name.join("/"), sha256: digest(&fs::read(&path)?) });
+                found.push(Input {
+                    path: name.join("/"),
+                    sha256: digest(&read_file(&path, MOST_TABLE_BYTES).map_err(std::io::Error::other)?),
+                });
             }
         }
         Ok(())

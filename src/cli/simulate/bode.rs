@@ -66,7 +66,7 @@ pub fn run(given: &BodeArguments) -> CommandResult {
     let found = bode(&study, &request);
     progress.end();
     let document = found.map_err(shown)?;
-    warn_of_result(&given.output, &study, &document.stamp);
+    warn_of_result(&given.output, &document.stamp);
     deliver(&given.output, folder.as_ref(), "bode.json", &document, &bode_text(&document))?;
     Ok(outcome(&document.stamp))
 }

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use super::operating::{LoadArguments, warn_of_result};
 use crate::arguments::{OutputArguments, QuantityName, Sources};
 use crate::message::shown;
-use crate::outcome::{CommandResult, deliver, prepare};
+use crate::outcome::{CommandResult, deliver, prepare, used};
+use crate::terminal;
 use report::frfs_csv;
 use study::simulation::{FrfRequest, Place, frf, identified_frf};
 
@@ -79,7 +80,10 @@ pub fn run(given: &FrfArguments) -> CommandResult {
         Some((path, document, input)) => identified_frf(&study, path, (document, input), &request),
     };
     let document = document.map_err(shown)?;
-    warn_of_result(&given.output, &study, &document.stamp);
+    if let Some(path) = given.result.as_ref().filter(|_| !given.output.json && !given.output.quiet) {
+        terminal::say(&used(&study, path));
+    }
+    warn_of_result(&given.output, &document.stamp);
     let positions = || study.measurements().positions.iter().map(|p| p.name.clone()).collect();
     let order = given.position.clone().unwrap_or_else(positions);
     deliver(&given.output, folder.as_ref(), "frf.json", &document, &frfs_csv(&document, &order))

@@ -66,7 +66,7 @@ pub fn run(given: &GainArguments) -> CommandResult {
         place: nut_place(given.nut_m),
     };
     let document = gain(&study, &request).map_err(shown)?;
-    warn_of_result(&given.output, &study, &document.stamp);
+    warn_of_result(&given.output, &document.stamp);
     deliver(&given.output, folder.as_ref(), "gain.json", &document, &gain_text(&document))?;
     Ok(outcome(&document.stamp))
 }

@@ -38,7 +38,7 @@ pub fn run(given: &MatricesArguments) -> CommandResult {
         condense: given.condense,
     };
     let document = matrices(&study, &request).map_err(shown)?;
-    warn_of_result(&given.output, &study, &document.stamp);
+    warn_of_result(&given.output, &document.stamp);
     let text = matrices_text(&document, &study.machine().title);
     deliver(&given.output, folder.as_ref(), "matrices.json", &document, &text)
 }

@@ -40,6 +40,6 @@ pub fn run(given: &ModesArguments) -> CommandResult {
         rods: given.rods.represent(),
     };
     let document = modes(&study, &request).map_err(shown)?;
-    warn_of_result(&given.output, &study, &document.stamp);
+    warn_of_result(&given.output, &document.stamp);
     deliver(&given.output, folder.as_ref(), "modes.json", &document, &modes_text(&document, &study.machine().title))
 }

@@ -4,6 +4,7 @@ use super::operating::{nut_place, outcome, stoppable, warn_of_result};
 use crate::arguments::{OutputArguments, Sources};
 use crate::message::{shown, to_message};
 use crate::outcome::{CommandResult, prepare, print_out, write_announced};
+use crate::terminal;
 use report::{motion_csv, motion_summary, to_json};
 use study::simulation::{MotionRequest, Reference, TravelProfile, motion};
 
@@ -89,14 +90,14 @@ pub fn run(given: &MotionArguments) -> CommandResult {
     let request =
         MotionRequest { reference: given.command(), place: nut_place(given.nut_m), lumps: usize::from(given.lumps), step_s: given.step_s };
     let document = motion(&study, &request).map_err(shown)?;
-    warn_of_result(&given.output, &study, &document.stamp);
+    warn_of_result(&given.output, &document.stamp);
     let (csv, json) = (motion_csv(&document), to_json(&document).map_err(to_message)?);
     if let Some(folder) = &folder {
         write_announced(&given.output, folder, &[("motion.json", &json), ("motion.csv", &csv)])?;
     }
     print_out(if given.output.json { &json } else { &csv })?;
     if !given.output.json && !given.output.quiet {
-        eprint!("{}", motion_summary(&document));
+        terminal::say(&motion_summary(&document));
     }
     Ok(outcome(&document.stamp))
 }

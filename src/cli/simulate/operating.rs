@@ -38,9 +38,9 @@ pub fn stoppable(study: Study) -> Study {
     study.with_control(Control::new(stop_flag(), None))
 }
 
-/// Prints the warnings of a simulation, without those about its inputs.
-pub fn warn_of_result(output: &OutputArguments, study: &Study, stamp: &Stamp) {
-    warn(output, stamp.warnings.get(study.input_warnings().len()..).unwrap_or_default());
+/// Prints the warnings of a simulation.
+pub fn warn_of_result(output: &OutputArguments, stamp: &Stamp) {
+    warn(output, &stamp.warnings);
 }
 
 /// Returns the outcome of a simulation that may have been stopped.

@@ -50,7 +50,7 @@ pub fn run(given: &SensitivityArguments) -> CommandResult {
         load: given.load.load(),
     };
     let document = sensitivity(&study, &request).map_err(shown)?;
-    warn_of_result(&given.output, &study, &document.stamp);
+    warn_of_result(&given.output, &document.stamp);
     let text = sensitivity_text(&document, &study.machine().title);
     deliver(&given.output, folder.as_ref(), "sensitivity.json", &document, &text)
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::message::shown;
-use crate::outcome::{CommandResult, Outcome};
+use crate::outcome::{CommandResult, Outcome, print_out};
 use study::simulation::{MissingEffect, ServoMachineRequest, write_servo_machine};
 
 /// Effects that the machine has and the model of `configs/hybrid-axis.toml` lacks.
@@ -56,7 +56,7 @@ pub fn run(given: &MachineArguments) -> CommandResult {
     };
     let request = ServoMachineRequest { out: given.out.clone(), effects, seed: given.seed };
     let sets = write_servo_machine(&request).map_err(shown)?;
-    println!("{}: F1000 … F6000, sines of 0.1 m", sets.sines.display());
-    println!("{}: circle-60 … circle-120 of two axes, radius 0.05 m", sets.circles.display());
+    let (sines, circles) = (sets.sines.display(), sets.circles.display());
+    print_out(&format!("{sines}: F1000 … F6000, sines of 0.1 m\n{circles}: circle-60 … circle-120 of two axes, radius 0.05 m\n"))?;
     Ok(Outcome::Done)
 }

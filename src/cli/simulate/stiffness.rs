@@ -82,7 +82,7 @@ pub fn run(given: &StiffnessArguments) -> CommandResult {
         orders: usize::from(given.orders),
     };
     let document = stiffness(&study, &request).map_err(shown)?;
-    warn_of_result(&given.output, &study, &document.stamp);
+    warn_of_result(&given.output, &document.stamp);
     let text = sweep_text(&document, &study.machine().title);
     deliver(&given.output, folder.as_ref(), "stiffness.json", &document, &text)
 }

@@ -11,6 +11,7 @@ use crate::long_work::{on_threads, stop_flag};
 use crate::message::{shown, to_message};
 use crate::outcome::{CommandResult, Outcome, deliver, prepare, print_out, warn};
 use crate::progress::WorkProgress;
+use crate::terminal;
 use report::to_json;
 use study::blind_check::{Arm, BlindCheck, BlindCheckRequest, CaseOrigin, Seal, WithheldDocument, withheld_text};
 use study::{Control, StudyResult};
@@ -26,13 +27,13 @@ pub fn run(given: &WithheldArguments) -> CommandResult {
     let stop = stop_flag();
     let seal = on_threads(given.jobs, || with_progress(given, &stop, |control| check.seal(control)))?.map_err(shown)?;
     let Some(seal) = seal else {
-        eprintln!("stopped before all cases were made; the same command resumes from there if it has an --out");
+        terminal::say("stopped before all cases were made; the same command resumes from there if it has an --out\n");
         return Ok(Outcome::Stopped);
     };
     // Printed before anything is scored; to stderr where stdout is for the document.
     match (given.output.json, given.output.quiet) {
         (false, _) => print_out(&seal.summary_text())?,
-        (true, false) => eprint!("{}", seal.summary_text()),
+        (true, false) => terminal::say(&seal.summary_text()),
         (true, true) => {}
     }
     if given.cases_only {

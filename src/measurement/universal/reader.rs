@@ -5,6 +5,8 @@ use std::io::{Read, Seek};
 use std::path::Path;
 use std::sync::Arc;
 
+use file_access::{MOST_STREAM_BYTES, open_file};
+
 use super::abscissa::Abscissa;
 use super::ascii;
 use super::binary;
@@ -73,7 +75,7 @@ impl UniversalReader<File> {
     /// Opens a file.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, UniversalError> {
         let path = path.as_ref();
-        let file = File::open(path).map_err(UniversalError::io(&path.display().to_string()))?;
+        let file = open_file(path, MOST_STREAM_BYTES).map_err(|fault| UniversalError::io(&path.display().to_string())(fault.into()))?;
         Self::new(file)
     }
 }

@@ -22,6 +22,7 @@ pub fn closed_share(folder: &Path, case: &str, of: &DiagnosisAnswer) -> StudyRes
         measurements: Some(path(QUIET)),
         overrides: of.overrides.clone(),
         without: of.without.clone(),
+        ..Sources::default()
     })?;
     let noisy = read_set(&path(CASES))?;
     let made = |quiet: &MotionRecord| -> StudyResult<MotionSignal> {

@@ -1,10 +1,11 @@
 //! Diagnoses every case with the public command, as a separate process that receives only the case's folder.
 
-use std::fs::{self, File};
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use file_access::{MOST_DOCUMENT_BYTES, MOST_TABLE_BYTES, create_exclusive, read_file, read_text};
 use rayon::prelude::*;
 use serde_json::Value;
 
@@ -55,8 +56,11 @@ pub fn diagnose_cases(
     request: &BlindCheckRequest,
     control: &Control,
 ) -> StudyResult<CaseAnswers> {
-    let bytes = fs::read(program).map_err(|e| StudyError::input(program.display(), e.to_string()))?;
+    let bytes = read_file(program, MOST_TABLE_BYTES).map_err(|e| StudyError::input(program.display(), e.to_string()))?;
     let kept = folder.join(place).join("diagnoses");
+    if kept.is_symlink() {
+        return Err(StudyError::input(kept.display(), "is a link; remove it"));
+    }
     fs::create_dir_all(&kept).map_err(|e| StudyError::input(kept.display(), e.to_string()))?;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let jobs = request.jobs.unwrap_or(cores);
@@ -72,7 +76,8 @@ pub fn diagnose_cases(
         limit: Duration::from_secs(request.time_limit_s),
     };
     let step = control.steps("diagnose", seal.cases.len());
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().map_err(StudyError::impossible)?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build();
+    let pool = pool.map_err(|e| StudyError::impossible(format!("{jobs} threads cannot be started ({e}); ask for fewer jobs")))?;
     let answers = pool.install(|| {
         let ask = |case: &SealedCase| -> StudyResult<Option<(String, Answer)>> {
             let answer = runner.answer(case, control)?;
@@ -117,7 +122,7 @@ impl DiagnosisRunner<'_> {
 
     /// Returns a stored run of this program on this case that ended by itself.
     fn stored(&self, case: &SealedCase) -> Option<Run> {
-        let text = fs::read_to_string(self.kept.join(format!("{}.json", case.name))).ok()?;
+        let text = read_text(&self.kept.join(format!("{}.json", case.name)), MOST_DOCUMENT_BYTES).ok()?;
         let run: Run = serde_json::from_str(&text).ok()?;
         let same = run.schema == Run::SCHEMA
             && run.program_sha256 == self.program_sha256
@@ -133,16 +138,19 @@ impl DiagnosisRunner<'_> {
             return Ok(None);
         }
         // Pipes that are not read fill up and block; files do not.
-        let [printed, errors] = ["out", "err"].map(|end| self.kept.join(format!(".{}.{}.{end}", case.name, std::process::id())));
-        let file = |path: &Path| File::create(path).map_err(|e| StudyError::input(path.display(), e.to_string()));
+        let file = |end: &str| {
+            let path = self.kept.join(format!("{}.{end}", case.name));
+            create_exclusive(&path).map_err(|e| StudyError::input(path.display(), e.to_string()))
+        };
+        let ((stdout, printed), (stderr, errors)) = (file("out")?, file("err")?);
         let begun = Instant::now();
         let mut child = Command::new(self.program)
             .args(self.arguments(case))
             .current_dir(&self.cases)
             .env("RAYON_NUM_THREADS", self.threads_each.to_string())
             .stdin(Stdio::null())
-            .stdout(file(&printed)?)
-            .stderr(file(&errors)?)
+            .stdout(stdout)
+            .stderr(stderr)
             .spawn()
             .map_err(|e| StudyError::input(self.program.display(), format!("cannot be started: {e}")))?;
         let ended = self.wait(&mut child, begun, control)?;

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use file_access::{MOST_DOCUMENT_BYTES, read_text};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -54,7 +55,10 @@ pub fn make_cases(folder: &Path, generator: &Generator, control: &Control) -> St
     let aside = folder.join("cases.partial");
     let whose = to_json(generator)?;
     let stated = aside.join("generator.json");
-    if fs::read_to_string(&stated).is_ok_and(|text| text != whose) {
+    if let Some(link) = [aside.clone(), folder.join(CASES), folder.join(QUIET)].iter().find(|path| path.is_symlink()) {
+        return Err(StudyError::input(link.display(), "is a link; remove it"));
+    }
+    if read_text(&stated, MOST_DOCUMENT_BYTES).is_ok_and(|text| text != whose) {
         fs::remove_dir_all(&aside).map_err(|e| StudyError::input(aside.display(), e.to_string()))?;
     }
     let out = OutputFolder::prepare(&aside)?;
@@ -101,7 +105,7 @@ pub fn make_cases(folder: &Path, generator: &Generator, control: &Control) -> St
 /// Makes one case of the plan, and its second measurement if it has one.
 fn one(out: &OutputFolder, aside: &Path, generator: &Generator, plan: &CasePlan, index: usize) -> StudyResult<Made> {
     let kept = format!("made/{index}.json");
-    if let Some(made) = fs::read_to_string(aside.join(&kept)).ok().and_then(|text| serde_json::from_str(&text).ok()) {
+    if let Some(made) = read_text(&aside.join(&kept), MOST_DOCUMENT_BYTES).ok().and_then(|text| serde_json::from_str(&text).ok()) {
         return Ok(made);
     }
     let mut folders = Vec::new();

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use file_access::{MOST_DOCUMENT_BYTES, read_text};
 use num_complex::Complex64;
 
 use super::DiagnosisRequest;
@@ -26,7 +27,7 @@ const BANDS: usize = 12;
 impl Study {
     /// As [`Study::diagnose`], on FRFs or modes.
     pub(super) fn diagnose_responses(&self, request: &DiagnosisRequest) -> StudyResult<document::DiagnosisDocument> {
-        let made = self.settings.identification(&self.set)?;
+        let made = self.identification_settings()?;
         let (fit, held_out) = self.set.split(self.fit.as_deref(), &self.hold_out)?;
         let machine = &self.config.machine;
         let whole = made.frf.is_some();
@@ -48,7 +49,7 @@ impl Study {
         }
         let fitter = fitter(&fit, domain, &made.frozen, &ablated);
         let cache = self.cache_file(request, &effects);
-        let null = cache.as_ref().and_then(|(folder, file)| found_in(&std::fs::read_to_string(folder.join(file)).ok()?, file));
+        let null = cache.as_ref().and_then(|(folder, file)| found_in(&read_text(&folder.join(file), MOST_DOCUMENT_BYTES).ok()?, file));
         let cached = null.is_some();
         let settings = DiagnosisSettings { seed: made.seed, draws: request.nulls, null };
         let found = diagnose(machine, &effects, &fitter, &held_out, &settings, &self.control)?;

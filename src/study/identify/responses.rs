@@ -8,7 +8,7 @@ use report::document::{IdentificationDocument, RepeatRow};
 impl Study {
     /// As [`Study::identify`], from FRFs or modes.
     pub(super) fn identify_from_responses(&self) -> StudyResult<IdentificationDocument> {
-        let made = self.settings.identification(&self.set)?;
+        let made = self.identification_settings()?;
         let (fit, held_out) = self.set.split(self.fit.as_deref(), &self.hold_out)?;
         let (machine, control) = (&self.config.machine, &self.control);
         let mut found = identify(machine, &fit, &held_out, &made, control)?;

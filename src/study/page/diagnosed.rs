@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::curves::{CurveModel, Overlay};
 use super::inputs::unchanged;
-use crate::{Study, StudyError, StudyResult};
+use crate::{Sources, Study, StudyError, StudyResult};
 use dynamics::model::RodModel;
 use machine::Machine;
 use report::diagnosis::DiagnosisDocument;
@@ -13,8 +13,8 @@ use report::page::Page;
 /// Draws the machine as described and as chosen, each at its fit, over the measurements.
 ///
 /// # Errors  an input has changed since the diagnosis; the document has no parameter values.
-pub(super) fn draw(of: &DiagnosisDocument, page: &mut Page) -> StudyResult<()> {
-    let study = Study::reopened((of.machine.as_ref(), &of.config), &of.measurements, &of.stamp, (&[], &[]));
+pub(super) fn draw(of: &DiagnosisDocument, sources: &Sources, page: &mut Page) -> StudyResult<()> {
+    let study = Study::reopened((of.machine.as_ref(), &of.config), &of.measurements, &of.stamp, sources);
     let study = unchanged(study, &of.stamp, ("diagnosis", "diagnose"))?;
     page.notes.extend(study.outdated_machine().filter(|note| !page.notes.contains(note)));
     if of.domain == "motion" {

@@ -11,9 +11,10 @@ use serde::de::DeserializeOwned;
 
 use self::curves::{CurveModel, Overlay};
 use self::inputs::unchanged;
-use crate::identified::check_identification;
-use crate::{Study, StudyError, StudyResult};
-use measurement::read_set;
+use crate::identified::{check_identification, result_document};
+use crate::{Sources, Study, StudyError, StudyResult};
+use file_access::{MOST_DOCUMENT_BYTES, read_file};
+use measurement::read_set_from;
 use report::digest;
 use report::document::IdentificationDocument;
 use report::page::Page;
@@ -22,6 +23,13 @@ use report::page::Page;
 ///
 /// # Errors  there is no such folder; it holds no result document, or one that cannot be read.
 pub fn page(folder: &Path) -> StudyResult<Page> {
+    page_from(folder, &Sources::default())
+}
+
+/// As [`page`]; measurements are read as the sources allow.
+///
+/// # Errors  as [`page`].
+pub fn page_from(folder: &Path, sources: &Sources) -> StudyResult<Page> {
     if !folder.is_dir() {
         let fault = if folder.exists() { "is not a folder; name a folder that holds result documents" } else { "there is no such folder" };
         return Err(StudyError::input(folder.display(), fault));
@@ -48,19 +56,19 @@ pub fn page(folder: &Path) -> StudyResult<Page> {
     let name = folder.canonicalize().ok().and_then(|f| Some(f.file_name()?.to_string_lossy().into_owned()));
     page.title = name.unwrap_or_else(|| folder.display().to_string());
     if let Some(identified) = page.identification.take() {
-        if let Err(fault) = draw_identified(folder, &identified, &mut page) {
+        if let Err(fault) = draw_identified(folder, &identified, sources, &mut page) {
             page.notes.push(format!("FRFs, positions and mode shapes are not drawn: {fault}"));
         }
         page.identification = Some(identified);
     } else if let Some(peaks) = &page.peaks {
         // The nut positions are in the manifest of the set that the peaks come from.
         let manifest = peaks.stamp.inputs.iter().find_map(|i| i.path.strip_suffix("manifest.toml"));
-        if let Some(Ok(set)) = manifest.map(read_set) {
+        if let Some(Ok(set)) = manifest.map(|folder| read_set_from(folder, sources.allow_outside)) {
             page.nut_m = set.positions.iter().filter_map(|p| Some((p.name.clone(), p.nut_m?))).collect();
         }
     }
     if let Some(of) = page.diagnosis.take() {
-        if let Err(fault) = diagnosed::draw(&of, &mut page) {
+        if let Err(fault) = diagnosed::draw(&of, sources, &mut page) {
             page.notes.push(format!("the diagnosis is not drawn over its FRFs: {fault}"));
         }
         page.diagnosis = Some(of);
@@ -71,30 +79,23 @@ pub fn page(folder: &Path) -> StudyResult<Page> {
 /// Reads a document of the folder; `None` where it does not exist.
 fn read<T: DeserializeOwned>(folder: &Path, name: &str, files: &mut Vec<(String, String)>) -> StudyResult<Option<T>> {
     let path = folder.join(name);
-    let fault = |text: String| StudyError::input(path.display(), text);
-    let bytes = match std::fs::read(&path) {
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-        read => read.map_err(|e| fault(e.to_string()))?,
+    let bytes = match read_file(&path, MOST_DOCUMENT_BYTES) {
+        Err(fault) if fault.is_missing() => return Ok(None),
+        read => read.map_err(|e| StudyError::input(path.display(), e.to_string()))?,
     };
-    let value: serde_json::Value = serde_json::from_slice(&bytes).map_err(|e| fault(format!("line {}: is no JSON: {e}", e.line())))?;
-    let expected = format!("jointid/{}/1", name.trim_end_matches(".json"));
-    match value.get("schema").and_then(serde_json::Value::as_str) {
-        Some(schema) if schema == expected => {}
-        Some(schema) => return Err(fault(format!("is a {schema}, not a {expected}; make it again with this version"))),
-        None => return Err(fault(format!("has no `schema`; a result document has {expected} there"))),
-    }
+    let document = result_document(&path, &bytes, name.trim_end_matches(".json"))?;
     files.push((name.into(), digest(&bytes)));
-    serde_json::from_value(value).map(Some).map_err(|e| fault(format!("is no {expected}: {e}")))
+    Ok(Some(document))
 }
 
 /// Predicts the measurements from the machine and its identified values.
 ///
 /// # Errors  an input has changed since the identification.
-fn draw_identified(folder: &Path, identified: &IdentificationDocument, page: &mut Page) -> StudyResult<()> {
+fn draw_identified(folder: &Path, identified: &IdentificationDocument, sources: &Sources, page: &mut Page) -> StudyResult<()> {
     let path = folder.join("identification.json");
     check_identification(&path, identified)?;
     let settings = &identified.settings;
-    let study = unchanged(Study::of_identification(identified, None, &[], &[]), &identified.stamp, ("identification", "identify"))?;
+    let study = unchanged(Study::of_identification(identified, sources), &identified.stamp, ("identification", "identify"))?;
     page.notes.extend(study.outdated_machine());
     let Study { config, set, .. } = &study;
     let values = study.identified_values(&path, identified)?;

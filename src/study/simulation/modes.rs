@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::operating::{Load, Place, find_operating, load_warnings, require_positive};
+use crate::modal_density::check_listed;
 use crate::{Study, StudyError, StudyResult};
 use dynamics::model::{AssembledModel, RodModel, Structure, UndampedMode, undamped_modes};
 use machine::{Machine, Operating};
@@ -36,6 +37,7 @@ pub fn modes(study: &Study, request: &ModesRequest) -> StudyResult<ModesDocument
     let max_hz = require_positive("max_hz", request.max_hz)?;
     let machine = study.machine();
     let operating = find_operating(study, &request.place, &request.load)?;
+    check_listed(machine, request.rods, &operating, max_hz)?;
     let first = machine.points.iter().position(|p| !p.fixed);
     let first = first.ok_or_else(|| StudyError::impossible("the machine has no point that moves"))?;
     let structure = Arc::new(Structure::new(machine, first, first, request.rods).map_err(StudyError::impossible)?);

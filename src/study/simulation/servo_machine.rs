@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use crate::{StudyError, StudyResult};
 use reference_simulator::servo::{Axis, Circle, Feed, Missing, Sensors, write_circles, write_sines};
+use report::OutputFolder;
 
 /// Effects that the reference simulator has and the model of `configs/hybrid-axis.toml` lacks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,10 +71,12 @@ pub fn write_servo_machine(request: &ServoMachineRequest) -> StudyResult<ServoMa
     let (x, y) = (with_effects(Axis::x()), with_effects(Axis::y()));
     let sets = ServoMachineSets { sines: request.out.join("sines"), circles: request.out.join("circles") };
     for folder in [&sets.sines, &sets.circles] {
-        if folder.exists() {
+        if folder.exists() || folder.is_symlink() {
             return Err(StudyError::input(folder.display(), "already exists; name another folder"));
         }
     }
+    // Checked before the simulations, which take long.
+    OutputFolder::prepare(&request.out)?;
     let sensors = Sensors::default();
     write_sines(&sets.sines, &x, &sensors, &Feed::standard(), request.seed).map_err(StudyError::impossible)?;
     write_circles(&sets.circles, [&x, &y], &sensors, &Circle::standard(), request.seed).map_err(StudyError::impossible)?;
