@@ -28,7 +28,7 @@ pub mod guide;
 #[doc(inline)]
 pub use study::{
     Ablation, Control, DiagnosisRequest, MachineConfig, NullCache, ObjectiveKind, PlanRequest, PlannedData, Progress, RodModel, Settings,
-    Sources, Study, StudyError, ValidationRequest, Watcher, effects, read_identification, read_machine, simulation,
+    Sources, Study, StudyError, ValidationRequest, Watcher, effects, machine_from_text, read_identification, read_machine, simulation,
 };
 
 /// Result documents, as the command prints them with `--json`.

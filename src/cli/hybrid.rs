@@ -8,7 +8,7 @@ use crate::message::shown;
 use crate::outcome::{CommandResult, deliver, prepare, warn};
 use crate::progress::WorkProgress;
 use report::hybrid::hybrid_text;
-use study::{HybridRequest, hybrid};
+use study::{HybridRequest, StudyError, hybrid};
 
 /// Arguments of `hybrid`.
 #[derive(Debug, clap::Args)]
@@ -43,12 +43,14 @@ pub fn run(given: &HybridArguments) -> CommandResult {
     let folder = prepare(&given.output)?;
     let request = given.request();
     let progress = WorkProgress::begin(given.output.quiet, "hybrid");
-    // The second axis's overrides change its machine, not its files.
-    let second = (&given.second_axis_set, second_axis.as_ref().map(|axis| axis.inputs()));
-    let study = resumable(study, &given.output, folder.as_ref(), &progress, &format!("hybrid {request:?} {second:?}"))?;
+    let work = request.work(second_axis.as_ref()).map_err(shown)?;
+    let study = resumable(study, &given.output, folder.as_ref(), &progress, &work)?;
     let document = hybrid(&study, second_axis.as_ref(), &request);
     progress.end();
-    let document = document.map_err(shown)?;
+    let document = match document {
+        Err(StudyError::Stopped) => return Ok(finish(&given.output, study.control(), false)),
+        made => made.map_err(shown)?,
+    };
     warn(&given.output, &document.stamp.warnings);
     deliver(&given.output, folder.as_ref(), "hybrid.json", &document, &hybrid_text(&document))?;
     Ok(finish(&given.output, study.control(), document.stamp.complete))

@@ -40,7 +40,7 @@ pub fn run(given: &ValidateArguments) -> CommandResult {
     let sources = Sources { measurements: given.measurements.clone(), allow_outside: given.allow_outside, ..Sources::default() };
     let (study, identified, file) = Study::open_with_result(&sources, &given.result).map_err(shown)?;
     let study = opened(Ok(study))?.with_control(Control::new(stop_flag(), None));
-    let request = ValidationRequest { positions: given.positions.clone(), is_other_set: given.measurements.is_some(), file: Some(file) };
+    let request = ValidationRequest { positions: given.positions.clone(), file: Some(file) };
     let folder = prepare(&given.output)?;
     let document = study.validate_with(&identified, &request).map_err(shown)?;
     warn(&given.output, &document.stamp.warnings);

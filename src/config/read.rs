@@ -24,7 +24,7 @@ pub struct MachineConfig {
     pub path: String,
     /// Its text, for the digest.
     pub text: String,
-    /// The machine with the effects it contains.
+    /// The machine with the effects it contains. Results embed `text`, so that numbers are to be changed there or by overrides.
     pub machine: Machine,
     /// Name of the built-in measurement set that belongs to the machine.
     pub measurements: Option<String>,

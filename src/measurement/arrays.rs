@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use num_complex::Complex64;
+use numeric::digest::digest_of;
 
 use super::frf::SortedLines;
 use super::{
@@ -16,6 +17,12 @@ pub struct FrfArrays {
     pub position: Option<String>,
     /// Name of the record, where a position has several.
     pub record: Option<String>,
+    /// Quantity, where it is not that of the set.
+    pub quantity: Option<Quantity>,
+    /// Number of averages, where it is not that of the set.
+    pub averages: Option<u32>,
+    /// Operating condition.
+    pub condition: Condition,
     /// Response point, where it is not that of the set.
     pub response: Option<String>,
     /// Excitation point, where it is not that of the set.
@@ -60,6 +67,12 @@ pub struct SetArrays {
     pub excitation: Option<String>,
     /// Number of averages of each FRF.
     pub averages: Option<u32>,
+    /// Factor from prediction to record (1), known or to be estimated.
+    pub gain: Gain,
+    /// Standard deviations of channels and nut positions.
+    pub tolerance: ChannelTolerance,
+    /// Names of the positions or records to fit, where no others are named.
+    pub split: Option<Vec<String>>,
     /// Nut positions from the left bearing (m) by position; absent where a position has none.
     pub nut_m: BTreeMap<String, Option<f64>>,
     /// FRFs.
@@ -84,11 +97,6 @@ fn finite(source: &str, key: &str, numbers: impl IntoIterator<Item = f64>) -> Re
     }
 }
 
-/// Bytes of numbers, for the digest of a set that has no files.
-fn bytes<'n>(numbers: impl IntoIterator<Item = &'n [f64]>) -> Vec<u8> {
-    numbers.into_iter().flat_map(|array| array.iter().flat_map(|x| x.to_le_bytes())).collect()
-}
-
 impl FrfArrays {
     fn source(&self, at: usize) -> String {
         let name = [&self.position, &self.record].into_iter().flatten().cloned().collect::<Vec<_>>().join(" ");
@@ -107,7 +115,8 @@ impl FrfArrays {
         }
         finite(source, "frequency_hz", self.frequency_hz.iter().copied())?;
         finite(source, "value", self.value.iter().flat_map(|h| [h.re, h.im]))?;
-        if self.coherence.is_some() && set.averages.is_none_or(|averages| averages < 2) {
+        let averages = self.averages.or(set.averages);
+        if self.coherence.is_some() && averages.is_none_or(|averages| averages < 2) {
             return Err(fault("has a coherence but no averages; state how many records were averaged, two or more".into()));
         }
         let mut sorted = SortedLines::default();
@@ -126,9 +135,12 @@ impl FrfArrays {
             record: self.record.clone(),
             response: point(&self.response, &set.response, "response")?,
             excitation: point(&self.excitation, &set.excitation, "excitation")?,
-            quantity: set.quantity.ok_or_else(|| fault("the set has no quantity; state receptance, mobility or accelerance".into()))?,
-            condition: Condition::default(),
-            averages: set.averages,
+            quantity: self
+                .quantity
+                .or(set.quantity)
+                .ok_or_else(|| fault("has no quantity, nor has the set; state receptance, mobility or accelerance".into()))?,
+            condition: self.condition,
+            averages,
             source: source.into(),
             lines,
             rejected,
@@ -177,38 +189,42 @@ impl MeasurementSet {
             arrays.nut_m.iter().map(|(name, nut_m)| Position { name: name.clone(), nut_m: *nut_m }).collect();
         for name in arrays.frfs.iter().filter_map(|frf| frf.position.as_ref()) {
             if !positions.iter().any(|p| p.name == *name) {
+                if !arrays.nut_m.is_empty() {
+                    let known: Vec<&str> = arrays.nut_m.keys().map(String::as_str).collect();
+                    return Err(fault(format!("nut_m has no position «{name}»; it has {}", known.join(", "))));
+                }
                 positions.push(Position { name: name.clone(), nut_m: None });
             }
         }
-        let (mut frfs, mut motions, mut files) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut frfs, mut motions) = (Vec::new(), Vec::new());
         for (at, frf) in arrays.frfs.iter().enumerate() {
             let source = frf.source(at);
             frfs.push(frf.read(&source, arrays, &positions)?);
-            let (re, im): (Vec<f64>, Vec<f64>) = frf.value.iter().map(|h| (h.re, h.im)).unzip();
-            let noise = [&frf.coherence, &frf.relative_sd].map(|array| array.as_deref().unwrap_or_default());
-            files.push(SourceFile { path: source, bytes: bytes([&frf.frequency_hz[..], &re, &im, noise[0], noise[1]]) });
         }
         for motion in &arrays.motions {
+            if motion.name.is_empty() {
+                return Err(fault("a motion record has no name; give each record its own".into()));
+            }
             if motions.iter().any(|m: &MotionRecord| m.name == motion.name) {
                 return Err(fault(format!("motion record «{}» appears twice; give each record its own name", motion.name)));
             }
             let source = format!("motion record {}", motion.name);
             motions.push(motion.read(&source)?);
-            let own = [&motion.time_s[..], &motion.command_m, &motion.position_m, motion.load.samples()];
-            files.push(SourceFile { path: source, bytes: bytes(own.into_iter().chain(motion.others.values().map(Vec::as_slice))) });
         }
         Ok(MeasurementSet {
             path: path.into(),
             title: arrays.title.clone(),
             quantity: arrays.quantity,
-            gain: Gain::Known(1.0),
+            gain: arrays.gain,
             response: arrays.response.clone(),
             excitation: arrays.excitation.clone(),
             positions,
             frfs,
             motions,
-            tolerance: ChannelTolerance::default(),
-            files,
+            tolerance: arrays.tolerance,
+            split: arrays.split.clone(),
+            // In place of files: a digest of everything that was given.
+            files: vec![SourceFile { path: format!("arrays of {path}"), bytes: digest_of(arrays).into_bytes() }],
             ..MeasurementSet::none()
         })
     }

@@ -22,6 +22,13 @@ pub enum Gain {
     Unknown,
 }
 
+impl Default for Gain {
+    /// Amplitudes as recorded.
+    fn default() -> Self {
+        Gain::Known(1.0)
+    }
+}
+
 /// One published prediction.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PublishedRow {

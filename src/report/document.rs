@@ -27,7 +27,7 @@ pub struct RunSettings {
     /// Standard deviation of ln(amplitude) (1).
     pub amplitude_sd: f64,
     /// Standard deviation of ln H due to model error, in addition to the noise (1).
-    #[serde(default)]
+    #[serde(default = "usual_model_error")]
     pub frf_model_error: f64,
     /// Lowest and highest fitted frequency of FRFs (Hz); absent without a limit.
     #[serde(default)]
@@ -48,6 +48,11 @@ pub struct RunSettings {
     pub repeats: usize,
     /// Ids of parameters held at their start values.
     pub freeze: Vec<String>,
+}
+
+/// Value for documents that do not state it: the default (1).
+fn usual_model_error() -> f64 {
+    0.01
 }
 
 /// Value for documents that do not state it: tolerances were held.

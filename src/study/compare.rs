@@ -27,6 +27,7 @@ impl Study {
     ///
     /// # Errors  as [`Study::compare`]; a name is unknown.
     pub fn compare_with(&self, single: Option<&[String]>) -> StudyResult<ComparisonDocument> {
+        self.check_responses("a comparison")?;
         let made = self.identification_settings()?;
         let (fit, held_out) = self.set.split(self.fit.as_deref(), &self.hold_out)?;
         let whole = made.frf.is_some();
@@ -63,12 +64,13 @@ impl Study {
         Ok(ComparisonDocument { stamp: self.stamp("comparison", made.seed, complete, warnings), common_positions: common, runs })
     }
 
-    /// Returns the number of identifications of a comparison with this number of single positions, or of one of objectives.
+    /// Returns the number of identifications of a comparison with this number of single positions, or of one of objectives: the length of its progress.
     ///
     /// # Errors  a name of the split is unknown.
     pub fn runs_of_comparison(&self, single: Option<usize>, of_objectives: bool) -> StudyResult<usize> {
         let (fit, _) = self.set.split(self.fit.as_deref(), &self.hold_out)?;
-        Ok(if of_objectives { OBJECTIVES.len() * fit.leave_one_out(false).len() } else { 1 + single.unwrap_or(2) })
+        let positions = fit.leave_one_out(!of_objectives && self.settings.fits_frfs(&self.set)).len();
+        Ok(if of_objectives { OBJECTIVES.len() * positions } else { 1 + single.unwrap_or(positions.saturating_sub(1).max(1)) })
     }
 
     /// Identifies on the named positions. Returns the run, and whether it ran to completion.

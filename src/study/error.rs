@@ -58,6 +58,9 @@ pub enum StudyError {
         /// What is wrong with it, and what to do.
         fault: String,
     },
+    /// The work was stopped before there was a result; the same work resumes from its journal.
+    #[error("stopped before there was a result")]
+    Stopped,
     /// Anything else that machine, data and settings together do not allow.
     #[error("{0}")]
     Impossible(String),

@@ -44,6 +44,17 @@ impl Default for HybridRequest {
     }
 }
 
+impl HybridRequest {
+    /// Returns a text of everything on which the work depends beside the first axis: the request, the second axis, and the content of the results.
+    ///
+    /// # Errors  a result cannot be read.
+    pub fn work(&self, second: Option<&Study>) -> StudyResult<String> {
+        let results = [&self.result, &self.second_axis_result].into_iter().flatten();
+        let results = results.map(|path| Ok(read_identification(path)?.1)).collect::<StudyResult<Vec<Input>>>()?;
+        Ok(format!("hybrid {self:?} {results:?} {}", second.map(|axis| axis.key("second axis")).unwrap_or_default()))
+    }
+}
+
 /// Predicts the travel of an axis by its machine, and by the machine with a neural network. Records with the same name in the set of a second axis
 /// form circles. Progress and stop are those of the first study.
 ///
@@ -203,7 +214,7 @@ fn predict(machine: &Machine, values: &[f64], record: &MotionRecord, point: &str
         .position(|p| p == point)
         .ok_or_else(|| StudyError::Impossible(format!("point «{point}» has no inertia; give it one")))?;
     if !trace.complete {
-        return Err(StudyError::impossible("stopped before all records were simulated; there is no result yet"));
+        return Err(StudyError::Stopped);
     }
     let every = (trace.samples.len() - 1) / (record.samples() - 1);
     Ok(trace.samples.iter().step_by(every).take(record.samples()).map(|s| s.points[at]).collect())

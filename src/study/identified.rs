@@ -1,9 +1,9 @@
 //! Reads `identification.json`, and reopens its machine and measurements.
 
 use std::collections::BTreeMap;
-use std::ops::RangeInclusive;
 use std::path::Path;
 
+use crate::settings::LUMPS;
 use crate::{ObjectiveKind, Settings, Sources, Study, StudyError, StudyResult};
 use config::{read_machine, read_machine_text};
 use dynamics::model::RodModel;
@@ -18,8 +18,6 @@ use serde_json::Value;
 
 /// Allowance for rounding at the bounds of a range, relative to the bound of larger magnitude (1).
 const ROUNDING: f64 = 1e-9;
-/// Numbers of masses per rod of the lumped model.
-const LUMPS: RangeInclusive<usize> = 1..=500;
 
 /// Reads `identification.json`. Returns the document, and its file with digest as an input of another document.
 ///
@@ -114,8 +112,9 @@ impl Study {
         let study = match &sources.config {
             None => Study::of_identification(&document, sources)?,
             Some(config) => {
-                let measurements = sources.measurements.as_ref().unwrap_or(&document.settings.measurements);
-                Study::reopened((None, config), measurements, &document.stamp, sources)?
+                // Overrides and removed effects of the result are those of its own machine.
+                let measurements = sources.measurements.clone().unwrap_or_else(|| document.settings.measurements.clone());
+                Study::open(&Sources { config: Some(config.clone()), measurements: Some(measurements), ..sources.clone() })?
             }
         };
         Ok((study, document, input))
@@ -128,7 +127,10 @@ impl Study {
         let settings = &document.settings;
         let measurements = sources.measurements.as_ref().unwrap_or(&settings.measurements);
         let study = Study::reopened((document.machine.as_ref(), &settings.config), measurements, &document.stamp, sources)?;
-        Ok(Study { fit: settings.positions.clone(), hold_out: settings.hold_out.clone(), settings: settings_of(document), ..study })
+        let mut study =
+            Study { fit: settings.positions.clone(), hold_out: settings.hold_out.clone(), settings: settings_of(document), ..study };
+        study.config.warnings.extend(study.outdated_machine());
+        Ok(study)
     }
 
     /// Reads the machine that a document embeds, else that of its path, and a measurement set; with the overrides of its stamp and those of the
@@ -182,11 +184,20 @@ impl Study {
             .then(|| format!("{path} has changed since the result was written; the machine is that of the result"))
     }
 
+    /// Whether an identification is one of this machine: of the same description, overrides and removed effects. A result of an older version, which
+    /// embeds no description, counts as such.
+    pub(crate) fn is_machine_of(&self, identified: &IdentificationDocument) -> bool {
+        let stamp = &identified.stamp;
+        let same =
+            |machine: &MachineText| machine.text == self.config.text && stamp.overrides == self.overrides && stamp.without == self.without;
+        identified.machine.as_ref().is_none_or(same)
+    }
+
     /// Returns warnings about files of machine and measurements that differ from those of a result.
     pub(crate) fn changed_inputs(&self, then: &[Input]) -> Vec<String> {
         let differs = |now: &&Input| then.iter().any(|i| i.path == now.path && i.sha256 != now.sha256);
         let changed = |now: &Input| format!("{} has changed since the identification; identify again if the change matters", now.path);
-        self.outdated_machine().into_iter().chain(self.inputs().iter().filter(differs).map(changed)).collect()
+        self.inputs().iter().filter(differs).map(changed).collect()
     }
 }
 
@@ -197,14 +208,14 @@ pub(crate) fn tolerances(identified: &IdentificationDocument) -> BTreeMap<String
 
 /// Returns the settings of an identification.
 pub(crate) fn settings_of(identified: &IdentificationDocument) -> Settings {
-    let (stated, defaults) = (&identified.settings, Settings::default());
+    let stated = &identified.settings;
     let objective = ObjectiveKind::named(&stated.objective);
     Settings {
         rods: stated.lumps.map_or(RodModel::Exact, RodModel::Lumped),
         objective,
         frequency_model_error: stated.frequency_model_error,
         amplitude_sd: stated.amplitude_sd,
-        frf_model_error: if stated.frf_model_error > 0.0 { stated.frf_model_error } else { defaults.frf_model_error },
+        frf_model_error: stated.frf_model_error,
         // Tolerances are fitted along with whole FRFs only.
         fit_tolerances: stated.tolerances == "fit" || objective != Some(ObjectiveKind::Frf),
         band_hz: stated.band_hz.map(|[from, to]| (from, to)),

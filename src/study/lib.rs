@@ -60,6 +60,13 @@ pub fn read_set_from(folder: &str, allow_outside: bool) -> StudyResult<Measureme
     Ok(measurement::read_set_from(folder, allow_outside)?)
 }
 
+/// Makes a machine from the text (TOML) of its description, under a name for messages and documents.
+///
+/// # Errors  the text does not describe a machine; an override or a removed effect does not fit it.
+pub fn machine_from_text(name: &str, text: &str, overrides: &[String], without: &[String]) -> StudyResult<MachineConfig> {
+    Ok(config::read_machine_text(name, text, overrides, without)?)
+}
+
 /// Reads the description of a machine; the descriptions in `configs` are built in.
 ///
 /// # Errors  the file cannot be read, or does not describe a machine.

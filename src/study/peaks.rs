@@ -54,6 +54,9 @@ pub fn peaks(set: &MeasurementSet, request: &PeaksRequest) -> StudyResult<Peaks>
     if set.frfs.is_empty() {
         return Err(StudyError::input(&set.path, "holds no FRF; list at least one as [[frf]] in its manifest"));
     }
+    if !(8..=120).contains(&request.max_order) {
+        return Err(StudyError::setting("max_order", request.max_order, "write a polynomial order from 8 to 120"));
+    }
     let options = options(request)?;
     let names = names(set);
     let fitted: StudyResult<Vec<NamedFrf>> = set
@@ -149,7 +152,7 @@ fn options(request: &PeaksRequest) -> StudyResult<CurveOptions> {
         }
         _ => {
             let fault = "write the lowest and the highest frequency in Hz, such as 20,800";
-            return Err(StudyError::setting("band", "", fault));
+            return Err(StudyError::setting("band_hz", "", fault));
         }
     };
     Ok(CurveOptions { fit, max_order: request.max_order, ..CurveOptions::default() })

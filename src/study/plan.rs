@@ -1,5 +1,6 @@
 //! Plan of measurements: ranks choices of positions and channels by the remaining uncertainty of the parameters.
 
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 use crate::{Study, StudyError, StudyResult};
@@ -53,6 +54,8 @@ impl Default for PlanRequest {
     }
 }
 
+/// Numbers of measurements to choose at once.
+const CHOSEN: RangeInclusive<usize> = 1..=8;
 /// Largest number of choices, which are ranked exhaustively.
 const MOST_CHOICES: f64 = 200_000.0;
 
@@ -71,6 +74,14 @@ impl Study {
     ///
     /// # Errors  a setting is outside its range; a measurement, channel or parameter is unknown; no parameter is free; there are too many choices.
     pub fn plan_with(&self, request: &PlanRequest) -> StudyResult<PlanDocument> {
+        self.check_responses("a plan")?;
+        if let Some(count) = request.choose.iter().find(|count| !CHOSEN.contains(count)) {
+            let fault = format!("write numbers from {} to {}", CHOSEN.start(), CHOSEN.end());
+            return Err(StudyError::setting("choose", count, fault));
+        }
+        if request.lines < 2 {
+            return Err(StudyError::setting("lines", request.lines, "an FRF has two lines or more"));
+        }
         let machine = &self.config.machine;
         let mut values = machine.start();
         let mut inputs = Vec::new();
@@ -136,7 +147,10 @@ impl Study {
             let split_rank = split.and_then(|split| ranked.iter().position(|c| c.candidates == split)).map(|at| at + 1);
             rankings.push(PlanRanking { count, split_rank, choices: ranked.iter().map(row).collect() });
         }
-        let mut stamp = self.stamp("plan", 0, true, Vec::new());
+        let other = request.identified.iter().filter(|(identified, _)| !self.is_machine_of(identified));
+        let warning =
+            |_| "the values are those of another machine: text, overrides or removed effects of its description differ".to_string();
+        let mut stamp = self.stamp("plan", 0, true, other.map(warning).collect());
         stamp.inputs.extend(inputs);
         Ok(PlanDocument {
             stamp,
@@ -218,7 +232,7 @@ fn band(request: &PlanRequest, default_hz: (f64, f64)) -> StudyResult<(f64, f64)
         Some((from, to)) if from > 0.0 && to > from && to.is_finite() => Ok((from, to)),
         Some(_) => {
             let fault = "write the lowest and the highest frequency in Hz, such as 5,1000";
-            Err(StudyError::setting("band", "", fault))
+            Err(StudyError::setting("band_hz", "", fault))
         }
     }
 }

@@ -1,11 +1,16 @@
 //! Settings of a study, and their checks.
 
+use std::ops::RangeInclusive;
+
 use crate::{StudyError, StudyResult};
 use dynamics::model::RodModel;
 use identification::IdentificationSettings;
 use identification::objective::{FrfSettings, ModeSettings, Objective};
 use measurement::MeasurementSet;
 use optimizer::Strategy;
+
+/// Numbers of masses per rod of the lumped model.
+pub(crate) const LUMPS: RangeInclusive<usize> = 1..=500;
 
 /// What an identification minimises.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -127,15 +132,20 @@ impl Settings {
         if (1..50).contains(&self.bootstrap) {
             return Err(StudyError::setting("bootstrap", self.bootstrap, "too few for 95 % intervals; draw at least 50"));
         }
-        if self.repeats == 0 {
-            return Err(StudyError::setting("repeats", 0, "write a number of searches from 1"));
+        if !(1..=100).contains(&self.repeats) {
+            return Err(StudyError::setting("repeats", self.repeats, "write a number of searches from 1 to 100"));
+        }
+        if let RodModel::Lumped(lumps) = self.rods
+            && !LUMPS.contains(&lumps)
+        {
+            return Err(StudyError::setting("lumps", lumps, format!("a rod has {} to {} masses", LUMPS.start(), LUMPS.end())));
         }
         let band_hz = match self.band_hz {
             None => FrfSettings::default().band_hz,
             Some((from, to)) if from >= 0.0 && to > from => (from, to),
             Some((from, to)) => {
                 let fault = "write the lowest and the highest frequency in Hz, such as 20,800";
-                return Err(StudyError::setting("band", format!("{from},{to}"), fault));
+                return Err(StudyError::setting("band_hz", format!("{from},{to}"), fault));
             }
         };
         let frf = FrfSettings { model_error: self.frf_model_error, band_hz, rods: self.rods, ..FrfSettings::default() };

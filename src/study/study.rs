@@ -7,6 +7,7 @@ use crate::{Settings, StudyError, StudyResult};
 use config::{MachineConfig, read_machine, read_machine_text};
 use machine::Machine;
 use measurement::{MeasurementSet, read_set_from};
+use numeric::digest::digest_of;
 use optimizer::{Control, Journal};
 
 /// Where machine and measurements come from. The default is the published bench, which is built in.
@@ -106,7 +107,7 @@ impl Study {
     /// # Errors  the set has no position or record of this name, or one is named twice.
     pub fn fit<N: Into<String>>(mut self, names: impl IntoIterator<Item = N>) -> StudyResult<Self> {
         self.fit = Some(names.into_iter().map(Into::into).collect());
-        self.checked()
+        self.other_work().checked()
     }
 
     /// Chooses positions or records to hold out, in addition to those that are not fitted.
@@ -114,10 +115,17 @@ impl Study {
     /// # Errors  as [`Study::fit`].
     pub fn hold_out<N: Into<String>>(mut self, names: impl IntoIterator<Item = N>) -> StudyResult<Self> {
         self.hold_out = names.into_iter().map(Into::into).collect();
-        self.checked()
+        self.other_work().checked()
+    }
+
+    /// Leaves the journal of a work, which is that of the study as it was.
+    fn other_work(mut self) -> Self {
+        self.control = self.control.with_journal(None);
+        self
     }
 
     fn checked(self) -> StudyResult<Self> {
+        self.check_observations()?;
         if self.is_on_motion() {
             self.set.split_motions(self.fit.as_deref(), &self.hold_out)?;
         } else {
@@ -131,24 +139,29 @@ impl Study {
     /// # Errors  the description does not contain an effect.
     pub fn without<N: Into<String>>(mut self, effects: impl IntoIterator<Item = N>) -> StudyResult<Self> {
         self.without.extend(effects.into_iter().map(Into::into));
-        self.config = read_machine_text(&self.config.path, &self.config.text, &self.overrides, &self.without)?;
-        Ok(self)
+        let mut config = read_machine_text(&self.config.path, &self.config.text, &self.overrides, &self.without)?;
+        // Warnings about the sources still hold.
+        let new: Vec<String> = config.warnings.into_iter().filter(|text| !self.config.warnings.contains(text)).collect();
+        config.warnings = [self.config.warnings, new].concat();
+        self.config = config;
+        Ok(self.other_work())
     }
 
     /// Replaces the settings.
     #[must_use]
     pub fn with_settings(self, settings: Settings) -> Self {
-        Study { settings, ..self }
+        Study { settings, ..self }.other_work()
     }
 
-    /// Replaces the control, which reports progress and can stop the work.
+    /// Replaces the control, which reports progress, can stop the work, and holds the journal of [`Study::resumable`].
     #[must_use]
     pub fn with_control(self, control: Control) -> Self {
         Study { control, ..self }
     }
 
     /// Keeps finished pieces of a work in a file, and takes over those that an earlier run of the same work has kept there. `work` tells works on
-    /// this study apart: everything on which its result depends beside machine, measurements, split and settings.
+    /// this study apart: everything on which its result depends beside machine, measurements, split and settings. A study that is changed afterwards
+    /// leaves the journal.
     ///
     /// # Errors  the file exists and cannot be read.
     pub fn resumable(self, path: &Path, work: &str) -> StudyResult<Self> {
@@ -161,9 +174,12 @@ impl Study {
 
     /// Returns a text of everything on which the result of a work depends, this build of the program included: another may compute other numbers.
     pub(crate) fn key(&self, work: &str) -> String {
-        let Study { config: _, set: _, overrides, without, fit, hold_out, settings, control: _ } = self;
+        let Study { config, set, overrides, without, fit, hold_out, settings, control: _ } = self;
+        // Machine and observations may have been made or changed in memory.
+        let own = digest_of(&(&config.machine, &set.positions, &set.modes, &set.frfs, &set.motions));
+        let of_set = (&set.quantity, &set.gain, &set.response, &set.excitation, &set.tolerance, &set.split);
         let build = std::env::current_exe().and_then(std::fs::metadata).and_then(|m| Ok((m.len(), m.modified()?))).ok();
-        let given = (env!("CARGO_PKG_VERSION"), build, work, overrides, without, fit, hold_out, settings);
+        let given = (env!("CARGO_PKG_VERSION"), build, work, overrides, without, fit, hold_out, settings, own, of_set);
         let digests: Vec<String> = self.inputs().into_iter().map(|input| input.sha256).collect();
         format!("{given:?} {}", digests.join(" "))
     }
@@ -191,6 +207,23 @@ impl Study {
     /// Returns the control.
     pub fn control(&self) -> &Control {
         &self.control
+    }
+
+    /// Checks that there are data.
+    ///
+    /// # Errors  the set has no observations.
+    pub(crate) fn check_observations(&self) -> StudyResult<()> {
+        let is_empty = self.set.motions.is_empty() && self.set.frfs.is_empty() && self.set.modes.is_none();
+        if is_empty { Err(StudyError::input(&self.set.path, "has no observations; name a set that does (measurements)")) } else { Ok(()) }
+    }
+
+    /// Checks that the set has FRFs or modes, which a work needs.
+    ///
+    /// # Errors  it has no observations, or motion records only.
+    pub(crate) fn check_responses(&self, work: &str) -> StudyResult<()> {
+        self.check_observations()?;
+        let fault = || format!("holds motion records only; {work} needs FRFs or modes");
+        if self.is_on_motion() { Err(StudyError::input(&self.set.path, fault())) } else { Ok(()) }
     }
 
     /// Whether the set holds motion records, and neither FRFs nor modes.
@@ -257,9 +290,10 @@ mod tests {
             (refusal(|set| set.frfs[0].coherence = Some(vec![0.9; 399])), "frfs[0] (p1): has a coherence but no averages"),
             (refusal(|set| set.frfs[0].frequency_hz.swap(3, 4)), "frfs[0] (p1): entry 4: frequency_hz 4 does not follow 5"),
             (refusal(|set| set.frfs[0].value[7].re = f64::NAN), "frfs[0] (p1): value[14] is NaN"),
-            (refusal(|set| set.quantity = None), "the set has no quantity"),
+            (refusal(|set| set.quantity = None), "has no quantity, nor has the set"),
             (refusal(|set| set.response = Some("tabel".into())), "response = \"tabel\" is not a point of the machine"),
             (refusal(|set| set.response = None), "has no response"),
+            (refusal(|set| set.frfs[1].position = Some("p9".into())), "nut_m has no position «p9»; it has p1, p2"),
         ] {
             assert!(message.contains(words), "«{message}» does not contain «{words}»");
         }
@@ -282,11 +316,28 @@ mod tests {
     fn every_part_of_a_study_enters_its_key() {
         let own = study(&arrays()).unwrap();
         let key = |study: &Study| study.key("identify");
-        let mut other_data = arrays();
-        other_data.frfs[0].value[5] *= 1.0 + 1e-15;
+        let changed = |change: &dyn Fn(&mut SetArrays)| {
+            let mut arrays = arrays();
+            change(&mut arrays);
+            study(&arrays).unwrap()
+        };
+        let machine_changed = {
+            let mut config = read_machine(config::BENCH, &[], &[]).unwrap();
+            config.machine.parameters[0].start *= 1.01;
+            Study::new(config, own.set.clone())
+        };
         let settings = own.settings.clone();
         let others = [
-            study(&other_data).unwrap(),
+            machine_changed,
+            changed(&|set| set.frfs[0].value[5] *= 1.0 + 1e-15),
+            changed(&|set| set.nut_m = [("p1".to_string(), Some(0.6)), ("p2".to_string(), Some(0.9))].into()),
+            changed(&|set| set.quantity = Some(Quantity::Mobility)),
+            changed(&|set| set.response = Some("rotor".into())),
+            changed(&|set| set.averages = Some(8)),
+            changed(&|set| set.gain = measurement::Gain::Unknown),
+            changed(&|set| set.split = Some(vec!["p1".into()])),
+            changed(&|set| set.tolerance.gain *= 2.0),
+            changed(&|set| set.frfs[0].relative_sd = Some(vec![0.01; 399])),
             own.clone().fit(["p1"]).unwrap(),
             own.clone().hold_out(["p1"]).unwrap(),
             own.clone().without(["rotor-hold"]).unwrap(),

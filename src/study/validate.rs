@@ -16,8 +16,6 @@ use report::document::{IdentificationDocument, Input, PositionRow, ValidationDoc
 pub struct ValidationRequest {
     /// Names of the positions or records to check.
     pub positions: Option<Vec<String>>,
-    /// Whether the measurement set of the study is another one than that of the identification. Gain and delays of channels are then fitted anew.
-    pub is_other_set: bool,
     /// File of the identification; absent for a result in memory.
     pub file: Option<Input>,
 }
@@ -41,6 +39,12 @@ impl Study {
     /// # Errors  as [`Study::validate`]; a position is unknown.
     pub fn validate_with(&self, identified: &IdentificationDocument, request: &ValidationRequest) -> StudyResult<ValidationDocument> {
         check_identification(Path::new(&request.name()), identified)?;
+        self.check_observations()?;
+        if !self.is_machine_of(identified) {
+            let title = &self.config.machine.title;
+            let fault = format!("is of another machine than «{title}»: text, overrides or removed effects of its description differ");
+            return Err(StudyError::input(request.name(), fault));
+        }
         let warnings = self.changed_inputs(&identified.stamp.inputs);
         let mut document = if self.is_on_motion() {
             self.validate_records(identified, request, warnings)?
@@ -49,6 +53,11 @@ impl Study {
         };
         document.stamp.inputs.extend(request.file.clone());
         Ok(document)
+    }
+
+    /// Whether an identification is on this measurement set. On another one the split does not hold, and gain and delays of channels are fitted anew.
+    fn is_set_of(&self, identified: &IdentificationDocument) -> bool {
+        identified.settings.measurements == self.set.path
     }
 
     fn validate_responses(
@@ -62,7 +71,7 @@ impl Study {
         let (machine, values) = self.identified_machine(Path::new(&request.name()), identified)?;
         let (machine, values) = (&machine, &values);
         let whole_frfs = settings.objective == "frf";
-        let same_set = !request.is_other_set;
+        let same_set = self.is_set_of(identified);
         // The split of the identification, where the set is the same.
         let split = if same_set { self.set.split(settings.positions.as_deref(), &settings.hold_out).ok() } else { None };
         let (fitted, left) = split.unzip();
@@ -82,7 +91,12 @@ impl Study {
         let own_gain = if same_set { identified.parameters.get("gain").map(|g| g.value) } else { None };
         let positions: BTreeMap<String, PositionRow> = if whole_frfs {
             let band_hz = made.band_hz.unwrap_or(FrfSettings::default().band_hz);
-            let frf_settings = FrfSettings { rods, band_hz, model_error: made.frf_model_error, ..FrfSettings::default() };
+            let frf_settings = FrfSettings {
+                rods,
+                band_hz,
+                model_error: if made.frf_model_error > 0.0 { made.frf_model_error } else { FrfSettings::default().model_error },
+                ..FrfSettings::default()
+            };
             let objective = FrfObjective::held_out(machine, &held_out, frf_settings)?;
             // Gains and delays belong to the channels of the set they were estimated on.
             let channels = if same_set { channels_of(machine, &tolerances(identified)) } else { Vec::new() };
@@ -135,7 +149,7 @@ impl Study {
         let machine = &self.config.machine;
         let all: Vec<usize> = (0..self.set.motions.len()).collect();
         let split = || self.set.split_motions(settings.positions.as_deref(), &settings.hold_out);
-        let split = (!request.is_other_set).then(split).transpose()?;
+        let split = self.is_set_of(identified).then(split).transpose()?;
         let (fitted, held_out) = split.as_ref().map_or((&[][..], &all[..]), |split| (split.fit(), split.held_out()));
         let chosen = match &request.positions {
             Some(names) => self.set.split_motions(Some(names), &[])?.fit().to_vec(),

@@ -23,7 +23,7 @@ pub struct FrfArguments {
     pub nut_m: Option<f64>,
     #[command(flatten)]
     pub load: LoadArguments,
-    /// Parameter values from this identification.json instead of the start values
+    /// Machine, set and parameter values from this identification.json; --config and --measurements replace its own
     #[arg(long, value_name = "FILE")]
     pub result: Option<PathBuf>,
     /// Lowest frequency (Hz)

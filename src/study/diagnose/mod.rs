@@ -7,7 +7,7 @@ mod responses;
 
 use std::path::PathBuf;
 
-use crate::{Study, StudyResult};
+use crate::{Study, StudyError, StudyResult};
 pub use diagnosis::Ablation;
 use report::diagnosis::DiagnosisDocument;
 
@@ -76,6 +76,10 @@ impl Study {
     ///
     /// # Errors  as [`Study::diagnose`]; an effect is unknown.
     pub fn diagnose_with(&self, request: &DiagnosisRequest) -> StudyResult<DiagnosisDocument> {
+        self.check_observations()?;
+        if !(20..=2000).contains(&request.nulls) {
+            return Err(StudyError::setting("nulls", request.nulls, "write a number of null simulations from 20 to 2000"));
+        }
         if self.is_on_motion() { self.diagnose_records(request) } else { self.diagnose_responses(request) }
     }
 }

@@ -12,6 +12,7 @@ impl Study {
     ///
     /// # Errors  a setting is outside its range; machine and set do not fit together; the data do not suffice.
     pub fn identify(&self) -> StudyResult<IdentificationDocument> {
+        self.check_observations()?;
         if self.is_on_motion() { self.identify_from_records() } else { self.identify_from_responses() }
     }
 }
