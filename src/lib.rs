@@ -28,6 +28,7 @@
 //! | crate | holds | what its boundary ensures |
 //! |---|---|---|
 //! | `numeric` | statistics, probability distributions, linear fits, filters, roots, units | leaf mathematics without knowledge of machines |
+//! | `file_access` | bounded reading, creation that follows no link, escaping of hidden characters | files and text from outside are handled in one place |
 //! | `optimizer` | differential evolution, Levenberg–Marquardt, Gauss–Newton, journals | searches without knowledge of drives and data |
 //! | `measurement` | sets, FRFs, modes, motion records, universal files, peaks of FRFs | observations independent of any model |
 //! | `machine` | points, shafts, joints, contacts, effects as patches | one description for every model |

@@ -76,9 +76,10 @@ pub(super) fn check_numbers(table: &Table) -> Result<Vec<String>, MachineError> 
     let open = unfilled(table);
     match open.as_slice() {
         [] => {}
-        [only] => return Err(fault(only.clone(), "is still nan; write a number, from a drawing or catalogue")),
+        [only] => return Err(fault(only.clone(), "is NaN, still to be filled in; write a number, from a drawing or catalogue")),
         several => {
-            let text = format!("{} numbers are still nan; write a number for each, from drawings and catalogues", several.len());
+            let text =
+                format!("these {} are NaN, still to be filled in; write a number for each, from drawings and catalogues", several.len());
             return Err(fault(several.join(", "), text));
         }
     }
