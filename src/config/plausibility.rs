@@ -55,14 +55,7 @@ const BY_KEY: [Kind; 16] = [
     kind(&["preload_n", "coulomb_n", "static_n"], "N", [1e-15, 1e15], [1e-4, 1e6], [0.1, 1e5], &[("kN", 1e3), ("mN", 1e-3)]),
     kind(&["loss_factor"], "", [1e-15, 100.0], [1e-7, 3.0], [1e-4, 1.0], &[("%", 0.01)]),
     kind(&["stiffness_proportional_damping_s"], "s", [1e-15, 1e3], [1e-9, 1.0], [1e-7, 0.1], &[("ms", 1e-3), ("µs", 1e-6)]),
-    kind(
-        &["gain", "gain_per_s", "constant", "position_gain_per_s", "velocity_gain"],
-        "",
-        [1e-15, 1e15],
-        [1e-12, 1e12],
-        [1e-12, 1e12],
-        &[],
-    ),
+    kind(&["gain", "gain_per_s", "constant", "position_gain_per_s", "velocity_gain"], "", [1e-15, 1e15], [1e-12, 1e12], [1e-12, 1e12], &[]),
     kind(&["gravity_m_s2"], "m/s²", [1e-6, 1e3], [1.0, 30.0], [9.0, 10.0], &[("mm/s²", 1e-3)]),
 ];
 
