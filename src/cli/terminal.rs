@@ -7,7 +7,6 @@ use std::time::Instant;
 use anstyle::{AnsiColor, Style};
 use serde_json::Value;
 
-use crate::arguments::OutputArguments;
 use report::{brief_numbers, printable, shortened, wrapped};
 
 /// Time at which the program started.
@@ -79,8 +78,8 @@ fn labelled(label: &str, style: Style, text: &str) {
 }
 
 /// Prints the background of a result, with `--verbose`: inputs, overrides, settings, searches, effects not applicable and run time.
-pub fn background(output: &OutputArguments, json: &str) {
-    if !output.verbose {
+pub fn background(verbose: bool, json: &str) {
+    if !verbose {
         return;
     }
     let document: Value = serde_json::from_str(json).unwrap_or_default();
