@@ -193,9 +193,12 @@ const BRAKE: &str = "[[effect]]\nid = \"brake\"\ndescription = \"the brake grips
 const HEADED: &str = "frequency_hz,real,imag\n";
 
 /// The most likely mistakes in describing, measuring and identifying a machine, in the order of work.
-const MISTAKES: [(&str, Mistake); 37] = [
+const MISTAKES: [(&str, Mistake); 42] = [
     ("`init` in a folder with a machine", Typed(&["init", "$"], &[("machine.toml", "mine")])),
     ("a `nan` left in the machine", Machine("mass_kg = 272.0", "mass_kg = nan")),
+    ("several numbers left `nan`", Machine("mass_kg = 272.0", "mass_kg = nan\ninertia_kg_m2 = nan")),
+    ("a modulus in GPa", Machine("youngs_modulus_pa = 2e11", "youngs_modulus_pa = 200.0")),
+    ("a length beyond physics", Machine("length_m = 2.6", "length_m = 1e18")),
     ("a decimal comma", Machine("mass_kg = 272.0", "mass_kg = 272,0")),
     ("a key is misspelt", Machine("length_m = 2.6", "lenght_m = 2.6")),
     ("a key is missing", Machine("lower = 5e6\n", "")),
@@ -208,6 +211,7 @@ const MISTAKES: [(&str, Mistake); 37] = [
     ("a start value outside the range", Machine("start = 5e7", "start = 5e9")),
     ("the nut's position in mm", Set("manifest.toml", "nut_m = 0.6", "nut_m = 600")),
     ("the nut's position is not filled in", Set("manifest.toml", "nut_m = 0.6", "nut_m = nan")),
+    ("a file outside the set's folder", Set("manifest.toml", "modes = \"modes.csv\"", "modes = \"../modes.csv\"")),
     ("no quantity", Set("manifest.toml", "quantity = \"mobility\"\n", "")),
     ("an unknown quantity", Set("manifest.toml", "\"mobility\"", "\"velocity\"")),
     ("an accelerometer at an unknown point", Set("manifest.toml", "response = \"table\"", "response = \"spindle\"")),
@@ -233,6 +237,7 @@ const MISTAKES: [(&str, Mistake); 37] = [
         ),
     ),
     ("the manifest instead of its folder", Typed(&["identify", "--measurements", "$/manifest.toml"], &[("manifest.toml", FRF)])),
+    ("a device instead of a file", Typed(&["identify", "--config", "/dev/zero"], &[])),
     ("a missing file", Typed(&["identify", "--config", "nowhere.toml"], &[])),
     ("`--positions` of another set", Typed(&["identify", "--positions", "p1,p2"], &[])),
     ("`--freeze` of an unknown parameter", Typed(&["identify", "--freeze", "k_nut"], &[])),

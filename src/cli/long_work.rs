@@ -58,10 +58,10 @@ const NOTICE: Duration = Duration::from_millis(700);
 /// Time after Ctrl-C within which work that has noticed the stop must deliver what it has found.
 const DELIVERY: Duration = Duration::from_secs(5);
 
-/// Ends the process where the work does not stop by itself: a single step of an absurd machine may take hours.
+/// Ends the process where the work does not stop by itself: a single step of a machine with implausible numbers may take hours.
 fn end_in_time() {
     std::thread::sleep(NOTICE);
-    if Control::stop_seen() {
+    if Control::stop_seen() && !terminal::warns_of_numbers() {
         std::thread::sleep(DELIVERY - NOTICE);
     }
     terminal::say("stopped within a step of the work, without a result; nothing is written\n");

@@ -61,7 +61,7 @@ pub fn deliver_with<T: Serialize>(
     }
     print_out(if output.json { &json } else { text })?;
     terminal::forget_warnings();
-    terminal::background(output, &json);
+    terminal::background(output.verbose, &json);
     Ok(Outcome::Done)
 }
 

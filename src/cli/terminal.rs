@@ -7,14 +7,15 @@ use std::time::Instant;
 use anstyle::{AnsiColor, Style};
 use serde_json::Value;
 
-use crate::arguments::OutputArguments;
-use report::{brief_numbers, one_line, printable, wrapped};
+use report::{brief_numbers, printable, shortened, wrapped};
 
 /// Time at which the program started.
 pub static BEGUN: LazyLock<Instant> = LazyLock::new(Instant::now);
 /// Number of threads requested with `--threads`; unset without it.
 pub static THREADS: OnceLock<usize> = OnceLock::new();
 
+/// Greatest length of a message (characters).
+const LONGEST: usize = 2000;
 /// Warnings about implausible numbers, the likely reason of a message that there is no result.
 static KEPT: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
@@ -28,6 +29,11 @@ pub fn keep_warnings(warnings: Vec<String>) {
     if let Ok(mut kept) = KEPT.lock() {
         *kept = warnings;
     }
+}
+
+/// Whether warnings about implausible numbers are kept.
+pub fn warns_of_numbers() -> bool {
+    KEPT.lock().is_ok_and(|kept| !kept.is_empty())
 }
 
 /// Forgets the kept warnings, which the result contains.
@@ -50,7 +56,7 @@ pub fn failed(text: &str) {
     let kept = KEPT.lock().map(|kept| kept.join("; ")).unwrap_or_default();
     let text = if kept.is_empty() { text.to_string() } else { format!("{text} (implausible: {kept})") };
     let red = AnsiColor::Red.on_default().bold();
-    let _ = writeln!(anstream::stderr(), "{red}jointid:{red:#} {}", one_line(&brief_numbers(&text)));
+    let _ = writeln!(anstream::stderr(), "{red}jointid:{red:#} {}", shortened(&brief_numbers(&text), LONGEST));
 }
 
 /// Prints the message about a faulty command line, or the help that was asked for, and ends the process.
@@ -65,15 +71,15 @@ pub fn refuse(error: &clap::Error) -> ! {
 
 /// Prints a labelled text, wrapped on a terminal and in one line elsewhere.
 fn labelled(label: &str, style: Style, text: &str) {
-    let text = format!("{label} {}", one_line(&brief_numbers(text)));
+    let text = format!("{label} {}", shortened(&brief_numbers(text), LONGEST));
     let text = if std::io::stderr().is_terminal() { wrapped(&text) } else { text + "\n" };
     let rest = text.strip_prefix(label).unwrap_or(&text);
     let _ = write!(anstream::stderr(), "{style}{label}{style:#}{rest}");
 }
 
 /// Prints the background of a result, with `--verbose`: inputs, overrides, settings, searches, effects not applicable and run time.
-pub fn background(output: &OutputArguments, json: &str) {
-    if !output.verbose {
+pub fn background(verbose: bool, json: &str) {
+    if !verbose {
         return;
     }
     let document: Value = serde_json::from_str(json).unwrap_or_default();

@@ -40,7 +40,7 @@ const STIFFNESS: &[(&str, f64)] = &[("N/µm", 1e6), ("N/mm", 1e3)];
 /// Kinds by the key of a number.
 ///
 /// # Source  materials from polymers to ceramics; screws of 2 mm to 0.5 m, tables of 10 g to 50 t; catalogues of motors and couplings.
-const BY_KEY: [Kind; 14] = [
+const BY_KEY: [Kind; 16] = [
     kind(&["youngs_modulus_pa"], "Pa", [1.0, 1e15], [1e8, 1.5e12], [4e10, 5e11], PASCAL),
     kind(&["shear_modulus_pa"], "Pa", [1.0, 1e15], [3e7, 7e11], [1.5e10, 2.5e11], PASCAL),
     kind(&["pressure_limit_pa"], "Pa", [1.0, 1e15], [1e7, 1e11], [5e8, 1e10], PASCAL),
@@ -54,6 +54,8 @@ const BY_KEY: [Kind; 14] = [
     kind(&["period_s"], "s", [1e-12, 1e6], [1e-7, 1.0], [1e-6, 0.02], &[("ms", 1e-3), ("µs", 1e-6)]),
     kind(&["preload_n", "coulomb_n", "static_n"], "N", [1e-15, 1e15], [1e-4, 1e6], [0.1, 1e5], &[("kN", 1e3), ("mN", 1e-3)]),
     kind(&["loss_factor"], "", [1e-15, 100.0], [1e-7, 3.0], [1e-4, 1.0], &[("%", 0.01)]),
+    kind(&["stiffness_proportional_damping_s"], "s", [1e-15, 1e3], [1e-9, 1.0], [1e-7, 0.1], &[("ms", 1e-3), ("µs", 1e-6)]),
+    kind(&["gain", "gain_per_s", "constant", "position_gain_per_s", "velocity_gain"], "", [1e-15, 1e15], [1e-12, 1e12], [1e-12, 1e12], &[]),
     kind(&["gravity_m_s2"], "m/s²", [1e-6, 1e3], [1.0, 30.0], [9.0, 10.0], &[("mm/s²", 1e-3)]),
 ];
 
@@ -61,8 +63,8 @@ const BY_KEY: [Kind; 14] = [
 const BY_UNIT: [Kind; 8] = [
     kind(&["N/m"], "N/m", [1e-12, 1e20], [1e3, 1e12], [1e6, 1e11], STIFFNESS),
     kind(&["N*m/rad"], "N·m/rad", [1e-15, 1e20], [1e-3, 1e10], [1.0, 1e8], &[("kN·m/rad", 1e3), ("MN·m/rad", 1e6), ("N·mm/rad", 1e-3)]),
-    kind(&["N*s/m"], "N·s/m", [1e-15, 1e20], [1e-4, 1e10], [1.0, 1e7], &[("N·s/mm", 1e3), ("N·s/µm", 1e6)]),
-    kind(&["N*m*s/rad"], "N·m·s/rad", [1e-20, 1e20], [1e-10, 1e8], [1e-5, 1e3], &[("N·mm·s/rad", 1e-3)]),
+    kind(&["N*s/m"], "N·s/m", [1e-15, 1e15], [1e-4, 1e10], [1.0, 1e7], &[("N·s/mm", 1e3), ("N·s/µm", 1e6)]),
+    kind(&["N*m*s/rad"], "N·m·s/rad", [1e-20, 1e15], [1e-10, 1e8], [1e-5, 1e3], &[("N·mm·s/rad", 1e-3)]),
     kind(&["kg"], "kg", [1e-15, 1e12], [1e-4, 1e5], [0.01, 5e4], &[("g", 1e-3), ("t", 1e3)]),
     kind(&["kg*m^2"], "kg·m²", [1e-20, 1e12], [1e-10, 20.0], [1e-8, 10.0], &[("kg·cm²", 1e-4), ("kg·mm²", 1e-6)]),
     kind(&["Pa"], "Pa", [1.0, 1e15], [1e7, 1.5e12], [1e10, 5e11], PASCAL),
@@ -76,9 +78,10 @@ pub(super) fn check_numbers(table: &Table) -> Result<Vec<String>, MachineError> 
     let open = unfilled(table);
     match open.as_slice() {
         [] => {}
-        [only] => return Err(fault(only.clone(), "is still nan; write a number, from a drawing or catalogue")),
+        [only] => return Err(fault(only.clone(), "is NaN, still to be filled in; write a number, from a drawing or catalogue")),
         several => {
-            let text = format!("{} numbers are still nan; write a number for each, from drawings and catalogues", several.len());
+            let text =
+                format!("these {} are NaN, still to be filled in; write a number for each, from drawings and catalogues", several.len());
             return Err(fault(several.join(", "), text));
         }
     }

@@ -98,7 +98,7 @@ pub(super) fn parse(path: &str, text: &str) -> Result<Manifest, MeasurementError
     }
     let open = toml::from_str::<toml::Table>(text).map(|table| unfilled(&table)).unwrap_or_default();
     if !open.is_empty() {
-        let fault = format!("these numbers are still nan: {}; write a number for each, or remove the key", open.join(", "));
+        let fault = format!("{}: NaN, still to be filled in; write a number for each, or remove the key", open.join(", "));
         return Err(MeasurementError::file(path, fault));
     }
     let manifest: Manifest = toml::from_str(text).map_err(|error| {

@@ -31,7 +31,7 @@ pub use claim::release_claims;
 pub use convergence::convergence_text;
 pub use csv_cell::csv_cell;
 pub use error::ReportError;
-pub use file_access::{one_line, printable};
+pub use file_access::{printable, shortened};
 pub use friction::friction_text;
 pub use identification::{comparison_text, identification_text, validation_text};
 pub use loops_text::{bode_text, circles_text, gain_text, hold_gains_text, hold_text};
