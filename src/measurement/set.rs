@@ -4,12 +4,13 @@ use std::io::{self, ErrorKind};
 use std::path::Path;
 
 use super::embedded::embedded_file;
-use super::frf::{Condition, Frf, read_lines};
+use super::frf::{Condition, Fault, Frf, read_lines};
 use super::manifest::{ChannelToleranceFile, FrfFile, GainFile, Manifest, parse};
 use super::modes::{ModeTable, read_modes};
 use super::motion::{MotionRecord, read_motion};
 use super::table::Table;
 use super::{MeasurementError, Position, Quantity, SourceFile};
+use numeric::unit::{Dimension, parse as parse_unit};
 
 /// Factor from the quantity to the recorded amplitudes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -215,6 +216,7 @@ pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> 
     let mut warnings = Vec::new();
     let gain = match manifest.excitation_unit.as_deref() {
         None | Some("N" | "N*m") => gain,
+        Some(unit) if is_newton(unit).map_err(|fault| at_key("excitation_unit", fault))? => gain,
         Some(unit) => {
             if let (Some(GainFile::Number(g)), unit) = (&manifest.gain, unit) {
                 warnings.push(format!(
@@ -314,6 +316,21 @@ fn positions(path: &str, manifest: &Manifest) -> Result<Vec<Position>, Measureme
     Ok(positions)
 }
 
+/// Whether a unit of the excitation is N or N·m under another spelling; false where it is no unit of force or torque, such as A.
+fn is_newton(label: &str) -> Result<bool, Fault> {
+    let unit = parse_unit(label).map_err(|fault| format!("{fault}; write N, N*m, or the unit of a signal, such as A"))?;
+    if ![Dimension::FORCE, Dimension::TORQUE].contains(&unit.dimension) {
+        return Ok(false);
+    }
+    if (unit.to_si() - 1.0).abs() > 1e-12 {
+        return Err(format!(
+            "is {label}; the values of a set are in SI units: multiply them by {} and write N or N*m",
+            unit.to_si().recip()
+        ));
+    }
+    Ok(true)
+}
+
 fn read_frf(folder: &mut OpenFolder<'_>, manifest: &Manifest, entry: &FrfFile, positions: &[Position]) -> Result<Frf, MeasurementError> {
     let manifest_path = folder.name("manifest.toml");
     let fault = |text: String| MeasurementError::key(&manifest_path, format!("[[frf]] {}", entry.file), text);
@@ -329,6 +346,12 @@ fn read_frf(folder: &mut OpenFolder<'_>, manifest: &Manifest, entry: &FrfFile, p
     let named = |own: &Option<String>, set: &Option<String>, key: &str| {
         own.clone().or_else(|| set.clone()).ok_or_else(|| fault(format!("has no `{key}`, nor has the set; write the point's name")))
     };
+    for (key, direction) in [("response_direction", &entry.response_direction), ("excitation_direction", &entry.excitation_direction)] {
+        let is_direction = |name: &str| name.strip_prefix(['+', '-']).is_some_and(|axis| ["X", "Y", "Z", "RX", "RY", "RZ"].contains(&axis));
+        if let Some(name) = direction.as_ref().filter(|name| !is_direction(name)) {
+            return Err(fault(format!("{key}: is «{name}»; write a sign and an axis, as in +Z or -RX")));
+        }
+    }
     let averages = entry.averages.or(manifest.averages);
     if averages == Some(0) {
         return Err(fault("averages: is 0; write a whole number from 1".into()));
@@ -365,6 +388,7 @@ fn read_published(path: &str, text: &str) -> Result<Published, MeasurementError>
     let table = Table::read(path, text, &["fit_positions", "position", "order", "predicted_hz"], &[])?;
     let mut rows = Vec::new();
     for row in table.rows() {
+        let row = row?;
         rows.push(PublishedRow {
             fit_positions: row.text("fit_positions")?.split('+').map(str::to_string).collect(),
             position: row.text("position")?.to_string(),

@@ -295,7 +295,8 @@ mod tests {
 
     #[test]
     fn frequencies_convert_to_hz_exactly() {
-        for (label, expected) in [("Hz", 1.0), ("kHz", 1e3), ("1/s", 1.0), ("rpm", 1.0 / 60.0), ("1/min", 1.0 / 60.0), ("cpm", 1.0 / 60.0)] {
+        for (label, expected) in [("Hz", 1.0), ("kHz", 1e3), ("1/s", 1.0), ("rpm", 1.0 / 60.0), ("1/min", 1.0 / 60.0), ("cpm", 1.0 / 60.0)]
+        {
             assert_eq!(parse(label).unwrap().to_hz(), Some(expected), "{label}");
         }
         assert_eq!(parse("rad/s").unwrap().to_hz(), Some(1.0 / std::f64::consts::TAU));

@@ -90,7 +90,7 @@ fn whole(symbol: &str, reading: Reading) -> Option<Unit> {
         "ozf" => Unit::of(POUND * FREE_FALL / 16.0, Dimension::FORCE),
         "pdl" => Unit::of(POUND * 12.0 * INCH, Dimension::FORCE),
         "kgf" | "kp" => Unit::of(FREE_FALL, Dimension::FORCE),
-        "gf" | "p" => Unit::of(1e-3 * FREE_FALL, Dimension::FORCE),
+        "gf" => Unit::of(1e-3 * FREE_FALL, Dimension::FORCE),
         "tf" => Unit::of(1e3 * FREE_FALL, Dimension::FORCE),
         "dyn" => Unit::of(1e-5, Dimension::FORCE),
         "in" | "In" | "IN" | "inch" | "inches" | "\"" => Unit::of(INCH, LENGTH),
@@ -137,7 +137,10 @@ fn simple(symbol: &str, reading: Reading) -> Option<Unit> {
     for (prefix, prefix_name, factor) in PREFIXES {
         for (short, name, unit) in PREFIXED {
             let is_name = |text: &str| text.strip_prefix(prefix_name).is_some_and(|rest| rest == name);
-            if symbol.strip_prefix(prefix).is_some_and(|rest| rest == short || (name == "sec" && rest == name)) || is_name(&lowercase) || is_name(singular) {
+            if symbol.strip_prefix(prefix).is_some_and(|rest| rest == short || (name == "sec" && rest == name))
+                || is_name(&lowercase)
+                || is_name(singular)
+            {
                 return Some(scaled(unit, factor));
             }
         }

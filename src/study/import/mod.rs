@@ -1,0 +1,11 @@
+//! Measurement sets from and to files of other programs.
+
+mod contents;
+mod export;
+mod place;
+mod request;
+mod source;
+
+pub use contents::{FileContents, list_contents};
+pub use export::{ExportedSet, export};
+pub use request::{ImportRequest, ImportedSet, import};
