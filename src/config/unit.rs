@@ -89,3 +89,42 @@ fn is_rotation(id: &str, mechanism: Mechanism, uses: &Patch) -> Option<bool> {
     // A screw joins an angle to translations and acts along these.
     motions.filter(|motions| !motions.is_empty()).map(|motions| motions.iter().all(|motion| *motion == PointMotion::Rotation))
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::{BENCH, read_machine};
+
+    /// Reads the bench with another unit of `k_al`, a stiffness between translations.
+    fn with_unit(unit: &str) -> Result<(String, [f64; 3]), String> {
+        let set = [format!("parameter.k_al.unit=\"{unit}\"")];
+        let config = read_machine(BENCH, &set, &[]).map_err(|error| error.to_string())?;
+        let k = config.machine.parameters.iter().find(|p| p.id == "k_al").unwrap();
+        Ok((k.unit.clone(), [k.start, k.lower, k.upper]))
+    }
+
+    #[test]
+    fn parameters_convert_to_si() {
+        let (_, si) = with_unit("N/m").unwrap();
+        for (unit, factor) in [("N/mm", 1e3), ("N/um", 1e6), ("N/µm", 1e6), ("kN/m", 1e3), ("lbf/in", 4.448_221_615_260_5 / 0.0254)] {
+            let (converted, values) = with_unit(unit).unwrap();
+            assert_eq!(converted, "N/m");
+            for (value, si) in values.iter().zip(si) {
+                assert!((value / (factor * si) - 1.0).abs() < 1e-12, "{unit}: {value} {si}");
+            }
+        }
+    }
+
+    #[test]
+    fn refuse_unknown_and_unfitting_units() {
+        for (unit, words) in [
+            ("bananas", ["parameter.k_al.unit", "«bananas» is unknown"]),
+            ("kg", ["a mass", "write N/m"]),
+            ("N*m", ["a torque", "N/m"]),
+            ("N*s/m", ["a damping", "N/m"]),
+            ("n/m", ["«n»", "N/m"]),
+        ] {
+            let text = with_unit(unit).unwrap_err();
+            assert!(words.iter().all(|word| text.contains(word)), "{unit}: {text}");
+        }
+    }
+}
