@@ -257,6 +257,7 @@ pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> 
         let frf = read_frf(&mut folder, &manifest, entry, &positions)?;
         frfs.push(frf);
     }
+    warnings.extend(length_warning(&manifest_path, &frfs));
     if modes.is_none() && frfs.is_empty() && manifest.motion.is_empty() {
         return Err(fault("holds no observation at all; write modes = \"…\", [[frf]] or [[motion]]".into()));
     }
@@ -314,6 +315,14 @@ fn positions(path: &str, manifest: &Manifest) -> Result<Vec<Position>, Measureme
         positions.push(Position { name: p.name.clone(), nut_m: p.nut_m });
     }
     Ok(positions)
+}
+
+/// Warns of a set with so many lines that fits take long: the model is evaluated at each of them.
+fn length_warning(path: &str, frfs: &[Frf]) -> Option<String> {
+    const MANY: usize = 300_000;
+    let lines: usize = frfs.iter().map(|frf| frf.lines.len()).sum();
+    let advice = "a fit takes long, in proportion to them; export with a coarser resolution, or restrict the band";
+    (lines > MANY).then(|| format!("{path}: the FRFs have {lines} lines together; {advice}"))
 }
 
 /// Whether a unit of the excitation is N or N·m under another spelling; false where it is no unit of force or torque, such as A.

@@ -120,7 +120,8 @@ pub fn described(header: &RecordHeader) -> String {
     } else {
         format!("uneven abscissa{unit}")
     };
-    let mut text = format!("{kind}  {} lines  {range}  {} / {}", header.count, point(&header.response), point(&header.reference));
+    let items = if is_of_frf(header) { "lines" } else { "values" };
+    let mut text = format!("{kind}  {} {items}  {range}  {} / {}", header.count, point(&header.response), point(&header.reference));
     if header.function_type == function_type::FREQUENCY_RESPONSE {
         let quantity = match ordinates("", "", header, None, &mut Vec::new()) {
             Ok(found) if found.inverted => format!("reciprocal of {}", found.quantity.word()),
