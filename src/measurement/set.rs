@@ -207,25 +207,8 @@ pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> 
     let text = folder.text("manifest.toml")?;
     let manifest = parse(&manifest_path, &text)?;
     let positions = positions(&manifest_path, &manifest)?;
-    let gain = match manifest.gain {
-        None => Gain::Known(1.0),
-        Some(GainFile::Number(g)) if g > 0.0 && g.is_finite() => Gain::Known(g),
-        Some(GainFile::Number(g)) => return Err(at_key("gain", format!("is {g}; write a number above 0, or \"unknown\""))),
-        Some(GainFile::Word(_)) => Gain::Unknown,
-    };
     let mut warnings = Vec::new();
-    let gain = match manifest.excitation_unit.as_deref() {
-        None | Some("N" | "N*m") => gain,
-        Some(unit) if is_newton(unit).map_err(|fault| at_key("excitation_unit", fault))? => gain,
-        Some(unit) => {
-            if let (Some(GainFile::Number(g)), unit) = (&manifest.gain, unit) {
-                warnings.push(format!(
-                    "{manifest_path}: gain = {g} is ignored: with an excitation in {unit} the gain is unknown and is estimated"
-                ));
-            }
-            Gain::Unknown
-        }
-    };
+    let gain = gain(&manifest_path, &manifest, &mut warnings)?;
     if let Some(step) = manifest.frequency_resolution_hz.filter(|s| !(*s > 0.0 && s.is_finite())) {
         return Err(at_key("frequency_resolution_hz", format!("is {step}; write a number above 0, or leave it out")));
     }
@@ -315,6 +298,29 @@ fn positions(path: &str, manifest: &Manifest) -> Result<Vec<Position>, Measureme
         positions.push(Position { name: p.name.clone(), nut_m: p.nut_m });
     }
     Ok(positions)
+}
+
+/// Returns the gain of a set; unknown where the excitation is neither a force nor a torque.
+fn gain(manifest_path: &str, manifest: &Manifest, warnings: &mut Vec<String>) -> Result<Gain, MeasurementError> {
+    let at_key = |key: &str, fault: String| MeasurementError::key(manifest_path, key, fault);
+    let gain = match manifest.gain {
+        None => Gain::Known(1.0),
+        Some(GainFile::Number(g)) if g > 0.0 && g.is_finite() => Gain::Known(g),
+        Some(GainFile::Number(g)) => return Err(at_key("gain", format!("is {g}; write a number above 0, or \"unknown\""))),
+        Some(GainFile::Word(_)) => Gain::Unknown,
+    };
+    Ok(match manifest.excitation_unit.as_deref() {
+        None | Some("N" | "N*m") => gain,
+        Some(unit) if is_newton(unit).map_err(|fault| at_key("excitation_unit", fault))? => gain,
+        Some(unit) => {
+            if let (Some(GainFile::Number(g)), unit) = (&manifest.gain, unit) {
+                warnings.push(format!(
+                    "{manifest_path}: gain = {g} is ignored: with an excitation in {unit} the gain is unknown and is estimated"
+                ));
+            }
+            Gain::Unknown
+        }
+    })
 }
 
 /// Warns of a set with so many lines that fits take long: the model is evaluated at each of them.

@@ -34,11 +34,11 @@ impl Dimension {
 
     fn plus(self, other: Self, sign: i32) -> Self {
         Self {
-            length: self.length + sign * other.length,
-            mass: self.mass + sign * other.mass,
-            time: self.time + sign * other.time,
-            current: self.current + sign * other.current,
-            temperature: self.temperature + sign * other.temperature,
+            length: self.length.saturating_add(sign.saturating_mul(other.length)),
+            mass: self.mass.saturating_add(sign.saturating_mul(other.mass)),
+            time: self.time.saturating_add(sign.saturating_mul(other.time)),
+            current: self.current.saturating_add(sign.saturating_mul(other.current)),
+            temperature: self.temperature.saturating_add(sign.saturating_mul(other.temperature)),
         }
     }
 
@@ -128,15 +128,22 @@ impl Unit {
         }
     }
 
+    /// Whether factor and exponents are those of a unit that is in use: nested powers may exceed all bounds.
+    pub fn is_plausible(self) -> bool {
+        let Dimension { length, mass, time, current, temperature } = self.dimension;
+        let exponents = [length, mass, time, current, temperature, self.turns, self.angle];
+        self.factor.is_normal() && self.factor > 0.0 && exponents.iter().all(|exponent| (-20..=20).contains(exponent))
+    }
+
     /// Returns its power.
     pub fn power(self, exponent: i32) -> Self {
         let Dimension { length, mass, time, current, temperature } = self.dimension;
-        let [length, mass, time, current, temperature] = [length, mass, time, current, temperature].map(|e| e * exponent);
+        let [length, mass, time, current, temperature] = [length, mass, time, current, temperature].map(|e| e.saturating_mul(exponent));
         Self {
             factor: self.factor.powi(exponent),
             dimension: Dimension { length, mass, time, current, temperature },
-            turns: self.turns * exponent,
-            angle: self.angle * exponent,
+            turns: self.turns.saturating_mul(exponent),
+            angle: self.angle.saturating_mul(exponent),
         }
     }
 }
@@ -148,8 +155,8 @@ impl Mul for Unit {
         Self {
             factor: self.factor * other.factor,
             dimension: self.dimension.plus(other.dimension, 1),
-            turns: self.turns + other.turns,
-            angle: self.angle + other.angle,
+            turns: self.turns.saturating_add(other.turns),
+            angle: self.angle.saturating_add(other.angle),
         }
     }
 }
@@ -161,8 +168,8 @@ impl Div for Unit {
         Self {
             factor: self.factor / other.factor,
             dimension: self.dimension.plus(other.dimension, -1),
-            turns: self.turns - other.turns,
-            angle: self.angle - other.angle,
+            turns: self.turns.saturating_sub(other.turns),
+            angle: self.angle.saturating_sub(other.angle),
         }
     }
 }

@@ -2,10 +2,12 @@
 
 mod contents;
 mod export;
+mod imported;
 mod place;
 mod request;
 mod source;
 
 pub use contents::{FileContents, list_contents};
 pub use export::{ExportedSet, export};
-pub use request::{ImportRequest, ImportedSet, import};
+pub use imported::{ImportedSet, import};
+pub use request::ImportRequest;
