@@ -46,11 +46,14 @@ fn assert_truth(imported: &Imported, factor: f64) {
         let lines: Vec<_> = frf.lines.iter().chain(&frf.rejected).collect();
         assert_eq!(lines.len(), 400, "{}", imported.said);
         for line in lines {
-            let omega = std::f64::consts::TAU * line.frequency_hz;
+            // Headers state steps with six digits.
+            let frequency_hz = (2.0 * line.frequency_hz).round() / 2.0;
+            assert!((line.frequency_hz - frequency_hz).abs() < 2e-6 * frequency_hz, "{} Hz, {}", line.frequency_hz, imported.said);
+            let omega = std::f64::consts::TAU * frequency_hz;
             let expected = match frf.quantity {
-                Quantity::Accelerance => truth(line.frequency_hz),
-                Quantity::Mobility => truth(line.frequency_hz) / Complex64::new(0.0, omega),
-                Quantity::Receptance => truth(line.frequency_hz) / (-omega * omega),
+                Quantity::Accelerance => truth(frequency_hz),
+                Quantity::Mobility => truth(frequency_hz) / Complex64::new(0.0, omega),
+                Quantity::Receptance => truth(frequency_hz) / (-omega * omega),
             } * factor;
             let error = (line.value - expected).norm() / expected.norm();
             assert!(error < 2e-5, "{} Hz: {} for {expected}, {}", line.frequency_hz, line.value, imported.said);

@@ -17,3 +17,6 @@ pub use record::{described, frfs_from_universal, is_of_frf};
 pub use table::{TableRequest, described_table, frfs_from_table};
 pub use text::decoded;
 pub use write::{Placement, left_behind, set_files};
+
+#[cfg(test)]
+mod tests;
