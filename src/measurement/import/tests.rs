@@ -51,7 +51,7 @@ fn limit_cases_give_their_right_values() {
         ("uff-unit-not-understood/meganewton.uff", 1.0, ""),
         ("uff-164-against-label/mm-164-label-m.uff", 1e-3, "dataset 164 is used"),
         ("uff-force-over-response/apparent-mass.uff", 1.0, "reciprocal"),
-        ("uff-broken-neighbour-blocks-import/nodes-2411-one-line.uff", 1.0, "node coordinate"),
+        ("uff-broken-neighbour-blocks-import/nodes-2411-one-line.uff", 1.0, "dataset 2411"),
         ("uff-broken-neighbour-blocks-import/time-record-of-type-0.uff", 1.0, "ordinate data type"),
         ("uff-broken-neighbour-blocks-import/units-164-blank.uff", 1.0, "unit factors is `blank`"),
         ("uff-coherence-of-another-record/node0.uff", 1.0, "paired in spite of"),
