@@ -85,7 +85,9 @@ fn a_missing_value_costs_its_line_alone() {
     assert!(frf.warnings.iter().any(|w| w.contains("at 2 Hz")), "{:?}", frf.warnings);
     let strict = TableRequest { quantity: Some(Quantity::Receptance), strict: true, ..TableRequest::default() };
     assert!(frfs_from_table("a.csv", "a", "f,re,im\n1,NaN,1\n2,1,1\n", &strict).unwrap_err().to_string().contains("not finite"));
-    assert_eq!(one("f,re,im,coherence\n1,1,1,1.00001\n").coherence, Some(vec![1.0]));
+    let clamped = one("f,re,im,coherence\n1,1,1,1.00001\n");
+    assert_eq!(clamped.coherence, Some(vec![1.0]));
+    assert!(clamped.warnings.iter().any(|w| w.contains("taken as 0 or 1")), "{:?}", clamped.warnings);
     assert_eq!(one("f,re,im,coherence\n1,1,1,1.5\n").coherence, None);
 }
 
