@@ -113,7 +113,7 @@ fn refuse_files_that_cannot_be_imported() {
     refuse(table, "a.csv", &[], "set the quantity");
     refuse("frequency_hz,real,imag\n10,1,1\n9,1,1\n", "b.csv", &["--quantity", "receptance"], "does not follow");
     refuse("frequency_hz,real,imag\n-1,1,1\n", "c.csv", &["--quantity", "receptance"], "0 or above");
-    refuse("frequency_hz,real,imag,coherence\n1,1,1,1.5\n", "d.csv", &["--quantity", "receptance"], "between 0 and 1");
+    refuse("frequency_hz,real,imag,coherence\n1,1,1,1.5\n", "d.csv", &["--quantity", "receptance", "--strict"], "between 0 and 1");
     refuse("frequency_hz,real,imag\n1,NaN,1\n", "e.csv", &["--quantity", "receptance"], "line 2");
     refuse(table, "f.csv", &["--quantity", "receptance", "--nut-m", "l1"], "NAME=M");
     refuse(table, "g.csv", &["--quantity", "receptance", "--nut-m", "l9=0.5"], "l9");

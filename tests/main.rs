@@ -18,6 +18,7 @@ mod faults;
 mod frf;
 mod guide;
 mod import;
+mod inputs;
 mod inputs_machine;
 mod inverse_dynamics;
 mod inverse_dynamics_command;

@@ -13,7 +13,7 @@ use study::{ImportRequest, read_set};
 /// Arguments of `import`.
 #[derive(Debug, clap::Args)]
 pub struct ImportArguments {
-    /// Universal files (dataset 58, 58b) or tables (.csv, .tsv)
+    /// Universal files (dataset 58, 58b) or tables (.csv, .tsv, .txt, .dat, .asc)
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<PathBuf>,
     /// Folder of the new measurement set
@@ -22,6 +22,15 @@ pub struct ImportArguments {
     /// List the contents of the files from their headers, and write nothing
     #[arg(long)]
     pub list: bool,
+    /// Replace the measurement set in the folder
+    #[arg(long)]
+    pub replace: bool,
+    /// Refuse a file with any faulty part, instead of importing its sound parts
+    #[arg(long)]
+    pub strict: bool,
+    /// Columns of tables without header, in their order, e.g. frequency_hz,real,imag
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    pub columns: Vec<String>,
     /// Accept files that end inside their data
     #[arg(long)]
     pub accept_truncated: bool,
@@ -80,6 +89,8 @@ pub fn import(given: &ImportArguments) -> CommandResult {
     let title = given.title.clone().or_else(|| out.file_name().map(|name| name.to_string_lossy().into_owned()));
     let request = ImportRequest {
         files: given.files.clone(),
+        columns: (!given.columns.is_empty()).then(|| given.columns.clone()),
+        strict: given.strict,
         accept_truncated: given.accept_truncated,
         quantity: given.quantity.map(QuantityName::quantity),
         position: given.position.clone(),
@@ -91,12 +102,19 @@ pub fn import(given: &ImportArguments) -> CommandResult {
         averages: given.averages,
         title: title.unwrap_or_else(|| "imported".into()),
     };
+    if out.join("manifest.toml").exists() && !given.replace {
+        let remedy = "name an empty folder with --out, or replace the set in it with --replace";
+        return Err(format!("{}: already holds a manifest.toml; {remedy}", out.display()));
+    }
     let imported = study::import(&request).map_err(shown)?;
     let folder = OutputFolder::claim(out).map_err(to_message)?;
-    if out.join("manifest.toml").exists() {
-        return Err(format!("{}: already holds a manifest.toml; name an empty folder with --out", out.display()));
-    }
+    let left_behind = imported.left_behind(out);
     folder.write_all(imported.files()).map_err(to_message)?;
+    for path in left_behind {
+        if let Err(error) = std::fs::remove_file(&path) {
+            terminal::warning(&format!("{}: a table of the replaced set cannot be removed: {error}", path.display()));
+        }
+    }
     if !given.quiet {
         imported.notes.iter().for_each(|n| terminal::warning(n));
     }

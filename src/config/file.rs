@@ -10,6 +10,7 @@ use super::error::fault;
 use super::rescale::RescaleFile;
 use super::servo::ServoFile;
 use super::tolerance::ToleranceFile;
+use super::unit::to_si;
 use machine::contact::{Rule, Stiffness};
 use machine::{
     AttachFile, Data, DerivedPatch, DriveFile, Effect, FitRule, FrictionForceFile, JointPatch, LeadErrorFile, LeverFile, MachineError,
@@ -271,28 +272,29 @@ fn joint(file: JointFile) -> Result<JointPatch, MachineError> {
     })
 }
 
-/// Returns the parameters that a file states, with the mechanisms of their uses in the patch.
-fn parameters(files: BTreeMap<String, ParameterFile>, uses: &Patch) -> Vec<Parameter> {
+/// Returns the parameters that a file states, in SI units, with the mechanisms of their uses in the patch.
+fn parameters(files: BTreeMap<String, ParameterFile>, uses: &Patch) -> Result<Vec<Parameter>, MachineError> {
     files.into_iter().map(|(id, file)| parameter(id, file, uses)).collect()
 }
 
-fn parameter(id: String, file: ParameterFile, uses: &Patch) -> Parameter {
+fn parameter(id: String, file: ParameterFile, uses: &Patch) -> Result<Parameter, MachineError> {
     let ParameterFile { unit, start, lower, upper, scale, fit, sd, source, description } = file;
+    let (unit, factor) = to_si(&id, &unit, uses)?;
     let scale = scale.unwrap_or(if lower > 0.0 { Scale::Logarithmic } else { Scale::Linear });
-    Parameter {
+    Ok(Parameter {
         mechanism: uses.mechanism_of(&id, &unit),
         role: Role::Described,
         id,
         unit,
-        start,
-        lower,
-        upper,
+        start: factor * start,
+        lower: factor * lower,
+        upper: factor * upper,
         scale,
         fit,
-        prior: sd.map(machine::Prior::Normal),
+        prior: sd.map(|sd| machine::Prior::Normal(factor * sd)),
         source,
         description,
-    }
+    })
 }
 
 impl MachineFile {
@@ -309,7 +311,7 @@ impl MachineFile {
             derived: self.derived,
             ..Patch::default()
         };
-        patch.parameters = parameters(self.parameter, &patch);
+        patch.parameters = parameters(self.parameter, &patch)?;
         Ok(patch)
     }
 }
@@ -328,7 +330,7 @@ impl EffectFile {
             levers: self.lever,
             ..Patch::default()
         };
-        patch.parameters = parameters(self.parameter, &patch);
+        patch.parameters = parameters(self.parameter, &patch).map_err(named)?;
         Ok(Effect {
             patch,
             id: self.id,

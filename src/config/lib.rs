@@ -12,6 +12,7 @@ mod schema;
 mod servo;
 mod template;
 mod tolerance;
+mod unit;
 
 pub use embedded::{BENCH, embedded_config};
 pub use error::ConfigError;

@@ -129,6 +129,7 @@ pub(super) fn read_lines(path: &str, text: &str) -> Result<(Vec<FrfLine>, Vec<Fr
     let table = Table::read(path, text, &["frequency_hz", "real", "imag"], &["coherence", "relative_sd"])?;
     let mut sorted = SortedLines::default();
     for row in table.rows() {
+        let row = row?;
         let frequency_hz = row.number("frequency_hz")?;
         let value = Complex64::new(row.number("real")?, row.number("imag")?);
         let (coherence, relative_sd) = (row.optional_number("coherence")?, row.optional_number("relative_sd")?);

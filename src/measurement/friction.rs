@@ -59,6 +59,7 @@ impl FrictionTable {
         };
         let mut runs = Vec::new();
         for row in table.rows() {
+            let row = row?;
             runs.push(FrictionRun {
                 line: row.line(),
                 velocity_m_s: row.number("velocity_m_s")?,

@@ -79,6 +79,10 @@ pub(super) struct FrfFile {
     pub quantity: Option<Quantity>,
     pub averages: Option<u32>,
     pub record: Option<String>,
+    /// Direction of the sensor in the imported file, such as `+Z`. The signs are applied to the values already.
+    pub response_direction: Option<String>,
+    /// Direction of the blow in the imported file.
+    pub excitation_direction: Option<String>,
     pub force_n: Option<f64>,
     pub speed_m_s: Option<f64>,
     pub acceleration_m_s2: Option<f64>,

@@ -30,6 +30,7 @@ pub(super) fn read_modes(path: &str, text: &str, positions: &[Position]) -> Resu
     let table = Table::read(path, text, &["position", "order", "frequency_hz"], &["amplitude"])?;
     let mut modes: Vec<Vec<ModeObservation>> = vec![Vec::new(); positions.len()];
     for row in table.rows() {
+        let row = row?;
         let name = row.text("position")?;
         let at = positions.iter().position(|p| p.name == name).ok_or_else(|| {
             let known: Vec<&str> = positions.iter().map(|p| p.name.as_str()).collect();

@@ -86,6 +86,7 @@ pub fn read_motion(path: &str, name: &str, text: &str) -> Result<MotionRecord, M
     let names: Vec<String> = table.columns().into_iter().map(str::to_string).collect();
     let mut cells: Vec<Vec<f64>> = vec![Vec::new(); names.len()];
     for row in table.rows() {
+        let row = row?;
         lines.push(row.line());
         for (name, cells) in names.iter().zip(&mut cells) {
             cells.push(row.number(name)?);

@@ -32,6 +32,7 @@ impl Reference {
         let table = Table::read_open(&file.path, file.text()?, &["time_s", "command_m"], &["pulse_v"])?;
         let (mut lines, mut time_s, mut command_m, mut added_v) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for row in table.rows() {
+            let row = row?;
             lines.push(row.line());
             time_s.push(row.number("time_s")?);
             command_m.push(row.number("command_m")?);

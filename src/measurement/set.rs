@@ -6,12 +6,13 @@ use std::path::Path;
 use file_access::{MOST_TABLE_BYTES, MOST_TEXT_BYTES, is_inside, is_physical, read_file};
 
 use super::embedded::embedded_file;
-use super::frf::{Condition, Frf, read_lines};
+use super::frf::{Condition, Fault, Frf, read_lines};
 use super::manifest::{ChannelToleranceFile, FrfFile, GainFile, Manifest, parse};
 use super::modes::{ModeTable, read_modes};
 use super::motion::{MotionRecord, read_motion};
 use super::table::Table;
 use super::{MeasurementError, Position, Quantity, SourceFile};
+use numeric::unit::{Dimension, parse as parse_unit};
 
 /// Factor from the quantity to the recorded amplitudes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -233,24 +234,8 @@ pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> 
     let text = folder.text(MANIFEST)?;
     let manifest = parse(&manifest_path, &text)?;
     let positions = positions(&manifest_path, &manifest)?;
-    let gain = match manifest.gain {
-        None => Gain::Known(1.0),
-        Some(GainFile::Number(g)) if g > 0.0 && is_physical(g) => Gain::Known(g),
-        Some(GainFile::Number(g)) => return Err(at_key("gain", format!("is {g}; write a number above 0, or \"unknown\""))),
-        Some(GainFile::Word(_)) => Gain::Unknown,
-    };
     let mut warnings = Vec::new();
-    let gain = match manifest.excitation_unit.as_deref() {
-        None | Some("N" | "N*m") => gain,
-        Some(unit) => {
-            if let (Some(GainFile::Number(g)), unit) = (&manifest.gain, unit) {
-                warnings.push(format!(
-                    "{manifest_path}: gain = {g} is ignored: with an excitation in {unit} the gain is unknown and is estimated"
-                ));
-            }
-            Gain::Unknown
-        }
-    };
+    let gain = gain(&manifest_path, &manifest, &mut warnings)?;
     if let Some(step) = manifest.frequency_resolution_hz.filter(|s| !(*s > 0.0 && s.is_finite())) {
         return Err(at_key("frequency_resolution_hz", format!("is {step}; write a number above 0, or leave it out")));
     }
@@ -282,6 +267,7 @@ pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> 
         let frf = read_frf(&mut folder, &manifest, entry, &positions)?;
         frfs.push(frf);
     }
+    warnings.extend(length_warning(&manifest_path, &frfs));
     if modes.is_none() && frfs.is_empty() && manifest.motion.is_empty() {
         return Err(fault("holds no observation at all; write modes = \"…\", [[frf]] or [[motion]]".into()));
     }
@@ -344,6 +330,52 @@ fn positions(path: &str, manifest: &Manifest) -> Result<Vec<Position>, Measureme
     Ok(positions)
 }
 
+/// Returns the gain of a set; unknown where the excitation is neither a force nor a torque.
+fn gain(manifest_path: &str, manifest: &Manifest, warnings: &mut Vec<String>) -> Result<Gain, MeasurementError> {
+    let at_key = |key: &str, fault: String| MeasurementError::key(manifest_path, key, fault);
+    let gain = match manifest.gain {
+        None => Gain::Known(1.0),
+        Some(GainFile::Number(g)) if g > 0.0 && is_physical(g) => Gain::Known(g),
+        Some(GainFile::Number(g)) => return Err(at_key("gain", format!("is {g}; write a number above 0, or \"unknown\""))),
+        Some(GainFile::Word(_)) => Gain::Unknown,
+    };
+    Ok(match manifest.excitation_unit.as_deref() {
+        None | Some("N" | "N*m") => gain,
+        Some(unit) if is_newton(unit).map_err(|fault| at_key("excitation_unit", fault))? => gain,
+        Some(unit) => {
+            if let (Some(GainFile::Number(g)), unit) = (&manifest.gain, unit) {
+                warnings.push(format!(
+                    "{manifest_path}: gain = {g} is ignored: with an excitation in {unit} the gain is unknown and is estimated"
+                ));
+            }
+            Gain::Unknown
+        }
+    })
+}
+
+/// Warns of a set with so many lines that fits take long: the model is evaluated at each of them.
+fn length_warning(path: &str, frfs: &[Frf]) -> Option<String> {
+    const MANY: usize = 300_000;
+    let lines: usize = frfs.iter().map(|frf| frf.lines.len()).sum();
+    let advice = "a fit takes long, in proportion to them; export with a coarser resolution, or restrict the band";
+    (lines > MANY).then(|| format!("{path}: the FRFs have {lines} lines together; {advice}"))
+}
+
+/// Whether a unit of the excitation is N or N·m under another spelling; false where it is no unit of force or torque, such as A.
+fn is_newton(label: &str) -> Result<bool, Fault> {
+    let unit = parse_unit(label).map_err(|fault| format!("{fault}; write N, N*m, or the unit of a signal, such as A"))?;
+    if ![Dimension::FORCE, Dimension::TORQUE].contains(&unit.dimension) {
+        return Ok(false);
+    }
+    if (unit.to_si() - 1.0).abs() > 1e-12 {
+        return Err(format!(
+            "is {label}; the values of a set are in SI units: multiply them by {} and write N or N*m",
+            unit.to_si().recip()
+        ));
+    }
+    Ok(true)
+}
+
 fn read_frf(folder: &mut OpenFolder<'_>, manifest: &Manifest, entry: &FrfFile, positions: &[Position]) -> Result<Frf, MeasurementError> {
     let manifest_path = folder.name("manifest.toml");
     let fault = |text: String| MeasurementError::key(&manifest_path, format!("[[frf]] {}", entry.file), text);
@@ -359,6 +391,12 @@ fn read_frf(folder: &mut OpenFolder<'_>, manifest: &Manifest, entry: &FrfFile, p
     let named = |own: &Option<String>, set: &Option<String>, key: &str| {
         own.clone().or_else(|| set.clone()).ok_or_else(|| fault(format!("has no `{key}`, nor has the set; write the point's name")))
     };
+    for (key, direction) in [("response_direction", &entry.response_direction), ("excitation_direction", &entry.excitation_direction)] {
+        let is_direction = |name: &str| name.strip_prefix(['+', '-']).is_some_and(|axis| ["X", "Y", "Z", "RX", "RY", "RZ"].contains(&axis));
+        if let Some(name) = direction.as_ref().filter(|name| !is_direction(name)) {
+            return Err(fault(format!("{key}: is «{name}»; write a sign and an axis, as in +Z or -RX")));
+        }
+    }
     let averages = entry.averages.or(manifest.averages);
     if averages == Some(0) {
         return Err(fault("averages: is 0; write a whole number from 1".into()));
@@ -395,6 +433,7 @@ fn read_published(path: &str, text: &str) -> Result<Published, MeasurementError>
     let table = Table::read(path, text, &["fit_positions", "position", "order", "predicted_hz"], &[])?;
     let mut rows = Vec::new();
     for row in table.rows() {
+        let row = row?;
         rows.push(PublishedRow {
             fit_positions: row.text("fit_positions")?.split('+').map(str::to_string).collect(),
             position: row.text("position")?.to_string(),

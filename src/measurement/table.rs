@@ -9,42 +9,48 @@ use super::MeasurementError;
 /// Largest number of characters of a cell that a message quotes.
 const QUOTED: usize = 40;
 
-/// A table with a header line.
+/// A table with a header line. Its lines are parsed one at a time, so that a long table costs no memory beyond its text.
 pub(super) struct Table<'p> {
     path: &'p str,
+    text: &'p str,
     columns: HashMap<String, usize>,
-    rows: Vec<(u64, csv::StringRecord)>,
+    width: usize,
 }
 
 /// One line of a table.
 pub(super) struct Row<'t> {
     table: &'t Table<'t>,
     line: u64,
-    record: &'t csv::StringRecord,
+    record: csv::StringRecord,
+}
+
+fn reader(text: &str) -> csv::Reader<&[u8]> {
+    csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(text.as_bytes())
+}
+
+fn no_csv_line(path: &str, error: &csv::Error) -> MeasurementError {
+    let line = error.position().map_or(1, csv::Position::line);
+    MeasurementError::line(path, line, format!("is not a CSV line: {error}"))
 }
 
 impl<'p> Table<'p> {
     /// Reads text with the `required` and any of the `optional` columns; others are refused.
-    pub(super) fn read(path: &'p str, text: &str, required: &[&str], optional: &[&str]) -> Result<Self, MeasurementError> {
+    pub(super) fn read(path: &'p str, text: &'p str, required: &[&str], optional: &[&str]) -> Result<Self, MeasurementError> {
         Self::read_with(path, text, required, optional, false)
     }
 
     /// Reads as [`Table::read`], but keeps unknown columns.
-    pub(super) fn read_open(path: &'p str, text: &str, required: &[&str], optional: &[&str]) -> Result<Self, MeasurementError> {
+    pub(super) fn read_open(path: &'p str, text: &'p str, required: &[&str], optional: &[&str]) -> Result<Self, MeasurementError> {
         Self::read_with(path, text, required, optional, true)
     }
 
-    fn read_with(path: &'p str, text: &str, required: &[&str], optional: &[&str], open: bool) -> Result<Self, MeasurementError> {
+    fn read_with(path: &'p str, text: &'p str, required: &[&str], optional: &[&str], open: bool) -> Result<Self, MeasurementError> {
         let known = || required.iter().chain(optional).copied().collect::<Vec<_>>().join(",");
         if text.trim().is_empty() {
             return Err(MeasurementError::file(path, format!("is empty; write the header {} and at least one line", known())));
         }
-        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).from_reader(text.as_bytes());
-        let at_line = |error: csv::Error| {
-            let line = error.position().map_or(1, csv::Position::line);
-            MeasurementError::line(path, line, format!("is not a CSV line: {error}"))
-        };
-        let header = reader.headers().map_err(at_line)?.clone();
+        let mut lines = reader(text);
+        let header = lines.headers().map_err(|e| no_csv_line(path, &e))?.clone();
         // A file that is no such table, named by mistake or on purpose, is not quoted.
         let is_known = |cell: &str| {
             let name = cell.trim_start_matches('\u{feff}').trim();
@@ -76,25 +82,24 @@ impl<'p> Table<'p> {
         if let Some(missing) = required.iter().find(|n| !columns.contains_key(**n)) {
             return Err(MeasurementError::line(path, 1, format!("column «{missing}» is missing; the header is {}", known())));
         }
-        let mut rows = Vec::new();
-        for record in reader.records() {
-            let record = record.map_err(at_line)?;
-            let line = record.position().map_or(0, csv::Position::line);
-            if record.len() != header.len() {
-                let hint = if record.len() > header.len() { " (decimal commas? write points)" } else { "" };
-                let fault = format!("has {} cells where the header has {}{hint}", record.len(), header.len());
-                return Err(MeasurementError::line(path, line, fault));
-            }
-            rows.push((line, record));
-        }
-        if rows.is_empty() {
+        if lines.records().next().is_none() {
             return Err(MeasurementError::file(path, "holds a header and no line; write at least one"));
         }
-        Ok(Table { path, columns, rows })
+        Ok(Table { path, text, columns, width: header.len() })
     }
 
-    pub(super) fn rows(&self) -> impl Iterator<Item = Row<'_>> {
-        self.rows.iter().map(|(line, record)| Row { table: self, line: *line, record })
+    /// Returns the lines, each parsed on demand.
+    pub(super) fn rows(&self) -> impl Iterator<Item = Result<Row<'_>, MeasurementError>> {
+        reader(self.text).into_records().map(|record| {
+            let record = record.map_err(|e| no_csv_line(self.path, &e))?;
+            let line = record.position().map_or(0, csv::Position::line);
+            if record.len() != self.width {
+                let hint = if record.len() > self.width { " (decimal commas? write points)" } else { "" };
+                let fault = format!("has {} cells where the header has {}{hint}", record.len(), self.width);
+                return Err(MeasurementError::line(self.path, line, fault));
+            }
+            Ok(Row { table: self, line, record })
+        })
     }
 
     /// Returns the names of all columns, in the order of the header.

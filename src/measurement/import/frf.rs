@@ -4,6 +4,9 @@ use num_complex::Complex64;
 
 use crate::{MeasurementError, Quantity};
 
+/// Largest excess of a coherence over 1 (1) that rounding in single precision explains.
+const ROUNDING: f64 = 1e-3;
+
 /// An imported FRF, in SI units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImportedFrf {
@@ -17,26 +20,38 @@ pub struct ImportedFrf {
     pub response: String,
     /// Point and direction of the excitation.
     pub excitation: String,
+    /// Direction of the response: ±1, ±2, ±3 along X, Y, Z; ±4, ±5, ±6 about them; 0 where the file states none.
+    pub response_direction: i64,
+    /// Direction of the excitation.
+    pub excitation_direction: i64,
+    /// Whether the excitation is a torque (N·m) instead of a force (N).
+    pub by_torque: bool,
     /// Quantity.
     pub quantity: Quantity,
     /// Frequencies (Hz), rising, above 0.
     pub frequency_hz: Vec<f64>,
     /// H in SI units.
     pub values: Vec<Complex64>,
-    /// Coherence γ², where the file has it.
+    /// Coherence γ², where the file has it; NaN at a line without it.
     pub coherence: Option<Vec<f64>>,
-    /// Number of lines dropped (f = 0).
+    /// Relative standard deviation, where the file has it; NaN at a line without it.
+    pub relative_sd: Option<Vec<f64>>,
+    /// Number of lines dropped (f = 0, or no finite value).
     pub dropped: usize,
     /// Tolerated faults and assumptions.
     pub warnings: Vec<String>,
 }
 
 impl ImportedFrf {
-    /// Drops the line at 0 Hz and refuses invalid data.
+    /// Drops the line at 0 Hz and lines without a finite value, clamps coherences that rounding puts above 1, and refuses invalid data.
     ///
-    /// # Errors  a frequency is negative, repeated or falling; a value is not finite; a coherence is outside [0, 1]; no line remains.
-    pub(super) fn checked(mut self) -> Result<Self, MeasurementError> {
+    /// # Errors  a frequency is negative, repeated or falling; no line remains; where `strict`, also a value that is not finite and a
+    /// coherence outside [0, 1].
+    pub(super) fn checked(mut self, strict: bool) -> Result<Self, MeasurementError> {
         let fault = |text: String| MeasurementError::record(&self.source, &self.name, text);
+        if let Some(f) = self.frequency_hz.iter().find(|f| !(**f >= 0.0 && f.is_finite())) {
+            return Err(fault(format!("a frequency is {f} Hz; frequencies are 0 or above")));
+        }
         for (at, pair) in self.frequency_hz.windows(2).enumerate() {
             if pair[0] >= pair[1] {
                 return Err(fault(format!(
@@ -47,27 +62,65 @@ impl ImportedFrf {
                 )));
             }
         }
-        if let Some(f) = self.frequency_hz.iter().find(|f| !(**f >= 0.0 && f.is_finite())) {
-            return Err(fault(format!("a frequency is {f} Hz; frequencies are 0 or above")));
-        }
-        if let Some(at) = self.values.iter().position(|v| !v.re.is_finite() || !v.im.is_finite()) {
-            return Err(fault(format!("the value at {} Hz is not finite", self.frequency_hz[at])));
-        }
-        if let Some(c) = self.coherence.iter().flatten().find(|c| !(-1e-9..=1.0 + 1e-6).contains(*c)) {
-            return Err(fault(format!("a coherence is {c}; it lies between 0 and 1")));
-        }
-        self.coherence.iter_mut().flatten().for_each(|c| *c = c.clamp(0.0, 1.0));
-        if self.frequency_hz.first() == Some(&0.0) {
-            self.frequency_hz.remove(0);
-            self.values.remove(0);
-            if let Some(coherence) = &mut self.coherence {
-                coherence.remove(0);
+        let is_bad = |v: &Complex64| !v.re.is_finite() || !v.im.is_finite();
+        let bad = |at: usize| self.frequency_hz[at] > 0.0 && is_bad(&self.values[at]);
+        let first_bad = (0..self.values.len()).find(|at| bad(*at));
+        if let Some(at) = first_bad {
+            let count = (0..self.values.len()).filter(|at| bad(*at)).count();
+            let at_first = format!("the value at {} Hz (line {}) is not finite", self.frequency_hz[at], at + 1);
+            if strict || count == self.frequency_hz.iter().filter(|f| **f > 0.0).count() {
+                return Err(fault(at_first));
             }
-            self.dropped += 1;
+            self.warnings.push(format!("{}: {count} lines without a finite value are left out; {at_first}", self.name));
         }
-        if self.frequency_hz.is_empty() {
-            return Err(fault("holds no line above 0 Hz".into()));
+        if let Some(sd) = self.relative_sd.iter().flatten().find(|sd| **sd <= 0.0 || sd.is_infinite()) {
+            return Err(fault(format!("a relative_sd is {sd}; write a number above 0, or leave the column out")));
+        }
+        self.check_coherence(strict)?;
+        let keep: Vec<bool> = self.frequency_hz.iter().zip(&self.values).map(|(f, v)| *f > 0.0 && !is_bad(v)).collect();
+        let left = keep.iter().filter(|k| **k).count();
+        self.dropped += keep.len() - left;
+        if left == 0 {
+            return Err(MeasurementError::record(&self.source, &self.name, "holds no line above 0 Hz"));
+        }
+        if left < keep.len() {
+            let columns = [Some(&mut self.frequency_hz), self.coherence.as_mut(), self.relative_sd.as_mut()];
+            columns.into_iter().flatten().for_each(|column| retain(column, &keep));
+            retain(&mut self.values, &keep);
         }
         Ok(self)
     }
+
+    /// Clamps coherences that rounding puts outside [0, 1]; leaves out a coherence that lies farther outside.
+    fn check_coherence(&mut self, strict: bool) -> Result<(), MeasurementError> {
+        let Some(coherence) = &mut self.coherence else { return Ok(()) };
+        let above_zero = || self.frequency_hz.iter().zip(coherence.iter()).filter(|(f, _)| **f > 0.0).map(|(_, c)| *c);
+        let farthest =
+            above_zero().filter(|c| c.is_finite()).fold(0.5, |far: f64, c| if (c - 0.5).abs() > (far - 0.5).abs() { c } else { far });
+        let has_gap = above_zero().any(|c| !c.is_finite());
+        let tolerance = if strict { 1e-6 } else { ROUNDING };
+        if !(-tolerance..=1.0 + tolerance).contains(&farthest) || (strict && has_gap) {
+            let text = format!("a coherence is {}; it lies between 0 and 1", if has_gap { f64::NAN } else { farthest });
+            if strict {
+                return Err(MeasurementError::record(&self.source, &self.name, text));
+            }
+            self.warnings.push(format!("{}: {text}; the coherence is left out", self.name));
+            self.coherence = None;
+            return Ok(());
+        }
+        if !(-1e-6..=1.0 + 1e-6).contains(&farthest) {
+            self.warnings.push(format!("{}: a coherence is {farthest}; values outside 0 to 1 are taken as 0 or 1", self.name));
+        }
+        if has_gap {
+            self.warnings.push(format!("{}: some lines have no coherence; they are left out where the coherence is used", self.name));
+        }
+        coherence.iter_mut().for_each(|c| *c = if c.is_finite() { c.clamp(0.0, 1.0) } else { f64::NAN });
+        Ok(())
+    }
+}
+
+/// Keeps the marked items.
+fn retain<T>(items: &mut Vec<T>, keep: &[bool]) {
+    let mut marks = keep.iter();
+    items.retain(|_| marks.next().copied().unwrap_or(false));
 }

@@ -1,12 +1,22 @@
-//! Import of FRFs from universal files and CSV tables, with explicit conversion to SI.
+//! Import of FRFs from universal files and tables, with explicit conversion to SI.
 
-mod csv;
+mod axis;
+mod coherence;
+mod column;
 mod frf;
-mod label;
+mod layout;
+mod place;
 mod record;
+mod table;
+mod text;
+mod unit;
 mod write;
 
-pub use csv::frf_from_csv;
 pub use frf::ImportedFrf;
-pub use record::{frfs_from_universal, is_of_frf};
-pub use write::{Placement, set_files};
+pub use record::{described, frfs_from_universal, is_of_frf};
+pub use table::{TableRequest, described_table, frfs_from_table};
+pub use text::decoded;
+pub use write::{Placement, left_behind, set_files};
+
+#[cfg(test)]
+mod tests;

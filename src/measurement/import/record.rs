@@ -2,28 +2,30 @@
 
 use num_complex::Complex64;
 
-use super::{ImportedFrf, label};
-use crate::universal::{NodeLocation, Ordinate, RecordAxis, RecordHeader, UniversalFile, UniversalRecord, data_type, function_type};
+use super::ImportedFrf;
+use super::axis::{Ordinates, abscissa_to_hz, ordinates, shown_unit};
+use super::coherence::{self, coherence_of, paired};
+use super::place::point;
+use crate::universal::{NodeLocation, Ordinate, RecordHeader, UniversalFile, UniversalRecord, function_type};
 use crate::{MeasurementError, Quantity};
-
-/// Largest relative difference of two abscissa values that count as equal (1).
-const ABSCISSA_TOLERANCE: f64 = 1e-6;
 
 /// Whether a record is an FRF or the coherence of one.
 pub fn is_of_frf(header: &RecordHeader) -> bool {
     [function_type::FREQUENCY_RESPONSE, function_type::COHERENCE].contains(&header.function_type)
 }
 
-/// Returns the FRFs of a universal file, each with its coherence where the file holds one, and notes on skipped data.
+/// Returns the FRFs of a universal file, each with its coherence where the file holds one, and notes on data left out.
 ///
-/// `requested` is the quantity of records whose codes and units do not state one.
+/// `requested` is the quantity of records whose codes and units do not state one. A record that is not a valid FRF is left out, named in the
+/// notes; where `strict` or where no other is left, it is refused.
 ///
-/// # Errors  such a record without `requested`; a record whose numbers are not a valid FRF.
+/// # Errors  such a record; its text names what is wrong with it.
 pub fn frfs_from_universal(
     source: &str,
     stem: &str,
     file: UniversalFile,
     requested: Option<Quantity>,
+    strict: bool,
 ) -> Result<(Vec<ImportedFrf>, Vec<String>), MeasurementError> {
     let mut notes: Vec<String> = file.warnings.iter().map(|w| format!("{source}: {w}")).collect();
     let mut other_records = file.functions.iter().filter(|r| !is_of_frf(&r.header)).count() as u64;
@@ -38,139 +40,101 @@ pub fn frfs_from_universal(
     }
     let (coherences, frfs): (Vec<UniversalRecord>, Vec<UniversalRecord>) =
         file.functions.into_iter().filter(|r| is_of_frf(&r.header)).partition(|r| r.header.function_type == function_type::COHERENCE);
+    let pairs = paired(source, &frfs, &coherences, &mut notes);
     let alone = frfs.len() == 1;
-    let mut imported = Vec::new();
-    for (at, record) in frfs.into_iter().enumerate() {
+    let (mut imported, mut refused) = (Vec::new(), Vec::new());
+    for (at, (record, pair)) in frfs.into_iter().zip(pairs).enumerate() {
         let name = if alone { stem.to_string() } else { format!("{stem}-{}", at + 1) };
-        imported.push(import_record(source, name, &record, &coherences, requested)?);
+        match import_record(source, name, record, pair.map(|at| &coherences[at]), requested, strict) {
+            Ok(frf) => imported.push(frf),
+            Err(fault) if strict => return Err(fault),
+            Err(fault) => refused.push(fault),
+        }
     }
+    if imported.is_empty() && !refused.is_empty() {
+        return Err(refused.swap_remove(0));
+    }
+    notes.extend(refused.into_iter().map(|fault| format!("{fault}; this record is left out")));
     Ok((imported, notes))
-}
-
-/// Formats point, sign and axis, for example `7:+Z`, preceded by the entity's name where it has one.
-fn point(location: &NodeLocation) -> String {
-    let axis = match location.direction.abs() {
-        1 => "X",
-        2 => "Y",
-        3 => "Z",
-        4 => "RX",
-        5 => "RY",
-        6 => "RZ",
-        _ => "",
-    };
-    let sign = if axis.is_empty() {
-        ""
-    } else if location.direction < 0 {
-        "-"
-    } else {
-        "+"
-    };
-    let entity = location.entity.trim();
-    let entity = if entity.is_empty() || entity == "NONE" { String::new() } else { format!("{entity}:") };
-    if axis.is_empty() { format!("{entity}{}", location.node) } else { format!("{entity}{}:{sign}{axis}", location.node) }
 }
 
 /// Converts one record, with its coherence if there is one, to an FRF.
 fn import_record(
     source: &str,
     name: String,
-    record: &UniversalRecord,
-    coherences: &[UniversalRecord],
+    record: UniversalRecord,
+    coherence: Option<&UniversalRecord>,
     requested: Option<Quantity>,
+    strict: bool,
 ) -> Result<ImportedFrf, MeasurementError> {
-    let header = &record.header;
+    let UniversalRecord { header, abscissa, ordinate } = record;
     let mut warnings: Vec<String> = header.warnings.iter().map(|w| format!("{name}: {w}")).collect();
-    let (quantity, scale) = quantity_and_scale(source, &name, record, requested, &mut warnings)?;
-    let Ordinate::Complex(values) = &record.ordinate else {
+    let to_hz = abscissa_to_hz(source, &name, &header.abscissa, &mut warnings)?;
+    let Ordinates { quantity, factor, inverted, by_torque } = ordinates(source, &name, &header, requested, &mut warnings)?;
+    let Ordinate::Complex(mut values) = ordinate else {
         return Err(MeasurementError::record(source, &name, "the FRF is stored as real numbers, without phase; export it as complex"));
     };
-    let frequency_hz = record.abscissa.values();
-    let same = |other: &&UniversalRecord| {
-        let h = &other.header;
-        h.response == header.response
-            && h.reference.node == header.reference.node
-            && other.ordinate.len() == values.len()
-            && other
-                .abscissa
-                .values()
-                .iter()
-                .zip(&frequency_hz)
-                .all(|(a, b)| (a - b).abs() <= ABSCISSA_TOLERANCE * b.abs().max(ABSCISSA_TOLERANCE))
-    };
-    let coherence = coherences.iter().find(same).and_then(|c| match &c.ordinate {
-        Ordinate::Real(values) => Some(values.clone()),
-        Ordinate::Complex(_) => None,
-    });
+    let si = |v: Complex64| if inverted { factor / v } else { v * factor };
+    values.iter_mut().for_each(|v| *v = si(*v));
+    let mut frequency_hz = abscissa.values();
+    drop(abscissa);
+    frequency_hz.iter_mut().for_each(|f| *f *= to_hz);
+    let of_coherence = coherence.and_then(coherence::values);
+    if let Some(complex) = coherence.filter(|_| of_coherence.is_none()) {
+        warnings.push(format!("{name}: {} is complex and is left out", coherence_of(complex)));
+    }
     let entity = |l: &NodeLocation| l.entity.trim().to_string();
+    let (moving, struck) = if inverted { (&header.reference, &header.response) } else { (&header.response, &header.reference) };
     ImportedFrf {
         source: source.into(),
         texts: header.id_lines.iter().map(|l| l.trim().to_string()).chain([entity(&header.response), entity(&header.reference)]).collect(),
-        response: point(&header.response),
-        excitation: point(&header.reference),
+        response: point(moving),
+        excitation: point(struck),
+        response_direction: moving.direction,
+        excitation_direction: struck.direction,
+        by_torque,
         quantity,
-        values: values.iter().map(|v: &Complex64| v * scale).collect(),
+        values,
         frequency_hz,
-        coherence,
+        coherence: of_coherence,
+        relative_sd: None,
         dropped: 0,
         warnings,
         name,
     }
-    .checked()
+    .checked(strict)
 }
 
-/// Returns the quantity and the factor from the file's units to SI.
-fn quantity_and_scale(
-    source: &str,
-    name: &str,
-    record: &UniversalRecord,
-    requested: Option<Quantity>,
-    warnings: &mut Vec<String>,
-) -> Result<(Quantity, f64), MeasurementError> {
-    let header = &record.header;
-    let text = |axis: &RecordAxis| axis.unit().map(str::to_string);
-    let (response_unit, force_unit) = (text(&header.ordinate), text(&header.denominator));
-    let by_label = response_unit.as_deref().and_then(label::response);
-    let by_code = match header.ordinate.data_type {
-        data_type::DISPLACEMENT => Some(Quantity::Receptance),
-        data_type::VELOCITY => Some(Quantity::Mobility),
-        data_type::ACCELERATION => Some(Quantity::Accelerance),
-        _ => None,
+/// Describes a record by its header: type, lines, range of the abscissa, places, units, quantity.
+pub fn described(header: &RecordHeader) -> String {
+    let kind = match header.function_type {
+        function_type::FREQUENCY_RESPONSE => "FRF".to_string(),
+        function_type::COHERENCE => "coherence".into(),
+        function_type::TIME => "time record".into(),
+        other => format!("function type {other}"),
     };
-    if ![data_type::EXCITATION_FORCE, data_type::REACTION_FORCE].contains(&header.denominator.data_type)
-        && force_unit.as_deref().and_then(label::force).is_none()
-    {
-        warnings.push(format!("{name}: neither code nor unit identifies the reference as a force; taken as a force in N"));
-    }
-    let quantity = by_code.or(by_label.map(|l| l.0)).or(requested).ok_or_else(|| {
-        let remedy = "set the quantity to receptance, mobility or accelerance";
-        MeasurementError::record(source, name, format!("neither code nor unit states the quantity of the response; {remedy}"))
-    })?;
-    if let Some((by_label, _)) = by_label.filter(|l| l.0 != quantity) {
-        warnings.push(format!(
-            "{name}: the code means {}, the unit «{}» means {}; the code is used",
-            quantity.word(),
-            response_unit.as_deref().unwrap_or(""),
-            by_label.word()
-        ));
-    }
-    let scale = match &header.units {
-        Some(units) => {
-            if response_unit.as_deref().is_some_and(|o| o.trim().eq_ignore_ascii_case("g")) {
-                warnings.push(format!("{name}: the unit is «g», but dataset 164 gives factors of length and force; the factors are used"));
-            }
-            units.length_m(1.0) / units.force_n(1.0)
-        }
-        None => {
-            let response = by_label.filter(|l| l.0 == quantity).map(|l| l.1);
-            let force = force_unit.as_deref().and_then(label::force);
-            if response.is_none() || force.is_none() {
-                warnings.push(format!(
-                    "{name}: no dataset 164 and no unit for {}; taken as SI",
-                    if response.is_none() { "the response" } else { "the force" }
-                ));
-            }
-            response.unwrap_or(1.0) / force.unwrap_or(1.0)
-        }
+    let unit = header.abscissa.unit().map_or_else(String::new, |unit| format!(" {}", unit.trim()));
+    let range = if header.even && header.count > 0 {
+        let last = header.abscissa_first + (header.count - 1) as f64 * header.abscissa_step;
+        format!("{}…{last}{unit}, step {}", header.abscissa_first, header.abscissa_step)
+    } else {
+        format!("uneven abscissa{unit}")
     };
-    Ok((quantity, scale))
+    let items = if is_of_frf(header) { "lines" } else { "values" };
+    let mut text = format!("{kind}  {} {items}  {range}  {} / {}", header.count, point(&header.response), point(&header.reference));
+    if header.function_type == function_type::FREQUENCY_RESPONSE {
+        let quantity = match ordinates("", "", header, None, &mut Vec::new()) {
+            Ok(found) if found.inverted => format!("reciprocal of {}", found.quantity.word()),
+            Ok(found) => found.quantity.word().into(),
+            Err(_) => "quantity unclear".into(),
+        };
+        let (upper, lower) = (shown_unit(&header.ordinate), shown_unit(&header.denominator));
+        let set = header.units.as_ref().map_or_else(String::new, |units| format!(", dataset 164 «{}»", units.description.trim()));
+        text += &format!("  {quantity}, {upper} / {lower}{set}");
+    }
+    if header.version != 0 {
+        text += &format!("  version {}", header.version);
+    }
+    let id = header.id_lines[0].trim();
+    if id.is_empty() || id.eq_ignore_ascii_case("none") { text } else { format!("{text}  {id}") }
 }

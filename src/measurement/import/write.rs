@@ -1,9 +1,11 @@
 //! Writes imported FRFs as the files of a measurement set.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
+use std::path::{Path, PathBuf};
 
 use super::ImportedFrf;
+use super::place::direction_name;
 
 /// Position and points assigned to an imported FRF; `None` where not given.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -26,6 +28,37 @@ fn file_name(name: &str) -> String {
     name.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' }).collect()
 }
 
+/// Returns the path of each FRF's table, in their order, none twice.
+fn table_paths(frfs: &[(ImportedFrf, Placement)]) -> Vec<String> {
+    let mut taken: BTreeSet<String> = BTreeSet::new();
+    let mut paths = Vec::new();
+    for (frf, _) in frfs {
+        let stem = file_name(&frf.name);
+        let mut path = format!("frf/{stem}.csv");
+        let mut count = 1;
+        while !taken.insert(path.to_lowercase()) {
+            count += 1;
+            path = format!("frf/{stem}-again-{count}.csv");
+        }
+        paths.push(path);
+    }
+    paths
+}
+
+/// Returns the paths of FRF tables in a set's folder that its manifest lists and a set of these FRFs does not: they are left behind where it
+/// replaces the other. Only files in `frf/` of the folder itself count.
+pub fn left_behind(frfs: &[(ImportedFrf, Placement)], folder: &Path) -> Vec<PathBuf> {
+    let manifest = std::fs::read_to_string(folder.join("manifest.toml")).ok().and_then(|text| text.parse::<toml::Table>().ok());
+    if !folder.join("frf").symlink_metadata().is_ok_and(|m| m.is_dir()) {
+        return Vec::new();
+    }
+    let entries = manifest.as_ref().and_then(|m| m.get("frf")?.as_array()).map(Vec::as_slice).unwrap_or_default();
+    let listed = entries.iter().filter_map(|entry| entry.get("file")?.as_str());
+    let kept = table_paths(frfs);
+    let in_folder = |name: &&str| name.strip_prefix("frf/").is_some_and(|file| !file.contains(['/', '\\']) && file.ends_with(".csv"));
+    listed.filter(in_folder).filter(|name| !kept.iter().any(|k| k == name)).map(|name| folder.join(name)).collect()
+}
+
 /// Returns path and content of every file of the set, each generated on demand.
 ///
 /// `nuts_m` holds the nut positions (m) by position name. Coherences are written only together with `averages`.
@@ -35,7 +68,8 @@ pub fn set_files(
     nuts_m: &BTreeMap<String, f64>,
     averages: Option<u32>,
 ) -> impl Iterator<Item = (String, String)> {
-    let mut manifest = format!("title = {}\ngain = 1.0\nexcitation_unit = \"N\"\n", quoted(title));
+    let unit = if frfs.iter().all(|(frf, _)| frf.by_torque) && !frfs.is_empty() { "N*m" } else { "N" };
+    let mut manifest = format!("title = {}\ngain = 1.0\nexcitation_unit = \"{unit}\"\n", quoted(title));
     if let Some(averages) = averages {
         let _ = writeln!(manifest, "averages = {averages}");
     }
@@ -54,13 +88,8 @@ pub fn set_files(
             None => manifest += "# nut_m = 0.6               # nut position from the left bearing: fill in\n",
         }
     }
-    let mut paths = Vec::new();
-    let mut taken: BTreeMap<String, usize> = BTreeMap::new();
-    for (frf, placement) in frfs {
-        let stem = file_name(&frf.name);
-        let count = taken.entry(stem.clone()).or_insert(0);
-        *count += 1;
-        let path = if *count == 1 { format!("frf/{stem}.csv") } else { format!("frf/{stem}-again-{count}.csv") };
+    let paths = table_paths(frfs);
+    for ((frf, placement), path) in frfs.iter().zip(&paths) {
         manifest += "\n[[frf]]\n";
         if let Some(position) = &placement.position {
             let _ = writeln!(manifest, "position = {}", quoted(position));
@@ -71,25 +100,44 @@ pub fn set_files(
             manifest,
             "record = {}\nfile = {}\nresponse = {}\nexcitation = {}\nquantity = \"{}\"",
             quoted(&frf.name),
-            quoted(&path),
+            quoted(path),
             quoted(response),
             quoted(excitation),
             frf.quantity.word()
         );
-        paths.push(path);
+        for (key, direction) in [("response_direction", frf.response_direction), ("excitation_direction", frf.excitation_direction)] {
+            let name = direction_name(direction);
+            if !name.is_empty() {
+                let _ = writeln!(manifest, "{key} = \"{name}\"");
+            }
+        }
     }
     let tables = paths.into_iter().zip(frfs).map(move |(path, (frf, _))| (path, table(frf, averages.is_some())));
     tables.chain([("manifest.toml".into(), manifest)])
 }
 
-/// Formats the table of an FRF.
+/// Formats the table of an FRF. Lines without coherence are left out where the others have one.
 fn table(frf: &ImportedFrf, averaged: bool) -> String {
-    let coherence = frf.coherence.as_ref().filter(|_| averaged);
-    let mut text = String::from(if coherence.is_some() { "frequency_hz,real,imag,coherence\n" } else { "frequency_hz,real,imag\n" });
+    /// Usual length of a line (bytes).
+    const LINE: usize = 80;
+    let coherence = frf.coherence.as_ref().filter(|c| averaged && c.iter().any(|c| c.is_finite()));
+    let relative_sd = frf.relative_sd.as_ref();
+    let mut text = String::with_capacity(LINE * (frf.values.len() + 1));
+    text += "frequency_hz,real,imag";
+    text += if coherence.is_some() { ",coherence" } else { "" };
+    text += if relative_sd.is_some() { ",relative_sd\n" } else { "\n" };
     for (at, (f, h)) in frf.frequency_hz.iter().zip(&frf.values).enumerate() {
+        if coherence.is_some_and(|c| !c[at].is_finite()) {
+            continue;
+        }
         let _ = write!(text, "{f:?},{:e},{:e}", h.re, h.im);
         if let Some(coherence) = coherence {
             let _ = write!(text, ",{}", coherence[at]);
+        }
+        match relative_sd.map(|sd| sd[at]) {
+            Some(sd) if sd.is_finite() => _ = write!(text, ",{sd}"),
+            Some(_) => text.push(','),
+            None => {}
         }
         text.push('\n');
     }

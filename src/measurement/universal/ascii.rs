@@ -36,15 +36,34 @@ struct ScanProgress {
     last_short: Option<(FilePlace, usize)>,
     /// Number of numbers in the last line beyond those declared.
     extra: Option<(FilePlace, usize)>,
+    /// Whether missing values are read as NaN.
+    accepts_missing: bool,
+}
+
+impl ScanProgress {
+    /// Whether the next number may be missing: an ordinate, where missing values are accepted.
+    fn takes_missing(&self) -> bool {
+        self.accepts_missing && !self.points.expects_abscissa()
+    }
 }
 
 /// Reads the payload that starts here, and its closing sentinel. The source ends up after the sentinel, or before it after a refusal.
 pub(super) fn read_values<R: Read + Seek>(
     source: &mut ByteSource<R>,
     header: &mut RecordHeader,
+    accepts_missing: bool,
 ) -> Result<(Abscissa, Ordinate), UniversalError> {
     let points = Points::new(header, source.remaining());
-    let mut progress = ScanProgress { points, letter_d: None, bare: None, first_line: 0, short_line: None, last_short: None, extra: None };
+    let mut progress = ScanProgress {
+        points,
+        letter_d: None,
+        bare: None,
+        first_line: 0,
+        short_line: None,
+        last_short: None,
+        extra: None,
+        accepts_missing,
+    };
     let end = read_lines(source, header, &mut progress)?;
     let ScanProgress { points, letter_d, bare, first_line, short_line, extra, .. } = progress;
     let place = header.place;
@@ -127,7 +146,7 @@ fn read_numbers(line: &SourceLine<'_>, bytes_left: u64, progress: &mut ScanProgr
                 offset = end;
             }
             Scan::Number { value, end, form } => {
-                if !value.is_finite() {
+                if !value.is_finite() && !progress.takes_missing() {
                     return Err(not_finite(line, offset, end, progress));
                 }
                 match form {
@@ -142,7 +161,16 @@ fn read_numbers(line: &SourceLine<'_>, bytes_left: u64, progress: &mut ScanProgr
             Scan::Bad { start, end } => {
                 let found = excerpt(&line.text[start..end]);
                 let lower = found.to_lowercase();
-                if ["nan", "inf", "ind", "qnan", "snan"].iter().any(|word| lower.contains(word)) {
+                let has_word = ["nan", "inf", "ind", "qnan", "snan"].iter().any(|word| lower.contains(word));
+                // A field too narrow for its number is filled with asterisks.
+                let is_overflown = !lower.is_empty() && lower.bytes().all(|byte| byte == b'*');
+                if (has_word || is_overflown) && progress.takes_missing() {
+                    progress.points.push(f64::NAN, bytes_left);
+                    count += 1;
+                    offset = end;
+                    continue;
+                }
+                if has_word {
                     return Err(not_finite(line, start, end, progress));
                 }
                 return Err(UniversalError::NotANumber { place: line.place, column: start + 1, found });

@@ -23,7 +23,7 @@ struct Values {
 pub(super) fn read_values<R: Read + Seek>(
     source: &mut ByteSource<R>,
     header: &RecordHeader,
-    order: ByteOrder,
+    (order, accepts_missing): (ByteOrder, bool),
     extent: Extent,
 ) -> Result<(Abscissa, Ordinate), UniversalError> {
     let Extent { layout, count } = extent;
@@ -48,7 +48,7 @@ pub(super) fn read_values<R: Read + Seek>(
         }
         let done = count - left;
         decode(&window[..whole * stride as usize], layout, order, &mut values);
-        if let Some((index, found)) = values.first_not_finite(done, complex) {
+        if let Some((index, found)) = values.first_not_finite(done, complex, accepts_missing) {
             source.seek(end)?;
             let place = FilePlace { byte: start + stride * index as u64, line: None };
             return Err(UniversalError::NotFinite { place, index: index as u64, found });
@@ -66,12 +66,15 @@ pub(super) fn read_values<R: Read + Seek>(
 }
 
 impl Values {
-    /// Returns the first value from an index on that is NaN or infinite.
-    fn first_not_finite(&self, from: usize, complex: bool) -> Option<(usize, String)> {
+    /// Returns the first value from an index on that is NaN or infinite; on the abscissa alone where missing values are accepted.
+    fn first_not_finite(&self, from: usize, complex: bool, accepts_missing: bool) -> Option<(usize, String)> {
         let abscissa = self.abscissa.get(from..).unwrap_or_default();
         let bad = |value: f64| !value.is_finite();
         if let Some(offset) = abscissa.iter().position(|&value| bad(value)) {
             return Some((from + offset, format!("{} on the abscissa", abscissa[offset])));
+        }
+        if accepts_missing {
+            return None;
         }
         if complex {
             let values = &self.complex[from..];

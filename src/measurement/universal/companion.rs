@@ -123,14 +123,16 @@ pub(super) fn read_units<R: Read + Seek>(
     let description = line.columns(10, 30).to_owned();
     let temperature_mode = line.integer(30, 40, "temperature mode")?;
     let mut factors = Vec::new();
-    let mut missing = 2;
-    while factors.len() < 4 {
+    for missing in [2, 1] {
         let line = header_line(source, 164, missing, warnings)?;
-        missing = missing.saturating_sub(1);
         numbers(&line, "unit factor", &mut factors)?;
+        if factors.len() >= 4 {
+            break;
+        }
     }
     let &[length_factor, force_factor, temperature_factor, temperature_offset, ..] = factors.as_slice() else {
-        return Err(line.fault("unit factors", "", "write three factors and an offset"));
+        let found = if factors.is_empty() { "blank" } else { "incomplete" };
+        return Err(line.fault("unit factors", found, "write three factors and an offset"));
     };
     for (field, factor) in [("length factor", length_factor), ("force factor", force_factor)] {
         if !(factor > 0.0 && factor.is_finite()) {

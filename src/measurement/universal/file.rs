@@ -11,6 +11,9 @@ use super::record::{RecordHeader, UniversalRecord};
 use super::units::Units;
 use super::warning::Warning;
 
+/// Number of refused parts at which the reading of a file ends: it is no measured file.
+const LEAST_REFUSED_TO_STOP: usize = 1000;
+
 /// Content of a universal file; `F` is [`UniversalRecord`], or [`RecordHeader`] where only headers are read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UniversalFile<F = UniversalRecord> {
@@ -34,21 +37,21 @@ pub struct UniversalFile<F = UniversalRecord> {
 ///
 /// # Errors     the first refused record; [`UniversalReader`] continues after it
 pub fn read(bytes: &[u8]) -> Result<UniversalFile, UniversalError> {
-    collect(UniversalReader::new(Cursor::new(bytes))?, UniversalReader::next_dataset)
+    collect(UniversalReader::new(Cursor::new(bytes))?, UniversalReader::next_dataset, &mut Err)
 }
 
 /// Reads the headers of a universal file from memory.
 ///
 /// # Errors     the first refused header
 pub fn read_headers(bytes: &[u8]) -> Result<UniversalFile<RecordHeader>, UniversalError> {
-    collect(UniversalReader::new(Cursor::new(bytes))?, UniversalReader::next_header)
+    collect(UniversalReader::new(Cursor::new(bytes))?, UniversalReader::next_header, &mut Err)
 }
 
 /// Reads a universal file.
 ///
 /// # Errors     the file cannot be read, or the first refused record
 pub fn read_path(path: impl AsRef<Path>) -> Result<UniversalFile, UniversalError> {
-    collect(UniversalReader::open(path)?, UniversalReader::next_dataset)
+    collect(UniversalReader::open(path)?, UniversalReader::next_dataset, &mut Err)
 }
 
 /// Reads a universal file with only the functions whose header is `wanted`; the data of the others are skipped without loading.
@@ -56,41 +59,89 @@ pub fn read_path(path: impl AsRef<Path>) -> Result<UniversalFile, UniversalError
 /// # Errors     as [`read_path`], for the wanted functions; the file changes while it is read
 pub fn read_path_where(path: impl AsRef<Path>, wanted: impl Fn(&RecordHeader) -> bool) -> Result<UniversalFile, UniversalError> {
     let path = path.as_ref();
+    let reader = UniversalReader::open(path)?;
+    unchanged(path, || collect(reader, |reader| next_wanted(reader, &wanted), &mut Err))
+}
+
+/// Reads the sound parts of a universal file, with only the functions whose header is `wanted`: a part that is refused is left out and
+/// returned as the reason, and missing values (NaN, infinite, asterisks) are NaN.
+///
+/// # Errors     the file cannot be read, changes meanwhile or holds no dataset
+pub fn read_path_sound(
+    path: impl AsRef<Path>,
+    wanted: impl Fn(&RecordHeader) -> bool,
+) -> Result<(UniversalFile, Vec<UniversalError>), UniversalError> {
+    let path = path.as_ref();
+    let reader = UniversalReader::open(path)?.accept_missing();
+    let mut refused = Vec::new();
+    let file = unchanged(path, || collect(reader, |reader| next_wanted(reader, &wanted), &mut |fault| leave_out(fault, &mut refused)))?;
+    Ok((file, refused))
+}
+
+/// Reads the sound parts of a universal file from memory, as [`read_path_sound`].
+///
+/// # Errors     the file holds no dataset
+pub fn read_sound(bytes: &[u8]) -> Result<(UniversalFile, Vec<UniversalError>), UniversalError> {
+    let reader = UniversalReader::new(Cursor::new(bytes))?.accept_missing();
+    let mut refused = Vec::new();
+    let file = collect(reader, |reader| next_wanted(reader, &|_| true), &mut |fault| leave_out(fault, &mut refused))?;
+    Ok((file, refused))
+}
+
+/// Keeps the reason of a part that is left out.
+///
+/// # Errors     the file itself cannot be read any farther
+fn leave_out(fault: UniversalError, refused: &mut Vec<UniversalError>) -> Result<(), UniversalError> {
+    if matches!(fault, UniversalError::Io { .. } | UniversalError::Changed) || refused.len() >= LEAST_REFUSED_TO_STOP {
+        return Err(fault);
+    }
+    refused.push(fault);
+    Ok(())
+}
+
+/// Runs a reading; a file that is still being written would otherwise be read in part without notice.
+fn unchanged(path: &Path, read: impl FnOnce() -> Result<UniversalFile, UniversalError>) -> Result<UniversalFile, UniversalError> {
     let state =
         || std::fs::metadata(path).and_then(|m| Ok((m.len(), m.modified()?))).map_err(UniversalError::io(&path.display().to_string()));
     let before = state()?;
-    let file = collect(UniversalReader::open(path)?, |reader| {
-        let dataset = reader.next_header()?;
-        Some(dataset.and_then(|dataset| match dataset {
-            Dataset::Function(header) if wanted(&header) => reader.record(&header).map(|record| Dataset::Function(Box::new(record))),
-            Dataset::Function(header) => Ok(Dataset::Skipped(Skipped { number: 58, place: header.place, times: 1 })),
-            Dataset::Header(header) => Ok(Dataset::Header(header)),
-            Dataset::Units(units) => Ok(Dataset::Units(units)),
-            Dataset::Nodes(nodes) => Ok(Dataset::Nodes(nodes)),
-            Dataset::TraceLines(lines) => Ok(Dataset::TraceLines(lines)),
-            Dataset::Skipped(skipped) => Ok(Dataset::Skipped(skipped)),
-        }))
-    });
-    // Otherwise a file that is still being written would be read in part without notice.
+    let file = read();
     if state()? != before { Err(UniversalError::Changed) } else { file }
+}
+
+/// Returns the next dataset, a record only where its header is `wanted`.
+fn next_wanted<R: Read + Seek>(
+    reader: &mut UniversalReader<R>,
+    wanted: &impl Fn(&RecordHeader) -> bool,
+) -> Option<Result<Dataset, UniversalError>> {
+    let dataset = reader.next_header()?;
+    Some(dataset.and_then(|dataset| match dataset {
+        Dataset::Function(header) if wanted(&header) => reader.record(&header).map(|record| Dataset::Function(Box::new(record))),
+        Dataset::Function(header) => Ok(Dataset::Skipped(Skipped { number: 58, place: header.place, times: 1 })),
+        Dataset::Header(header) => Ok(Dataset::Header(header)),
+        Dataset::Units(units) => Ok(Dataset::Units(units)),
+        Dataset::Nodes(nodes) => Ok(Dataset::Nodes(nodes)),
+        Dataset::TraceLines(lines) => Ok(Dataset::TraceLines(lines)),
+        Dataset::Skipped(skipped) => Ok(Dataset::Skipped(skipped)),
+    }))
 }
 
 /// Reads the headers of a universal file, without loading its data.
 ///
 /// # Errors     the file cannot be read, or the first refused header
 pub fn read_headers_path(path: impl AsRef<Path>) -> Result<UniversalFile<RecordHeader>, UniversalError> {
-    collect(UniversalReader::open(path)?, UniversalReader::next_header)
+    collect(UniversalReader::open(path)?, UniversalReader::next_header, &mut Err)
 }
 
-/// Collects all datasets that `next` reads.
+/// Collects all datasets that `next` reads; `refused` decides whether a refused part ends the reading.
 fn collect<R: Read + Seek, F>(
     mut reader: UniversalReader<R>,
     next: impl Fn(&mut UniversalReader<R>) -> Option<Result<Dataset<F>, UniversalError>>,
+    refused: &mut dyn FnMut(UniversalError) -> Result<(), UniversalError>,
 ) -> Result<UniversalFile<F>, UniversalError> {
     let (mut headers, mut units, mut nodes) = (Vec::new(), Vec::new(), Vec::new());
     let (mut trace_lines, mut functions) = (Vec::new(), Vec::new());
     let mut skipped: BTreeMap<u32, Skipped> = BTreeMap::new();
-    let mut cut = None;
+    let (mut cut, mut parts_left_out) = (None, false);
     let mut budget = (SIZE_FACTOR * reader.length()).saturating_add(SIZE_SLACK);
     while let Some(dataset) = next(&mut reader) {
         let kept = match &dataset {
@@ -110,13 +161,23 @@ fn collect<R: Read + Seek, F>(
                 skipped.entry(found.number).and_modify(|first| first.times += 1).or_insert(found);
             }
             Err(UniversalError::EndsInHeader { place, .. }) if !functions.is_empty() => cut = Some(Warning::EndsInHeader { place }),
-            Err(fault) => return Err(fault),
+            Err(fault) => {
+                refused(fault)?;
+                parts_left_out = true;
+            }
         }
     }
     let mut skipped: Vec<Skipped> = skipped.into_values().collect();
     skipped.sort_by_key(|skipped| skipped.place.byte);
     let warnings = reader.warnings().into_iter().chain(cut).collect();
-    if headers.is_empty() && units.is_empty() && nodes.is_empty() && trace_lines.is_empty() && functions.is_empty() && skipped.is_empty() {
+    if headers.is_empty()
+        && units.is_empty()
+        && nodes.is_empty()
+        && trace_lines.is_empty()
+        && functions.is_empty()
+        && skipped.is_empty()
+        && !parts_left_out
+    {
         return Err(reader.nothing_found());
     }
     Ok(UniversalFile { headers, units, nodes, trace_lines, functions, skipped, warnings })

@@ -32,6 +32,10 @@ pub mod data_type {
     pub const TIME: i64 = 17;
     /// Frequency.
     pub const FREQUENCY: i64 = 18;
+    /// Rotational speed.
+    pub const ROTATIONAL_SPEED: i64 = 19;
+    /// Order.
+    pub const ORDER: i64 = 20;
 }
 
 /// Order of the bytes of a number.

@@ -65,7 +65,7 @@ pub use abscissa::Abscissa;
 pub use companion::{FileHeader, Node, Skipped, TraceLine};
 pub use error::UniversalError;
 pub use evidence::{AxisName, SizeEvidence};
-pub use file::{UniversalFile, read, read_headers, read_headers_path, read_path, read_path_where};
+pub use file::{UniversalFile, read, read_headers, read_headers_path, read_path, read_path_sound, read_path_where, read_sound};
 pub use kind::{ByteOrder, Encoding, OrdinateType, data_type, function_type};
 pub use place::FilePlace;
 pub use reader::{Dataset, UniversalReader};

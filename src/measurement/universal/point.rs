@@ -61,6 +61,11 @@ impl Points {
         self.taken >= self.declared
     }
 
+    /// Whether the next number is an abscissa.
+    pub fn expects_abscissa(&self) -> bool {
+        !self.even && self.filled == 0
+    }
+
     /// Returns the number of whole values so far.
     pub fn taken(&self) -> usize {
         self.taken

@@ -69,6 +69,8 @@ pub struct UniversalReader<R> {
     /// Whether the dataset being read is binary.
     pub(super) binary: bool,
     ended: bool,
+    /// Whether a missing value (NaN, infinite, asterisks) is read as NaN; otherwise it refuses the record.
+    accepts_missing: bool,
 }
 
 impl UniversalReader<File> {
@@ -87,7 +89,22 @@ impl<R: Read + Seek> UniversalReader<R> {
         if source.peek(BYTE_ORDER_MARK.len())? == BYTE_ORDER_MARK {
             source.seek(FilePlace { byte: BYTE_ORDER_MARK.len() as u64, line: Some(1) })?;
         }
-        Ok(Self { source, units: None, warnings: Vec::new(), further: 0, closed: false, binary: false, ended: false })
+        Ok(Self {
+            source,
+            units: None,
+            warnings: Vec::new(),
+            further: 0,
+            closed: false,
+            binary: false,
+            ended: false,
+            accepts_missing: false,
+        })
+    }
+
+    /// Reads a missing value (NaN, infinite, or a field of asterisks) as NaN, instead of refusing its record.
+    pub fn accept_missing(mut self) -> Self {
+        self.accepts_missing = true;
+        self
     }
 
     /// Returns the next dataset, records with their data.
@@ -111,6 +128,11 @@ impl<R: Read + Seek> UniversalReader<R> {
             Err(fault) => Err(fault),
         };
         self.units = units;
+        match &record {
+            Ok(_) => {}
+            Err(UniversalError::Io { .. }) => self.ended = true,
+            Err(_) => self.ended = self.find_next().is_err(),
+        }
         record
     }
 
@@ -172,6 +194,10 @@ impl<R: Read + Seek> UniversalReader<R> {
             }
         };
         self.warn(warnings);
+        if frame.number == 164 {
+            // Units before it are no longer in force, even where it cannot be read.
+            self.units = None;
+        }
         let found = found?;
         if let Dataset::Units(units) = &found {
             self.units = Some(Arc::new(units.clone()));
@@ -183,10 +209,10 @@ impl<R: Read + Seek> UniversalReader<R> {
     fn read_record(&mut self, frame: Frame) -> Result<UniversalRecord, UniversalError> {
         let (mut header, byte_count) = read_header(&mut self.source, frame.line, frame.binary, self.units.clone())?;
         let (abscissa, ordinate) = match header.encoding {
-            Encoding::Ascii => ascii::read_values(&mut self.source, &mut header)?,
+            Encoding::Ascii => ascii::read_values(&mut self.source, &mut header, self.accepts_missing)?,
             Encoding::Binary(order) => {
                 let extent = find_extent(&mut self.source, &mut header, byte_count)?;
-                let values = binary::read_values(&mut self.source, &header, order, extent)?;
+                let values = binary::read_values(&mut self.source, &header, (order, self.accepts_missing), extent)?;
                 self.close_payload(&mut header)?;
                 values
             }

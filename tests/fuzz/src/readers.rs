@@ -4,8 +4,10 @@ use std::collections::BTreeMap;
 use std::io::{Error, ErrorKind};
 
 use config::{ConfigError, MachineConfig, read_machine_text};
-use measurement::import::{ImportedFrf, Placement, frf_from_csv, frfs_from_universal, set_files};
-use measurement::universal::{read, read_headers};
+use measurement::import::{
+    ImportedFrf, Placement, TableRequest, decoded, described, described_table, frfs_from_table, frfs_from_universal, set_files,
+};
+use measurement::universal::{read, read_headers, read_sound};
 use measurement::{FrictionTable, MeasurementError, MeasurementSet, Quantity, Reference, SourceFile, read_motion, read_set_with};
 use reference_simulator::Label;
 use report::page::{Page, html};
@@ -29,7 +31,9 @@ pub const ACCEPTANCE: [(&str, Accepts); 5] = [
     ("tables", |bytes| {
         let file = SourceFile { path: "table.csv".into(), bytes: bytes.to_vec() };
         let text = std::str::from_utf8(bytes).unwrap_or("");
-        let frf = [Quantity::Receptance, Quantity::Accelerance].iter().any(|q| frf_from_csv("table.csv", "table", text, Some(*q)).is_ok());
+        let frf = [Quantity::Receptance, Quantity::Accelerance]
+            .iter()
+            .any(|q| frfs_from_table("table.csv", "table", text, &of_quantity(*q)).is_ok());
         frf || Reference::of(file.clone()).is_ok() || FrictionTable::of(file).is_ok()
     }),
     ("universal", |bytes| read(bytes).is_ok() && read_headers(bytes).is_ok()),
@@ -78,6 +82,17 @@ fn set(bytes: &[u8]) {
 /// Reads a CSV table, classified by its columns: friction runs, commands and time records, FRFs of other programs.
 fn tables(bytes: &[u8]) {
     let file = SourceFile { path: "table.csv".into(), bytes: bytes.to_vec() };
+    // A table to import may be in any encoding.
+    let imported = decoded(bytes.to_vec());
+    if imported.lines().next().is_none_or(|first| !first.contains("time_s") && !first.contains("velocity_m_s")) {
+        _ = described_table("table.csv", &imported, &TableRequest::default());
+        let quantity = if imported.contains("s^2") { Quantity::Accelerance } else { Quantity::Receptance };
+        for strict in [false, true] {
+            if let Ok(frfs) = frfs_from_table("table.csv", "table", &imported, &TableRequest { strict, ..of_quantity(quantity) }) {
+                check_written_set(frfs);
+            }
+        }
+    }
     let Ok(text) = file.text() else { return };
     if text.contains("velocity_m_s") {
         _ = FrictionTable::of(file);
@@ -89,23 +104,29 @@ fn tables(bytes: &[u8]) {
         if let Ok(reference) = Reference::of(file) {
             assert!(reference.step_s > 0.0 && reference.step_s.is_finite(), "{}", reference.step_s);
         }
-    } else {
-        let quantity = if text.contains("s^2") { Quantity::Accelerance } else { Quantity::Receptance };
-        if let Ok(frf) = frf_from_csv("table.csv", "table", text, Some(quantity)) {
-            check_written_set(vec![frf]);
-        }
     }
+}
+
+fn of_quantity(quantity: Quantity) -> TableRequest {
+    TableRequest { quantity: Some(quantity), ..TableRequest::default() }
 }
 
 /// Reads a universal file: the whole file, its headers, its FRFs.
 fn universal(bytes: &[u8]) {
-    _ = read_headers(bytes);
+    if let Ok(file) = read_headers(bytes) {
+        file.functions.iter().for_each(|header| _ = described(header));
+    }
+    if let Ok((file, _)) = read_sound(bytes)
+        && let Ok((frfs, _)) = frfs_from_universal("file.uff", "file", file, Some(Quantity::Receptance), false)
+    {
+        check_written_set(frfs);
+    }
     let Ok(file) = read(bytes) else { return };
     for record in &file.functions {
         assert_eq!(record.header.count, record.ordinate.len());
         assert_eq!(record.abscissa.len(), record.ordinate.len());
     }
-    if let Ok((frfs, _)) = frfs_from_universal("file.uff", "file", file, Some(Quantity::Receptance)) {
+    if let Ok((frfs, _)) = frfs_from_universal("file.uff", "file", file, Some(Quantity::Receptance), true) {
         check_written_set(frfs);
     }
 }
@@ -115,7 +136,9 @@ fn check_written_set(frfs: Vec<ImportedFrf>) {
     if frfs.is_empty() {
         return;
     }
-    let counts: Vec<usize> = frfs.iter().map(|f| f.frequency_hz.len()).collect();
+    // Lines without coherence are left out where the coherence is written.
+    let written = |f: &ImportedFrf| f.coherence.as_ref().map(|c| c.iter().filter(|c| c.is_finite()).count()).filter(|count| *count > 0);
+    let counts: Vec<usize> = frfs.iter().map(|f| written(f).unwrap_or(f.frequency_hz.len())).collect();
     let placed: Vec<_> = frfs.into_iter().map(|f| (f, Placement::default())).collect();
     let files: BTreeMap<String, String> = set_files("imported", &placed, &BTreeMap::new(), Some(2)).collect();
     let file = |name: &str| files.get(name).map(|text| text.as_bytes().to_vec()).ok_or_else(|| Error::from(ErrorKind::NotFound));

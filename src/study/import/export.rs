@@ -1,0 +1,73 @@
+//! Measurement sets as universal files.
+
+use crate::{StudyError, StudyResult};
+use measurement::universal::{
+    Abscissa, ByteOrder, Encoding, FileHeader, NodeLocation, RecordAxis, Units, UniversalRecord, UniversalWriter, data_type,
+};
+use measurement::{Frf, MeasurementSet, Quantity};
+
+/// A measurement set as a universal file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExportedSet {
+    /// Content of the file.
+    pub bytes: Vec<u8>,
+    /// Number of FRFs.
+    pub frfs: usize,
+    /// What the file cannot hold.
+    pub notes: Vec<String>,
+}
+
+/// Formats the FRFs of a set as a universal file, in dataset 58b (binary) or 58 (text).
+///
+/// # Errors  the set holds no FRF, or one that a universal file cannot hold.
+pub fn export(set: &MeasurementSet, binary: bool) -> StudyResult<ExportedSet> {
+    if set.frfs.is_empty() {
+        return Err(StudyError::input(&set.path, "the set has no FRF to export"));
+    }
+    let mut points: Vec<String> = Vec::new();
+    let mut node = |name: &str| match points.iter().position(|p| p == name) {
+        Some(at) => at as i64 + 1,
+        None => {
+            points.push(name.to_string());
+            points.len() as i64
+        }
+    };
+    let mut writer = UniversalWriter::new(Vec::new());
+    let fault = |e: measurement::universal::WriteError| StudyError::input(&set.path, e.to_string());
+    writer.header(&FileHeader { model_name: set.title.clone(), ..FileHeader::default() }).map_err(fault)?;
+    writer.units(&Units::si()).map_err(fault)?;
+    let encoding = if binary { Encoding::Binary(ByteOrder::Little) } else { Encoding::Ascii };
+    for frf in &set.frfs {
+        let position = frf.position.map(|p| set.positions[p].name.clone());
+        let (response, excitation) = (node(&frf.response), node(&frf.excitation));
+        writer.record(&record(frf, position.as_deref(), response, excitation), encoding).map_err(fault)?;
+    }
+    let bytes = writer.finish().map_err(fault)?;
+    let has_noise = set.frfs.iter().any(|f| f.lines.iter().any(|l| l.noise.is_some()));
+    let left_out = "coherence and relative_sd have no field in a universal FRF record and are not written; keep the measurement set, too";
+    Ok(ExportedSet { bytes, frfs: set.frfs.len(), notes: has_noise.then(|| left_out.to_string()).into_iter().collect() })
+}
+
+fn record(frf: &Frf, position: Option<&str>, response: i64, excitation: i64) -> UniversalRecord {
+    let (code, label, unit) = match frf.quantity {
+        Quantity::Receptance => (data_type::DISPLACEMENT, "Displacement", "m"),
+        Quantity::Mobility => (data_type::VELOCITY, "Velocity", "m/s"),
+        Quantity::Accelerance => (data_type::ACCELERATION, "Acceleration", "m/s^2"),
+    };
+    let location = |name: &str, node: i64| NodeLocation { entity: name.chars().take(10).collect(), node, direction: 1 };
+    let frequency = Abscissa::Uneven(frf.lines.iter().map(|l| l.frequency_hz).collect());
+    let values = frf.lines.iter().map(|l| l.value).collect();
+    let numerator = RecordAxis::new(code, label, unit);
+    let mut record = UniversalRecord::frequency_response(
+        location(&frf.response, response),
+        location(&frf.excitation, excitation),
+        numerator,
+        frequency,
+        values,
+    );
+    record.header.id_lines[0] = format!("{} / {}", frf.response, frf.excitation);
+    if let Some(position) = position {
+        record.header.id_lines[3] = format!("position {position}");
+    }
+    record
+}

@@ -1,0 +1,118 @@
+//! Measurement sets from files of other programs.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use super::place::place;
+use super::request::ImportRequest;
+use super::source::{is_table, table_text};
+use crate::{StudyError, StudyResult};
+use measurement::import::{ImportedFrf, Placement, TableRequest, frfs_from_table, frfs_from_universal, is_of_frf, left_behind, set_files};
+use measurement::universal::function_type::FREQUENCY_RESPONSE;
+use measurement::universal::{Warning, read_path_sound, read_path_where};
+
+/// An imported measurement set.
+#[derive(Debug, Clone)]
+pub struct ImportedSet {
+    /// What was assumed or left out.
+    pub notes: Vec<String>,
+    title: String,
+    assigned: Vec<(ImportedFrf, Placement)>,
+    nut_m: BTreeMap<String, f64>,
+    averages: Option<u32>,
+}
+
+impl ImportedSet {
+    /// Returns the number of FRFs.
+    pub fn frfs(&self) -> usize {
+        self.assigned.len()
+    }
+
+    /// Returns the number of FRFs at a named position.
+    pub fn frfs_at_positions(&self) -> usize {
+        self.assigned.iter().filter(|(_, placement)| placement.position.is_some()).count()
+    }
+
+    /// Returns the paths of FRF tables in a set's folder that its manifest lists and this set does not: they are left behind where it replaces
+    /// the other. Only files in `frf/` of the folder itself count.
+    pub fn left_behind(&self, folder: &Path) -> Vec<PathBuf> {
+        left_behind(&self.assigned, folder)
+    }
+
+    /// Returns name and content of every file of the set's folder, `manifest.toml` among them, each generated on demand.
+    pub fn files(&self) -> impl Iterator<Item = (String, String)> {
+        set_files(&self.title, &self.assigned, &self.nut_m, self.averages)
+    }
+}
+
+/// Imports files of other programs as a measurement set.
+///
+/// # Errors  a file cannot be read or holds no FRF; the quantity is unknown; names or positions do not fit the records.
+pub fn import(request: &ImportRequest) -> StudyResult<ImportedSet> {
+    let (mut frfs, mut notes) = (Vec::new(), Vec::new());
+    for path in &request.files {
+        let source = path.display().to_string();
+        let stem = path.file_stem().map_or_else(|| "frf".into(), |s| s.to_string_lossy().into_owned());
+        if is_table(path) {
+            let of_table = TableRequest { quantity: request.quantity, columns: request.columns.clone(), strict: request.strict };
+            frfs.extend(frfs_from_table(&source, &stem, &table_text(path)?, &of_table).map_err(StudyError::impossible)?);
+        } else {
+            let (found, of_file) = universal(path, &source, &stem, request)?;
+            frfs.extend(found);
+            notes.extend(of_file);
+        }
+    }
+    let assigned = place(frfs, request)?;
+    for (frf, _) in &assigned {
+        notes.extend(frf.warnings.iter().cloned());
+        if frf.coherence.is_some() && request.averages.is_none() {
+            notes.push(format!("{}: its coherence is left out, because the number of averages is unknown; state averages", frf.name));
+        }
+    }
+    if let Some(name) = request.nut_m.keys().find(|n| !assigned.iter().any(|(_, p)| p.position.as_ref() == Some(n))) {
+        let fault = "no record has a position of that name; use position, pattern or map";
+        return Err(StudyError::setting("nut_m", format!("{name}=…"), fault));
+    }
+    if assigned.iter().any(|(frf, _)| frf.by_torque) && assigned.iter().any(|(frf, _)| !frf.by_torque) {
+        let of = |wanted: bool| assigned.iter().find(|(frf, _)| frf.by_torque == wanted).map_or("", |(frf, _)| frf.name.as_str());
+        let fault =
+            format!("{} is excited by a torque, {} by a force; a set has one unit of excitation: import them apart", of(true), of(false));
+        return Err(StudyError::Impossible(fault));
+    }
+    Ok(ImportedSet { notes, title: request.title.clone(), assigned, nut_m: request.nut_m.clone(), averages: request.averages })
+}
+
+/// Reads the FRFs of a universal file, with notes on what is left out.
+fn universal(path: &Path, source: &str, stem: &str, request: &ImportRequest) -> StudyResult<(Vec<ImportedFrf>, Vec<String>)> {
+    let unreadable = |e: measurement::universal::UniversalError| StudyError::input(source, e.to_string());
+    let (mut file, refused) = if request.strict {
+        (read_path_where(path, is_of_frf).map_err(unreadable)?, Vec::new())
+    } else {
+        read_path_sound(path, is_of_frf).map_err(unreadable)?
+    };
+    let mut notes: Vec<String> = refused.iter().map(|fault| format!("{source}: {fault}; this part is left out")).collect();
+    let cut = |f: &measurement::universal::UniversalRecord| f.header.warnings.iter().any(|w| matches!(w, Warning::Truncated { .. }));
+    if !request.accept_truncated
+        && let Some(record) = file.functions.iter().find(|f| cut(f))
+    {
+        let truncated = record.header.warnings.iter().find(|w| matches!(w, Warning::Truncated { .. }));
+        let text = truncated.map_or_else(String::new, ToString::to_string);
+        let remedy = "accept the values that it holds (accept_truncated)";
+        if request.strict || file.functions.iter().all(|f| cut(f) || f.header.function_type != FREQUENCY_RESPONSE) {
+            return Err(StudyError::input(source, format!("{text}, or {remedy}")));
+        }
+        notes.push(format!("{source}: {text}; this record is left out; get the whole file, or {remedy}"));
+        file.functions.retain(|f| !cut(f));
+    }
+    let (found, of_file) = frfs_from_universal(source, stem, file, request.quantity, request.strict).map_err(StudyError::impossible)?;
+    if found.is_empty() {
+        // The first refused part may have been the FRF.
+        let fault = refused.first().map_or_else(
+            || "holds no FRF (dataset 58, function type 4); list its contents".to_string(),
+            |first| format!("holds no FRF that can be read: {first}"),
+        );
+        return Err(StudyError::input(source, fault));
+    }
+    notes.extend(of_file);
+    Ok((found, notes))
+}
