@@ -243,7 +243,7 @@ fn limit_coherences_pair_by_all_their_fields() {
 #[test]
 fn a_coherence_without_partner_is_named() {
     let of = |node: i32| {
-        let locations = format!("    6         0    0         0 NONE       {node:>10}   3 NONE               1   3");
+        let locations = format!("    6         0    0         0 NONE       {node:>9}   3 NONE               1   3");
         Universal { locations: &locations, value: |_| Complex64::new(0.97, 0.0), ..Universal::default() }.text()
     };
     let other = import_text(&(Universal::default().text() + &of(9)), &["--averages", "5"]);

@@ -146,9 +146,9 @@ fn refuse_a_folder_without_results() {
     assert!(fault(&["report", "."]).contains("holds no result document"));
     assert!(fault(&["report", "nowhere"]).contains("there is no such folder"));
     fs::write(folder.path().join("peaks.json"), "{").unwrap();
-    assert!(fault(&["report", "."]).contains("peaks.json: line 1"));
+    assert!(fault(&["report", "."]).contains("peaks.json, line 1: is not a result document"));
     fs::write(folder.path().join("peaks.json"), "{\"schema\":\"other/1\"}").unwrap();
-    assert!(fault(&["report", "."]).contains("not a jointid/peaks/1"));
+    assert!(fault(&["report", "."]).contains("`schema` is not jointid/peaks/1"));
     assert!(!folder.path().join("report.html").exists());
 }
 

@@ -230,10 +230,10 @@ const MISTAKES: [(&str, Mistake); 42] = [
         Typed(&["import", "$/tap.csv", "--out", "$/set"], &[("tap.csv", "frequency_hz,real,imag\n10,1e-8,0\n11,1e-8,0\n")]),
     ),
     (
-        "semicolons between columns, as written by some spreadsheets",
+        "commas between columns and in numbers",
         Typed(
             &["import", "$/tap.csv", "--quantity", "receptance", "--out", "$/set"],
-            &[("tap.csv", "frequency_hz;real;imag\n10,0;1e-8;0\n")],
+            &[("tap.csv", "frequency_hz,real,imag\n10,0,1e-8,0\n11,0,1e-8,0\n")],
         ),
     ),
     ("the manifest instead of its folder", Typed(&["identify", "--measurements", "$/manifest.toml"], &[("manifest.toml", FRF)])),

@@ -84,10 +84,17 @@ fn is_rotation(id: &str, mechanism: Mechanism, uses: &Patch) -> Option<bool> {
         return uses.points.iter().find(|p| names(&p.inertia)).map(|p| p.motion == PointMotion::Rotation);
     }
     let joint = uses.joints.iter().find(|j| names(&j.stiffness) || names(&j.damping))?;
-    let motions: Option<Vec<PointMotion>> =
-        joint.on.iter().map(|(name, _)| uses.points.iter().find(|p| p.name == *name).map(|p| p.motion)).collect();
+    let are_rotations = |points: &mut dyn Iterator<Item = &String>| -> Option<Vec<bool>> {
+        points.map(|name| uses.points.iter().find(|p| p.name == *name).map(|p| p.motion == PointMotion::Rotation)).collect()
+    };
+    // Points of different kinds that must be of one are a fault of the joint, not of the unit.
+    let alike = are_rotations(&mut joint.alike.iter())?;
+    if alike.windows(2).any(|pair| pair[0] != pair[1]) {
+        return None;
+    }
     // A screw joins an angle to translations and acts along these.
-    motions.filter(|motions| !motions.is_empty()).map(|motions| motions.iter().all(|motion| *motion == PointMotion::Rotation))
+    let on = are_rotations(&mut joint.on.iter().map(|(name, _)| name))?;
+    (!on.is_empty()).then(|| on.iter().all(|is_rotation| *is_rotation))
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Imported FRFs and their checks.
 
+use file_access::LARGEST_NUMBER;
 use num_complex::Complex64;
 
 use crate::{MeasurementError, Quantity};
@@ -49,8 +50,8 @@ impl ImportedFrf {
     /// coherence outside [0, 1].
     pub(super) fn checked(mut self, strict: bool) -> Result<Self, MeasurementError> {
         let fault = |text: String| MeasurementError::record(&self.source, &self.name, text);
-        if let Some(f) = self.frequency_hz.iter().find(|f| !(**f >= 0.0 && f.is_finite())) {
-            return Err(fault(format!("a frequency is {f} Hz; frequencies are 0 or above")));
+        if let Some(f) = self.frequency_hz.iter().find(|f| !(0.0..=LARGEST_NUMBER).contains(*f)) {
+            return Err(fault(format!("a frequency is {f:e} Hz; frequencies are 0 or above, and below {LARGEST_NUMBER:e}")));
         }
         for (at, pair) in self.frequency_hz.windows(2).enumerate() {
             if pair[0] >= pair[1] {
@@ -61,6 +62,9 @@ impl ImportedFrf {
                     pair[0]
                 )));
             }
+        }
+        if let Some(v) = self.values.iter().find(|v| v.re.is_finite() && v.im.is_finite() && v.norm() > LARGEST_NUMBER) {
+            return Err(fault(format!("a value is {:e}; no quantity in SI units is that large", v.norm())));
         }
         let is_bad = |v: &Complex64| !v.re.is_finite() || !v.im.is_finite();
         let bad = |at: usize| self.frequency_hz[at] > 0.0 && is_bad(&self.values[at]);
@@ -73,7 +77,7 @@ impl ImportedFrf {
             }
             self.warnings.push(format!("{}: {count} lines without a finite value are left out; {at_first}", self.name));
         }
-        if let Some(sd) = self.relative_sd.iter().flatten().find(|sd| **sd <= 0.0 || sd.is_infinite()) {
+        if let Some(sd) = self.relative_sd.iter().flatten().find(|sd| **sd <= 0.0 || **sd > LARGEST_NUMBER) {
             return Err(fault(format!("a relative_sd is {sd}; write a number above 0, or leave the column out")));
         }
         self.check_coherence(strict)?;

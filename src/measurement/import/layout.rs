@@ -149,7 +149,10 @@ fn header(before: &[(usize, &str)], separator: Separator, cells: usize) -> (Opti
     let Some(names) = fitting(line) else { return (None, *index as u64 + 1) };
     let is_unit = |name: &str| {
         let inside = name.trim_matches(['(', ')', '[', ']']);
-        name.is_empty() || name == "-" || numeric::unit::parse(inside).is_ok() || inside.to_lowercase().starts_with("db")
+        name.is_empty()
+            || name == "-"
+            || [name, inside].iter().any(|text| numeric::unit::parse(text).is_ok())
+            || inside.to_lowercase().starts_with("db")
     };
     if names.iter().all(|name| is_unit(name))
         && let Some((_, line)) = above.next()
