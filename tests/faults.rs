@@ -420,7 +420,7 @@ fn limit_a_file_of_two_gigabytes_in_two_hundred_megabytes() {
     let listed = successful(&run("import large.uff --list"));
     assert!(listed.contains("3 functions") && listed.contains("250000000 values"), "{listed}");
     let imported = run("import large.uff --out set");
-    assert!(successful(&imported).contains("1 FRFs imported"));
+    assert!(successful(&imported).contains("1 FRF imported"));
     assert!(String::from_utf8_lossy(&imported.stderr).contains("2 records of dataset 58 are not FRFs"));
     assert_eq!(read_set(folder.path().join("set").to_str().unwrap()).unwrap().frfs[0].lines.len(), 50);
 }

@@ -119,7 +119,8 @@ pub fn import(given: &ImportArguments) -> CommandResult {
         imported.notes.iter().for_each(|n| terminal::warning(n));
     }
     let (count, at_positions) = (imported.frfs(), imported.frfs_at_positions());
-    print_out(&format!("{count} FRFs imported into {}, {at_positions} of them at a position\n", out.display()))?;
+    let frfs = if count == 1 { "FRF" } else { "FRFs" };
+    print_out(&format!("{count} {frfs} imported into {}, {at_positions} of them at a position\n", out.display()))?;
     Ok(Outcome::Done)
 }
 

@@ -2,6 +2,7 @@
 
 use std::io;
 
+use file_access::ReadFault;
 use thiserror::Error;
 
 use super::place::FilePlace;
@@ -17,6 +18,9 @@ pub enum UniversalError {
         /// Reason.
         source: io::Error,
     },
+    /// The file cannot be opened; the text follows its name.
+    #[error(transparent)]
+    Open(#[from] ReadFault),
     /// The file changed between its first and its last byte.
     #[error("the file changed while it was read; read it again when it is complete")]
     Changed,

@@ -76,9 +76,7 @@ pub struct UniversalReader<R> {
 impl UniversalReader<File> {
     /// Opens a file.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, UniversalError> {
-        let path = path.as_ref();
-        let file = open_file(path, MOST_STREAM_BYTES).map_err(|fault| UniversalError::io(&path.display().to_string())(fault.into()))?;
-        Self::new(file)
+        Self::new(open_file(path.as_ref(), MOST_STREAM_BYTES)?)
     }
 }
 

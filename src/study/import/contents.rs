@@ -34,7 +34,9 @@ pub fn list_contents(files: &[PathBuf]) -> StudyResult<Vec<FileContents>> {
             continue;
         }
         let file = read_headers_path(path).map_err(|e| StudyError::input(&source, e.to_string()))?;
-        text += &format!("{source}: {} functions, {} nodes, {} unit sets\n", file.functions.len(), file.nodes.len(), file.units.len());
+        let counted = |count: usize, noun: &str| format!("{count} {noun}{}", if count == 1 { "" } else { "s" });
+        let (functions, nodes) = (counted(file.functions.len(), "function"), counted(file.nodes.len(), "node"));
+        text += &format!("{source}: {functions}, {nodes}, {}\n", counted(file.units.len(), "unit set"));
         for (at, header) in file.functions.iter().enumerate() {
             text += &format!("  {:>3}  {}\n", at + 1, described(header));
         }
