@@ -6,7 +6,6 @@ use std::path::Path;
 use file_access::{MOST_TABLE_BYTES, read_text};
 
 use super::request::ImportRequest;
-use super::source::unreadable;
 use crate::{StudyError, StudyResult};
 use measurement::import::{ImportedFrf, Placement};
 
@@ -54,7 +53,7 @@ fn matched(text: &str, before: &str, after: &str) -> Option<String> {
 fn read_map(path: &Path) -> StudyResult<BTreeMap<String, Placement>> {
     let source = path.display();
     let fault = |text: String| StudyError::input(&source, text);
-    let text = read_text(path, MOST_TABLE_BYTES).map_err(|e| unreadable(path, &e.into()))?;
+    let text = read_text(path, MOST_TABLE_BYTES).map_err(|e| fault(e.to_string()))?;
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
     let header = reader.headers().map_err(|e| fault(e.to_string()))?.clone();
     if let Some(unknown) = header.iter().find(|h| !["record", "position", "response", "excitation"].contains(h)) {
