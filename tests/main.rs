@@ -9,6 +9,7 @@
 mod support;
 
 mod architecture;
+mod basins;
 mod bench;
 mod certainty;
 mod command;

@@ -100,7 +100,7 @@ pub fn background(verbose: bool, json: &str) {
     }
     for search in list("searches") {
         let cost = search["cost"].as_f64().unwrap_or(f64::NAN);
-        say(&format!("search with seed {}: cost {cost:.6} after {} evaluations\n", search["seed"], search["evaluations"]));
+        say(&format!("round of searches with seed {}: cost {cost:.6} after {} evaluations\n", search["seed"], search["evaluations"]));
     }
     for effect in list("effects").iter().filter(|effect| effect["status"] == "not-applicable") {
         say(&wrapped(&format!("not applicable: {}: {}", word(&effect["id"]), word(&effect["why"]))));

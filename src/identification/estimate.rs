@@ -6,13 +6,14 @@ use serde::{Deserialize, Serialize};
 use super::bootstrap::{Bootstrap, Drawn, bootstrap};
 use super::combination::{Combination, combinations};
 use super::place::Place;
-use super::problem::{Problem, SearchEnd, distance};
-use super::profile::{CHI_SQUARE_95, profiles};
+use super::problem::{Problem, distance};
+use super::profile::{CHI_SQUARE_95, ProfileStart, Profiler, Profiles, Region, joined};
+use super::search::{MIN_DISTANCE, Minimum, SearchEffort, polished_from_nearby, searched};
 use super::settings::{IdentificationSettings, Repeat};
 use super::uncertainty::{Certainty, NARROWING, RANGE_SD, certainty, counted};
 use crate::objective::{GAIN_RANGE, ObjectiveError};
 use machine::{Machine, Parameter, ParameterValues};
-use optimizer::{Control, Polished, SearchResult, SearchSettings, least_squares, least_squares_within, search};
+use optimizer::{Control, LeastSquares, Polished, least_squares, least_squares_within};
 
 /// An identified parameter.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,8 +22,10 @@ pub struct Estimate {
     pub parameter: usize,
     /// Value in its unit.
     pub value: f64,
-    /// 95 % interval; `None` for a parameter that was not fitted.
+    /// 95 % interval; the hull of its parts where it has several; `None` for a parameter that was not fitted.
     pub interval95: Option<(f64, f64)>,
+    /// The parts of the 95 % interval in rising order: one for each range of values that the data do not reject.
+    pub intervals95: Vec<(f64, f64)>,
     /// Whether it is identifiable from the data; `None` for a parameter that was not fitted.
     pub identifiable: Option<bool>,
     /// Whether it lies at an end of its plausible range.
@@ -37,7 +40,9 @@ pub(super) struct Estimation {
     pub estimates: Vec<Estimate>,
     pub gain_interval95: Option<(f64, f64)>,
     pub gain_identifiable: Option<bool>,
+    pub cost: f64,
     pub repeats: Vec<Repeat>,
+    pub effort: SearchEffort,
     pub agree: Option<bool>,
     pub chi_square: f64,
     pub freedom: usize,
@@ -59,8 +64,8 @@ pub struct Basin {
     pub place: Place,
     /// χ².
     pub cost: f64,
-    /// Number of searches that found it.
-    pub searches: usize,
+    /// Number of spread starts that ended in it; 0 if it was met on the way of a profile.
+    pub starts: usize,
 }
 
 /// Largest number of least-squares steps from a nearby start.
@@ -68,67 +73,9 @@ const POLISH: u64 = 100;
 /// Least-squares steps from each of many starts, before the best are selected.
 const FIRST_STEPS: u64 = 10;
 /// Largest number of starts, those with the least χ², that are continued.
-const CONTINUED: usize = 6;
+const CONTINUED: usize = 12;
 /// Largest distance from an end of the unit interval at which a parameter counts as lying at its bound.
 const AT_BOUND: f64 = 1e-3;
-
-/// Runs least squares from a nearby start. Returns the result, and its coordinates with the nuisance parameters.
-fn polished_from_nearby<P: Problem>(problem: &P, near: &Place, control: &Control) -> (SearchResult, Place) {
-    let polished = problem.squares(None, |squares| least_squares(squares, &problem.start_near(near), &[], POLISH, control.stop()));
-    let (place, cost) = (polished.place[..problem.dimension()].to_vec(), polished.normal.chi_square);
-    let (trace, population) = (Vec::new(), Vec::new());
-    let found =
-        SearchResult { place, cost, evaluations: polished.evaluations, generations: 0, trace, population, complete: !control.stopped() };
-    (found, Place(polished.place))
-}
-
-/// Runs the searches of the plan, each with its own seed: differential evolution, then the refinement of the problem.
-fn searches<P: Problem>(problem: &P, plan: &IdentificationSettings, control: &Control) -> Vec<(Repeat, Vec<SearchEnd>)> {
-    let (repeats, threads) = (plan.repeats.max(1), rayon::current_num_threads());
-    let seed = |repeat: usize| plan.seed.wrapping_add(1_000_003 * repeat as u64);
-    let explored = |repeat: usize| {
-        let usual = SearchSettings { strategy: plan.strategy, ..SearchSettings::for_dimension(problem.dimension(), seed(repeat)) };
-        control.cached(&format!("search {}", seed(repeat)), || search(problem, problem.settings(usual), control))
-    };
-    let polished = |repeat: usize, mut found: SearchResult| {
-        let (ends, spent) = control.cached(&format!("polish {}", seed(repeat)), || problem.polish(&found, control));
-        if let Some(end) = ends.first() {
-            (found.place, found.cost) = (end.place[..found.place.len()].to_vec(), end.cost);
-        }
-        found.evaluations += spent;
-        found.population.clear();
-        found.complete &= !control.stopped();
-        (Repeat { seed: seed(repeat), found }, ends)
-    };
-    // A population is evaluated on all threads, a simplex on one. The last searches defer their refinement until all populations are done,
-    // so that there is one for each thread. The refinements of the earlier searches run in parallel with later populations.
-    let explored_or_polished: Vec<Result<(Repeat, Vec<SearchEnd>), SearchResult>> = (0..repeats)
-        .into_par_iter()
-        .map(|repeat| {
-            let found = explored(repeat);
-            if repeat + threads < repeats { Ok(polished(repeat, found)) } else { Err(found) }
-        })
-        .collect();
-    explored_or_polished
-        .into_par_iter()
-        .enumerate()
-        .map(|(repeat, result)| result.unwrap_or_else(|found| polished(repeat, found)))
-        .collect()
-}
-
-/// Runs the searches, or least squares from the nearby solution of the plan. Returns each with its ends, in the order of rising cost.
-fn runs<P: Problem>(problem: &P, plan: &IdentificationSettings, control: &Control) -> (Vec<Repeat>, Vec<Vec<SearchEnd>>) {
-    let mut runs = match &plan.near {
-        Some(near) => {
-            let (found, place) = control.cached("polish", || polished_from_nearby(problem, near, control));
-            let end = SearchEnd { cost: found.cost, place };
-            vec![(Repeat { seed: plan.seed, found }, vec![end])]
-        }
-        None => searches(problem, plan, control),
-    };
-    runs.sort_by(|a, b| a.0.found.cost.total_cmp(&b.0.found.cost));
-    runs.into_iter().unzip()
-}
 
 /// A problem with more free parameters and uncertainties, on which the intervals are computed, and its starts.
 pub(super) type Wider<P> = Option<(P, Vec<Place>)>;
@@ -147,53 +94,67 @@ pub(super) fn estimate<P: Problem>(
     if free.is_empty() {
         return Err(ObjectiveError::Data("no parameter is free to be identified; freeze fewer, or set fit = \"always\" for one".into()));
     }
-    let (repeats, ends) = runs(problem, plan, control);
-    let unknowns = ends[0][0].place.len();
+    let found = match &plan.near {
+        Some(near) => polished_from_nearby(problem, near, plan, control),
+        None => searched(problem, plan, control),
+    };
+    let (repeats, effort) = (found.rounds, found.effort);
+    let (best, least) = (found.minima[0].end.place.clone(), found.minima[0].end.cost);
+    let unknowns = best.len();
     let freedom = problem.observations().saturating_sub(unknowns);
     let misfit_at = |place: &Place| {
         let chi_square = problem.squares(None, |squares| squares.chi_square(place));
         let misfit = if freedom > 0 { (chi_square / freedom as f64).max(1.0) } else { 1.0 };
         (chi_square, misfit, problem.correlation_factor(place).max(1.0))
     };
-    let first = misfit_at(&ends[0][0].place);
+    let first = misfit_at(&best);
     let (_, misfit, correlation_factor) = first;
     let inflated = problem.with_inflated_variance(misfit * correlation_factor);
-    let mut basins = basins(&ends, free.len(), CHI_SQUARE_95 * misfit * correlation_factor);
+    let mut basins = basins(found.minima, CHI_SQUARE_95 * misfit * correlation_factor);
     if let Some(inflated) = &inflated {
         basins = control.cached("weakened", || refined_basins(inflated, basins, (free.len(), CHI_SQUARE_95), control));
     }
-    let place = basins[0].place.clone();
-    let values = problem.values(&place);
-    let gain = problem.gain_at(&place);
-    let (chi_square, misfit, correlation_factor) = if inflated.is_some() { misfit_at(&place) } else { first };
+    let mut place = basins[0].place.clone();
+    let (mut values, mut gain) = (problem.values(&place), problem.gain_at(&place));
     // Eq. 26 is no likelihood: its minimum has no intervals.
     let has_intervals = problem.is_likelihood();
     let inflation = if inflated.is_some() { 1.0 } else { misfit * correlation_factor };
     let wider = if has_intervals && plan.profile { wider(&place)? } else { None };
     let wide = match &wider {
         Some((wider, from)) => {
-            let starts = from.iter().map(|place| Basin { place: place.clone(), cost: 0.0, searches: 1 }).collect();
+            let starts = from.iter().map(|place| Basin { place: place.clone(), cost: 0.0, starts: 1 }).collect();
             basins = control.cached("wider", || refined_basins(wider, starts, (wider.free().len(), CHI_SQUARE_95 * inflation), control));
             wider
         }
         None => inflated.as_ref().unwrap_or(problem),
     };
     let shares: Vec<f64> = wide.free().iter().map(|i| counted(&machine.parameters[*i])).collect();
+    let columns: Vec<usize> = (0..free.len()).chain(wide.gain_column()).collect();
+    let profiled = if has_intervals && plan.profile {
+        let (found, regions) =
+            control.cached("profiles", || confidence_regions(wide, basins.clone(), (&columns, &shares), inflation, control));
+        basins = found;
+        regions
+    } else {
+        None
+    };
+    if inflated.is_some() || wider.is_none() {
+        // A profile may have met a deeper minimum.
+        place = basins[0].place.clone();
+        (values, gain) = (problem.values(&place), problem.gain_at(&place));
+    }
+    let (chi_square, misfit, correlation_factor) = if inflated.is_some() { misfit_at(&place) } else { first };
     let information = wide.squares(None, |squares| squares.normal(&basins[0].place).information);
     let whole = certainty(&information, inflation, &shares);
-    let columns: Vec<usize> = (0..free.len()).chain(wide.gain_column()).collect();
     let first_order = |at: &usize| {
         let (here, half) = (basins[0].place[*at], 1.96 * whole.sd[*at]);
-        (here - half, here + half)
+        vec![(here - half, here + half)]
     };
-    let profiled = (has_intervals && plan.profile)
-        .then(|| control.cached("profiles", || joined_profiles(wide, &basins, (&columns, &shares), inflation, control)))
-        .flatten();
-    let mut intervals = profiled.unwrap_or_else(|| columns.iter().map(first_order).collect());
+    let mut regions = profiled.unwrap_or_else(|| columns.iter().map(first_order).collect());
     if wider.is_some() {
         // The estimate is that of the fit with the parameters that modes hardly determine held fixed.
         let own = (0..free.len()).chain(problem.gain_column()).map(|at| place[at]);
-        intervals.iter_mut().zip(own).for_each(|(interval, u)| *interval = (interval.0.min(u), interval.1.max(u)));
+        regions.iter_mut().zip(own).for_each(|(region, u)| *region = joined(std::mem::take(region), (u, u)));
     }
     let certainty = whole.of(&columns);
     let bootstraps = [Drawn::Lines, Drawn::Positions]
@@ -201,20 +162,21 @@ pub(super) fn estimate<P: Problem>(
         .filter_map(|drawn| bootstrap(problem, &place, drawn, plan.bootstrap, plan.seed, control))
         .collect();
     let mut warnings = shortage(problem.observations(), unknowns);
-    let (estimates, at_bounds) = parameter_estimates(machine, &free, &place, &values, &intervals, &certainty, has_intervals);
+    let (estimates, at_bounds) = parameter_estimates(machine, &free, &place, &values, &regions, &certainty, has_intervals);
     warnings.extend(at_bounds);
     let gain_column = problem.gain_column();
     let gain_interval95 = gain_column.filter(|_| has_intervals).map(|_| {
         let end = |u: f64| GAIN_RANGE.0 * (u * (GAIN_RANGE.1 / GAIN_RANGE.0).ln()).exp();
-        (end(intervals[free.len()].0), end(intervals[free.len()].1))
+        let (low, high) = hull(&regions[free.len()]);
+        (end(low), end(high))
     });
     warnings.extend(has_intervals.then(|| widened(chi_square, freedom, misfit, correlation_factor)).into_iter().flatten());
     let combinations =
         if has_intervals && plan.profile { combined(wide, machine, (&basins[0], &whole), inflation, control) } else { Vec::new() };
     warnings.extend(gain_column.and_then(|at| gain_at_end(place[at])));
-    let complete = !control.stopped() && repeats.len() == plan.repeats.max(1) && repeats.iter().all(|r| r.found.complete);
-    let agree = (complete && repeats.len() > 1).then(|| agreement(&repeats, &certainty, free.len()));
-    warnings.extend((agree == Some(false)).then(|| disagreement(&repeats)));
+    let complete = !control.stopped() && repeats.iter().all(|r| r.found.complete);
+    let agree = (complete && plan.near.is_none() && effort.required > 1).then(|| effort.is_enough());
+    warnings.extend((agree == Some(false)).then(|| seldom_found(effort)));
     Ok(Estimation {
         gain_identifiable: gain_column.filter(|_| has_intervals).and(certainty.identifiable.get(free.len()).copied()),
         place,
@@ -222,7 +184,10 @@ pub(super) fn estimate<P: Problem>(
         gain,
         estimates,
         gain_interval95,
+        // A profile may have met a deeper minimum.
+        cost: if has_intervals { least.min(chi_square) } else { least },
         repeats,
+        effort,
         agree,
         chi_square,
         freedom,
@@ -295,54 +260,58 @@ fn combined<P: Problem>(
     found
 }
 
-/// Smallest coordinate difference in the unit cube at which two ends are different minima.
-const MIN_DISTANCE: f64 = 0.02;
-
-/// Returns the distinct minima among the ends of searches, within a rise of χ² above the least, in rising order.
-fn basins(searches: &[Vec<SearchEnd>], free: usize, rise: f64) -> Vec<Basin> {
-    let mut ends: Vec<(usize, &SearchEnd)> =
-        searches.iter().enumerate().flat_map(|(search, ends)| ends.iter().map(move |end| (search, end))).collect();
-    ends.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
-    let least = ends.first().map_or(0.0, |(_, end)| end.cost);
-    let mut basins: Vec<(Basin, Vec<usize>)> = Vec::new();
-    for (search, end) in ends.into_iter().filter(|(_, end)| end.cost - least <= rise) {
-        match basins.iter_mut().find(|(basin, _)| same(&basin.place, &end.place, free)) {
-            Some((_, by)) if by.contains(&search) => {}
-            Some((_, by)) => by.push(search),
-            None => basins.push((Basin { place: end.place.clone(), cost: end.cost, searches: 1 }, vec![search])),
-        }
-    }
-    basins.into_iter().map(|(basin, by)| Basin { searches: by.len(), ..basin }).collect()
+/// Returns the minima within a rise of χ² above the least.
+fn basins(minima: Vec<Minimum>, rise: f64) -> Vec<Basin> {
+    let least = minima[0].end.cost;
+    let near = minima.into_iter().filter(|m| m.end.cost - least <= rise);
+    near.map(|m| Basin { place: m.end.place, cost: m.end.cost, starts: m.starts }).collect()
 }
 
-/// Computes intervals of some coordinates: the hull of the profile intervals of all basins. `None` if stopped.
-fn joined_profiles<P: Problem>(
+/// Number of times that the profiles start again from a deeper minimum.
+const DEEPER: usize = 4;
+
+/// Computes the confidence regions of some coordinates by profiles from all basins; `None` if stopped. Returns also the basins, with deeper ones that
+/// the profiles have met.
+fn confidence_regions<P: Problem>(
     problem: &P,
+    mut basins: Vec<Basin>,
+    (columns, shares): (&[usize], &[f64]),
+    inflation: f64,
+    control: &Control,
+) -> (Vec<Basin>, Option<Vec<Region>>) {
+    let free = problem.free().len();
+    for _ in 0..DEEPER {
+        let found = problem.squares(None, |squares| profiles(squares, &basins, (columns, shares), inflation, control));
+        match found {
+            Profiles::Regions(regions) => return (basins, Some(regions)),
+            Profiles::Stopped => return (basins, None),
+            Profiles::Deeper(place) => {
+                basins.insert(0, Basin { place: Place(place), cost: 0.0, starts: 0 });
+                basins = refined_basins(problem, basins, (free, CHI_SQUARE_95 * inflation), control);
+            }
+        }
+    }
+    (basins, None)
+}
+
+fn profiles(
+    squares: &dyn LeastSquares,
     basins: &[Basin],
     (columns, shares): (&[usize], &[f64]),
     inflation: f64,
     control: &Control,
-) -> Option<Vec<(f64, f64)>> {
-    let least = basins.first()?.cost;
-    let mut joined: Option<Vec<(f64, f64)>> = None;
-    for basin in basins {
-        // A profile has already passed a basin that lies within the intervals so far.
-        let inside = |all: &Vec<(f64, f64)>| columns.iter().zip(all).all(|(c, (low, high))| (*low..=*high).contains(&basin.place[*c]));
-        if joined.as_ref().is_some_and(inside) {
-            continue;
-        }
-        let own = problem.squares(None, |squares| {
-            let best = Polished { place: basin.place.0.clone(), normal: squares.normal(&basin.place), evaluations: 0, converged: true };
-            let certainty = certainty(&best.normal.information, inflation, shares);
-            let rise = CHI_SQUARE_95 * inflation - (basin.cost - least);
-            profiles(squares, &best, &certainty, (columns, rise), control)
-        })?;
-        joined = Some(match joined {
-            None => own,
-            Some(all) => all.iter().zip(&own).map(|(a, b)| (a.0.min(b.0), a.1.max(b.1))).collect(),
-        });
-    }
-    joined
+) -> Profiles {
+    let start = |basin: &Basin| {
+        let minimum = Polished { place: basin.place.0.clone(), normal: squares.normal(&basin.place), evaluations: 0, converged: true };
+        ProfileStart { certainty: certainty(&minimum.normal.information, inflation, shares), minimum }
+    };
+    let minima: Vec<ProfileStart> = basins.iter().map(start).collect();
+    Profiler { squares, minima: &minima, rise: CHI_SQUARE_95 * inflation, control }.regions(columns)
+}
+
+/// Returns the hull of a region.
+fn hull(region: &Region) -> (f64, f64) {
+    region.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |hull, part| (hull.0.min(part.0), hull.1.max(part.1)))
 }
 
 /// Warns of widened intervals: a misfit above the stated weights, or correlated residuals.
@@ -367,13 +336,11 @@ fn gain_at_end(place: f64) -> Option<String> {
     at_end.then(|| format!("the estimated gain lies at an end of its range, {end:e}: check the units of the set, or state the gain"))
 }
 
-/// Warns of searches that do not agree.
-fn disagreement(repeats: &[Repeat]) -> String {
-    let worst = repeats.last().map_or(0.0, |r| r.found.cost);
+/// Warns of a best minimum that was not found again as often as required.
+fn seldom_found(effort: SearchEffort) -> String {
+    let SearchEffort { starts, found, required } = effort;
     format!(
-        "the {} searches do not agree (cost {:.6} to {worst:.6}): raise the number of searches (repeats)",
-        repeats.len(),
-        repeats[0].found.cost
+        "the best minimum was found from {found} of {starts} starts, not from {required} as required: a better one may exist; narrow the ranges of the parameters, or raise the number of times it has to be found (repeats)"
     )
 }
 
@@ -395,16 +362,23 @@ fn parameter_estimates(
     free: &[usize],
     place: &Place,
     values: &ParameterValues,
-    intervals: &[(f64, f64)],
+    regions: &[Region],
     certainty: &Certainty,
     has_intervals: bool,
 ) -> (Vec<Estimate>, Vec<String>) {
     let mut warnings = Vec::new();
     let mut estimates: Vec<Estimate> = (0..machine.parameters.len())
-        .map(|parameter| Estimate { parameter, value: values[parameter], interval95: None, identifiable: None, at_bound: false })
+        .map(|parameter| Estimate {
+            parameter,
+            value: values[parameter],
+            interval95: None,
+            intervals95: Vec::new(),
+            identifiable: None,
+            at_bound: false,
+        })
         .collect();
     for (column, &parameter) in free.iter().enumerate() {
-        let (u, (low, high)) = (place[column], intervals[column]);
+        let (u, (low, high)) = (place[column], hull(&regions[column]));
         let description = &machine.parameters[parameter];
         let end = |x: f64| description.from_unit(x.clamp(0.0, 1.0));
         let at_bound = !(AT_BOUND..=1.0 - AT_BOUND).contains(&u);
@@ -413,6 +387,7 @@ fn parameter_estimates(
             parameter,
             value: values[parameter],
             interval95: has_intervals.then(|| (end(low), end(high))),
+            intervals95: regions[column].iter().filter(|_| has_intervals).map(|(low, high)| (end(*low), end(*high))).collect(),
             identifiable: has_intervals.then_some(narrow && !at_bound),
             at_bound,
         };
@@ -429,19 +404,4 @@ fn parameter_estimates(
         }
     }
     (estimates, warnings)
-}
-
-/// Whether the searches agree on the cost and on the identifiable parameters.
-///
-/// Parameters agree within a tenth of their standard deviation or a thousandth of the range.
-fn agreement(repeats: &[Repeat], certainty: &Certainty, free: usize) -> bool {
-    let best = &repeats[0].found;
-    let worst = repeats.last().map_or(best.cost, |r| r.found.cost);
-    let costs = worst - best.cost <= 1e-3 * best.cost.abs().max(1e-12);
-    // Where costs agree to a thousandth of the χ² rise of a 95 % interval, the intervals cover the differences.
-    let flat = worst - best.cost <= 1e-3 * CHI_SQUARE_95;
-    let mut identifiable = (0..free).filter(|i| certainty.identifiable[*i]);
-    costs
-        && (flat
-            || identifiable.all(|i| repeats.iter().all(|r| (r.found.place[i] - best.place[i]).abs() <= (0.1 * certainty.sd[i]).max(1e-3))))
 }

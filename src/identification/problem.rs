@@ -1,34 +1,31 @@
 //! Defines what an identification needs of its data: a coarse cost to search, a sum of squares to refine, blocks to resample.
 
+use nalgebra::DMatrix;
+use rand::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::place::Place;
-use crate::objective::{COARSE_LINES, FrfObjective, ModeObjective, ModeSquares};
+use crate::objective::{FrfObjective, ModeObjective, ModeSquares};
 use machine::ParameterValues;
-use optimizer::{Control, Cost, LeastSquares, Polished, SearchResult, SearchSettings, least_squares, least_squares_within, simplex};
+use numeric::random::latin_hypercube;
+use optimizer::{Control, Cost, LeastSquares, SearchSettings, Strategy, least_squares, least_squares_within, search, simplex};
 
-/// Largest number of members of the last population from which least squares starts.
-const STARTS: usize = 30;
-/// Smallest distance between two starts or two ends: largest coordinate difference in the unit cube.
-const MIN_DISTANCE: f64 = 0.03;
-/// Largest number of ends on thinned lines that least squares continues on all lines.
-const CONTINUED_ENDS: usize = 4;
-/// Largest χ² above the least one on thinned lines at which an end is continued. Thinned lines carry less information than all lines:
-/// an end this far above the least one cannot be the least on all lines.
-const CHI_SQUARE_MARGIN: f64 = 40.0;
 /// Coarse simplex: edge length in the unit cube, and relative spread of the costs at which it stops.
 const COARSE_SIMPLEX: (f64, f64) = (0.02, 1e-6);
 /// Final simplex: edge length in the unit cube, and relative spread of the costs at which it stops.
 const FINAL_SIMPLEX: (f64, f64) = (0.002, 1e-12);
-/// Least-squares steps on thinned lines from every start.
-const FIRST_STEPS: u64 = 10;
-/// Number of results of the first steps, those with the least χ², that are continued on thinned lines.
-const CONTINUED_STARTS: usize = 10;
-/// Largest number of further steps on thinned lines.
-const THIN_STEPS: u64 = 80;
+/// Least-squares steps on coarse lines from every start, and the relative reduction of χ² at which they end.
+const FIRST: (u64, f64) = (100, 1e-4);
+/// One of this many starts, those of the least χ² on coarse lines, is continued with the weights of the data.
+const CONTINUED: usize = 5;
+/// Largest number of further steps on thinned lines, and the relative reduction of χ² at which they end.
+const THIN: (u64, f64) = (80, 1e-6);
 /// Largest number of steps on all data.
 const STEPS: u64 = 200;
+/// Largest number of least-squares steps from a nearby start.
+const POLISH: u64 = 100;
 
 /// The end of a search and its cost.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -37,8 +34,28 @@ pub struct SearchEnd {
     pub cost: f64,
 }
 
+/// Searches from a number of new spread starts.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Round {
+    /// Their ends on the data of [`Problem::coarse_misfit`]; those of hopeless starts are left out.
+    pub ends: Vec<SearchEnd>,
+    /// Number of evaluations of the cost or its derivatives.
+    pub evaluations: u64,
+    /// Number of generations, or of starts.
+    pub generations: u64,
+    /// Least cost after each generation or start.
+    pub trace: Vec<f64>,
+    /// Whether it ran to its end.
+    pub complete: bool,
+}
+
 /// The misfit between data and a machine as a function of unit-cube coordinates: free parameters, tolerances and, if unknown, the gain.
-pub trait Problem: Cost {
+pub trait Problem: Sync {
+    /// Number of starts in a round.
+    const STARTS: usize;
+    /// Largest number of starts for each time that the best minimum has to be found: the budget of a search.
+    const STARTS_PER_FIND: usize;
+
     /// Returns the indices of the free parameters that are not tolerances: the first coordinates.
     fn free(&self) -> &[usize];
     /// Returns the coordinate of the gain, if it is unknown.
@@ -49,10 +66,14 @@ pub trait Problem: Cost {
     fn values(&self, place: &Place) -> ParameterValues;
     /// Returns the gain at the given coordinates.
     fn gain_at(&self, place: &Place) -> f64;
-    /// Adapts the usual settings of the global search.
-    fn settings(&self, usual: SearchSettings) -> SearchSettings;
-    /// Refines the result of a search. Returns the deepest minima, the best first, and the number of evaluations.
-    fn polish(&self, found: &SearchResult, control: &Control) -> (Vec<SearchEnd>, u64);
+    /// Searches from new spread starts.
+    fn round(&self, seed: u64, strategy: Strategy, control: &Control) -> Round;
+    /// Refines the end of a round on all data. Returns also the number of evaluations.
+    fn refined(&self, end: &SearchEnd, control: &Control) -> (SearchEnd, u64);
+    /// Returns χ² per degree of freedom, at least 1, of a cost of the rounds.
+    fn coarse_misfit(&self, cost: f64) -> f64;
+    /// Returns the information JᵀJ about an end of a round, on its data; `None` where the cost is no likelihood.
+    fn coarse_information(&self, place: &Place) -> Option<DMatrix<f64>>;
     /// Returns a start from coordinates of other data of the same set.
     /// Free parameters and tolerances of the description are kept; the data's own coordinates restart.
     fn start_near(&self, near: &Place) -> Place;
@@ -70,13 +91,31 @@ pub trait Problem: Cost {
     fn squares<T>(&self, counts: Option<&[Vec<f64>]>, work: impl FnOnce(&dyn LeastSquares) -> T) -> T
     where
         Self: Sized;
+
+    /// Returns the information JᵀJ of all data about a point; `None` where the cost is no likelihood.
+    fn information(&self, place: &Place) -> Option<DMatrix<f64>>
+    where
+        Self: Sized,
+    {
+        self.is_likelihood().then(|| self.squares(None, |squares| squares.normal(place).information))
+    }
+    /// Returns χ² per degree of freedom, at least 1, of a χ² of all data.
+    fn misfit(&self, chi_square: f64) -> f64 {
+        per_freedom(chi_square, self.observations(), self.free().len())
+    }
+    /// Runs least squares on all data from a nearby solution. Returns also the number of evaluations.
+    fn polished_from(&self, near: &Place, control: &Control) -> (SearchEnd, u64)
+    where
+        Self: Sized,
+    {
+        let found = self.squares(None, |squares| least_squares(squares, &self.start_near(near), &[], POLISH, control.stop()));
+        (SearchEnd { place: Place(found.place), cost: found.normal.chi_square }, found.evaluations)
+    }
 }
 
-/// Runs least squares from several starts and sorts the results by rising χ².
-fn least_squares_from(squares: &FrfObjective<'_>, from: &[Place], end: (u64, f64), control: &Control) -> Vec<Polished> {
-    let mut ends: Vec<Polished> = from.par_iter().map(|place| least_squares_within(squares, place, &[], end, control.stop())).collect();
-    ends.sort_by(|a, b| a.normal.chi_square.total_cmp(&b.normal.chi_square));
-    ends
+/// Returns χ² per degree of freedom, at least 1.
+fn per_freedom(chi_square: f64, observations: usize, unknowns: usize) -> f64 {
+    (chi_square / observations.saturating_sub(unknowns).max(1) as f64).max(1.0)
 }
 
 /// Returns the largest coordinate difference.
@@ -99,6 +138,9 @@ impl Cost for ModeObjective<'_> {
 }
 
 impl Problem for ModeObjective<'_> {
+    const STARTS: usize = 1;
+    const STARTS_PER_FIND: usize = 4;
+
     fn free(&self) -> &[usize] {
         &self.free
     }
@@ -114,13 +156,13 @@ impl Problem for ModeObjective<'_> {
     fn gain_at(&self, place: &Place) -> f64 {
         self.gain(place)
     }
-    fn settings(&self, usual: SearchSettings) -> SearchSettings {
-        usual
-    }
-    /// Runs a coarse simplex from the best member, then least squares. A cost that is no sum of squares gets a second simplex instead.
-    fn polish(&self, found: &SearchResult, control: &Control) -> (Vec<SearchEnd>, u64) {
+    /// Runs a differential evolution, a coarse simplex from its best member, then least squares. A cost that is no sum of squares gets a second
+    /// simplex instead.
+    fn round(&self, seed: u64, strategy: Strategy, control: &Control) -> Round {
+        let settings = SearchSettings { strategy, ..SearchSettings::for_dimension(self.free.len(), seed) };
+        let found = search(self, settings, control);
         let (place, cost, spent) = simplex(self, (&found.place, found.cost), COARSE_SIMPLEX, control);
-        if self.is_likelihood() {
+        let (end, last) = if self.is_likelihood() {
             let last = self.squares(None, |squares| least_squares(squares, &self.extended(&place), &[], STEPS, control.stop()));
             let better = Cost::at(self, &last.place[..self.free.len()]);
             let end = if better <= cost {
@@ -128,10 +170,23 @@ impl Problem for ModeObjective<'_> {
             } else {
                 SearchEnd { place: self.extended(&place), cost }
             };
-            return (vec![end], spent + last.evaluations + 1);
-        }
-        let (place, cost, last) = simplex(self, (&place, cost), FINAL_SIMPLEX, control);
-        (vec![SearchEnd { place: self.extended(&place), cost }], spent + last)
+            (end, last.evaluations + 1)
+        } else {
+            let (place, cost, last) = simplex(self, (&place, cost), FINAL_SIMPLEX, control);
+            (SearchEnd { place: self.extended(&place), cost }, last)
+        };
+        let evaluations = found.evaluations + spent + last;
+        let complete = found.complete && !control.stopped();
+        Round { ends: vec![end], evaluations, generations: found.generations, trace: found.trace, complete }
+    }
+    fn refined(&self, end: &SearchEnd, _control: &Control) -> (SearchEnd, u64) {
+        (end.clone(), 0)
+    }
+    fn coarse_misfit(&self, cost: f64) -> f64 {
+        Problem::misfit(self, cost)
+    }
+    fn coarse_information(&self, place: &Place) -> Option<DMatrix<f64>> {
+        Problem::information(self, place)
     }
     fn with_inflated_variance(&self, _variance: f64) -> Option<Self> {
         None
@@ -153,17 +208,10 @@ impl Problem for ModeObjective<'_> {
     }
 }
 
-impl Cost for FrfObjective<'_> {
-    fn dimension(&self) -> usize {
-        self.own_count
-    }
-
-    fn at(&self, place: &[f64]) -> f64 {
-        self.coarse(place)
-    }
-}
-
 impl Problem for FrfObjective<'_> {
+    const STARTS: usize = 64;
+    const STARTS_PER_FIND: usize = 400;
+
     fn free(&self) -> &[usize] {
         &self.free[..self.own_count]
     }
@@ -179,38 +227,48 @@ impl Problem for FrfObjective<'_> {
     fn gain_at(&self, place: &Place) -> f64 {
         self.gain(place)
     }
-    /// Uses a large population for few generations: the search has to find the basins, least squares finds their minima.
-    /// A longer run of fewer members converges to one basin, which need not be the deepest.
-    fn settings(&self, usual: SearchSettings) -> SearchSettings {
-        SearchSettings { spread: 0.05, generations: 30, population: 2 * usual.population, ..usual }
+    /// Runs least squares from a Latin hypercube of starts: first on coarse lines, where all lines have one weight and tolerances are held, so that
+    /// valleys are wide and a step is cheap; then, from the best of them, on thinned lines with the weights of the data.
+    fn round(&self, seed: u64, _strategy: Strategy, control: &Control) -> Round {
+        let (coarse, thin) = (self.coarse(), self.thin());
+        let starts = latin_hypercube(Self::STARTS, self.own_count, &mut Xoshiro256PlusPlus::seed_from_u64(seed));
+        let step = control.steps("starts", starts.len());
+        let mut near: Vec<(Vec<f64>, f64, u64)> = starts
+            .par_iter()
+            .map(|start| {
+                let found = least_squares_within(coarse, &coarse.extended(start), &[], FIRST, control.stop());
+                step();
+                (found.place[..self.own_count].to_vec(), found.normal.chi_square / coarse.observations() as f64, found.evaluations)
+            })
+            .collect();
+        let least = |best: &mut f64, cost: &(Vec<f64>, f64, u64)| {
+            *best = best.min(cost.1);
+            Some(*best)
+        };
+        let trace = near.iter().scan(f64::INFINITY, least).collect();
+        let first: u64 = near.iter().map(|n| n.2).sum();
+        near.sort_by(|a, b| a.1.total_cmp(&b.1));
+        near.truncate(Self::STARTS.div_ceil(CONTINUED));
+        let further: Vec<(SearchEnd, u64)> = near
+            .par_iter()
+            .map(|(place, ..)| {
+                let found = least_squares_within(thin, &thin.extended(place), &[], THIN, control.stop());
+                (SearchEnd { place: Place(found.place), cost: found.normal.chi_square }, found.evaluations)
+            })
+            .collect();
+        let evaluations = first + further.iter().map(|f| f.1).sum::<u64>();
+        let ends = further.into_iter().map(|f| f.0).collect();
+        Round { ends, evaluations, generations: Self::STARTS as u64, trace, complete: !control.stopped() }
     }
-    /// Runs least squares on thinned lines from several members, then on all lines from the deepest distinct ends.
-    fn polish(&self, found: &SearchResult, control: &Control) -> (Vec<SearchEnd>, u64) {
-        let thin = self.thinned(COARSE_LINES);
-        let mut starts: Vec<&Vec<f64>> = Vec::new();
-        for member in &found.population {
-            if starts.len() < STARTS && starts.iter().all(|other| distance(member, other) > MIN_DISTANCE) {
-                starts.push(member);
-            }
-        }
-        let extended_starts: Vec<Place> = starts.iter().map(|start| thin.extended(start)).collect();
-        let near = least_squares_from(&thin, &extended_starts, (FIRST_STEPS, 1e-3), control);
-        let continued: Vec<Place> = near.iter().take(CONTINUED_STARTS).map(|p| Place(p.place.clone())).collect();
-        let polished = least_squares_from(&thin, &continued, (THIN_STEPS, 1e-6), control);
-        let mut spent: u64 = near.iter().chain(&polished).map(|p| p.evaluations).sum();
-        let least = polished.first().map_or(0.0, |p| p.normal.chi_square);
-        let own = |place: &[f64]| place[..self.own_count].to_vec();
-        let mut deepest: Vec<&Polished> = Vec::new();
-        for end in polished.iter().filter(|p| p.normal.chi_square < least + CHI_SQUARE_MARGIN) {
-            if deepest.len() < CONTINUED_ENDS && deepest.iter().all(|other| distance(&own(&end.place), &own(&other.place)) > MIN_DISTANCE) {
-                deepest.push(end);
-            }
-        }
-        let all: Vec<Polished> = deepest.par_iter().map(|end| least_squares(self, &end.place, &[], STEPS, control.stop())).collect();
-        spent += all.iter().map(|p| p.evaluations).sum::<u64>();
-        let mut ends: Vec<SearchEnd> = all.into_iter().map(|p| SearchEnd { place: Place(p.place), cost: p.normal.chi_square }).collect();
-        ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        (ends, spent)
+    fn refined(&self, end: &SearchEnd, control: &Control) -> (SearchEnd, u64) {
+        let found = least_squares(self, &end.place, &[], STEPS, control.stop());
+        (SearchEnd { place: Place(found.place), cost: found.normal.chi_square }, found.evaluations)
+    }
+    fn coarse_misfit(&self, cost: f64) -> f64 {
+        per_freedom(cost, self.thin().observations(), self.own_count)
+    }
+    fn coarse_information(&self, place: &Place) -> Option<DMatrix<f64>> {
+        Some(self.thin().normal(place).information)
     }
     fn with_inflated_variance(&self, variance: f64) -> Option<Self> {
         let lines: Vec<Vec<f64>> = self.lines().iter().map(|count| vec![1.0 / variance; *count]).collect();

@@ -4,6 +4,7 @@ use super::bootstrap::Bootstrap;
 use super::combination::Combination;
 use super::estimate::{Basin, Estimate, Estimation, Wider, estimate};
 use super::place::Place;
+use super::search::SearchEffort;
 use super::settings::{IdentificationSettings, Repeat};
 use super::tolerance::{ToleranceEstimate, estimates as tolerance_estimates, mode_columns as tolerance_columns};
 use super::uncertainty::Certainty;
@@ -44,11 +45,13 @@ pub struct Identification {
     pub gain: AmplitudeFit,
     /// Least cost.
     pub cost: f64,
-    /// Number of evaluations of all repeats.
+    /// Number of evaluations of all rounds.
     pub evaluations: u64,
-    /// The repeats, best first.
+    /// The rounds of the search, best first.
     pub repeats: Vec<Repeat>,
-    /// Whether the repeats agree on the cost within 0.1 % and on the identifiable parameters; `None` for fewer than two.
+    /// How far the search went.
+    pub effort: SearchEffort,
+    /// Whether the best minimum was found as often as required; `None` where it had to be found once, or the search was stopped.
     pub agree: Option<bool>,
     /// Sum of the squared weighted residuals.
     pub chi_square: f64,
@@ -184,9 +187,10 @@ fn identification(
         basins: estimation.basins,
         values: estimation.values,
         gain,
-        cost: estimation.repeats[0].found.cost,
+        cost: estimation.cost,
         evaluations: estimation.repeats.iter().map(|r| r.found.evaluations).sum(),
         repeats: estimation.repeats,
+        effort: estimation.effort,
         agree: estimation.agree,
         chi_square: estimation.chi_square,
         degrees_of_freedom: estimation.freedom,

@@ -9,7 +9,7 @@ use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
 
-use numeric::random::normal;
+use numeric::random::{latin_hypercube, normal};
 
 /// How a trial is formed from the population.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -111,22 +111,6 @@ impl DifferentialEvolution {
     pub fn with_stop_flag(mut self, stop: Arc<AtomicBool>) -> Self {
         self.stop = stop;
         self
-    }
-
-    /// Draws the first population: one member in each of `size` equal strata of every coordinate (a Latin hypercube).
-    fn first_places(&mut self) -> Vec<Vec<f64>> {
-        let mut places = vec![vec![0.0; self.dimension]; self.size];
-        for coordinate in 0..self.dimension {
-            let mut strata: Vec<usize> = (0..self.size).collect();
-            for at in (1..self.size).rev() {
-                let other = self.generator.random_range(0..=at);
-                strata.swap(at, other);
-            }
-            for (place, stratum) in places.iter_mut().zip(strata) {
-                place[coordinate] = (stratum as f64 + self.generator.random::<f64>()) / self.size as f64;
-            }
-        }
-        places
     }
 
     /// Draws scale and crossover of one trial.
@@ -237,7 +221,10 @@ where
             return Err(argmin_error!(InvalidParameter, "there is no free coordinate to search"));
         }
         if self.members.is_empty() {
-            let first: Vec<Trial> = self.first_places().into_iter().map(|place| Trial { place, limit: f64::INFINITY }).collect();
+            let first: Vec<Trial> = latin_hypercube(self.size, self.dimension, &mut self.generator)
+                .into_iter()
+                .map(|place| Trial { place, limit: f64::INFINITY })
+                .collect();
             let costs = problem.bulk_cost(&first)?;
             self.evaluations += costs.len() as u64;
             self.members = first.into_iter().map(|trial| trial.place).zip(costs).collect();

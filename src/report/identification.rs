@@ -1,6 +1,6 @@
 //! Results of identification, validation and comparison as text on a terminal.
 
-use super::document::{ComparisonDocument, IdentificationDocument, ValidationDocument};
+use super::document::{ComparisonDocument, IdentificationDocument, SearchRow, ValidationDocument};
 use super::record::records_table;
 use super::table::{
     bootstrap_table, derived_table, frfs_table, gap_summary_table, gaps_table, moved_tolerances, parameters_table, positions_table,
@@ -55,22 +55,21 @@ fn of_responses(title: &str, document: &IdentificationDocument, derived: &[Strin
     if let Some(rms) = document.derived.get("ln_amplitude_rms_fit") {
         text += &format!("amplitude error at fitted positions: {rms:.3} rms of ln(amplitude)\n");
     }
-    text += &format!(
-        "cost {:.6} after {} evaluations in {} {}\n",
-        document.cost,
-        document.evaluations,
-        document.searches.len(),
-        match document.searches_agree {
-            Some(true) => "searches, which agree",
-            Some(false) => "searches, which do not agree",
-            None if document.searches.len() == 1 => "search",
-            None => "searches",
-        }
-    );
+    let found = document.search.as_ref().map_or_else(String::new, found_text);
+    text += &wrapped(&format!("cost {:.6} after {} evaluations{found}", document.cost, document.evaluations));
     if !document.stamp.complete {
         text += STOPPED;
     }
     text
+}
+
+/// How often the best minimum was found.
+pub(super) fn found_text(SearchRow { starts, found, required }: &SearchRow) -> String {
+    match (*starts, found < required) {
+        (1, false) => String::new(),
+        (_, false) => format!("; {found} of {starts} starts ended in the best minimum"),
+        (_, true) => format!("; only {found} of {starts} starts ended in the best minimum, {required} were required"),
+    }
 }
 
 fn of_records(title: &str, document: &IdentificationDocument) -> String {

@@ -19,6 +19,10 @@ pub fn parameter_cells(row: &ParameterRow) -> [String; 3] {
         _ => "no",
     };
     let (value, interval) = match row.interval95.filter(|ends| ends.iter().all(|x| x.is_finite())) {
+        Some(_) if row.intervals95.len() > 1 => {
+            let part = |ends: &[f64; 2]| with_interval(row.value, *ends).1;
+            (figure(row.value), row.intervals95.iter().map(part).collect::<Vec<_>>().join(" or "))
+        }
         Some(ends) => with_interval(row.value, ends),
         None => (figure(row.value), "–".into()),
     };

@@ -25,6 +25,7 @@ pub(crate) fn parameters(machine: &Machine, found: &Identification) -> BTreeMap<
                 lower: p.lower,
                 upper: p.upper,
                 interval95: e.interval95.map(|(a, b)| [a, b]),
+                intervals95: if e.intervals95.len() > 1 { e.intervals95.iter().map(|(a, b)| [*a, *b]).collect() } else { Vec::new() },
                 identifiable: e.identifiable,
                 fitted: found.free.contains(&e.parameter),
                 description: machine.description_of(e.parameter),
@@ -39,6 +40,7 @@ pub(crate) fn parameters(machine: &Machine, found: &Identification) -> BTreeMap<
             lower: GAIN_RANGE.0,
             upper: GAIN_RANGE.1,
             interval95: found.gain_interval95.map(|(a, b)| [a, b]),
+            intervals95: Vec::new(),
             identifiable: found.gain_identifiable,
             fitted: found.gain_interval95.is_some(),
             description: "gain of the measuring chain: measured over predicted amplitude".into(),
@@ -70,7 +72,7 @@ pub(crate) fn basins(found: &Identification) -> Vec<BasinRow> {
         let own = found.free.iter().zip(place);
         own.map(|(index, u)| (found.machine.parameters[*index].id.clone(), found.machine.parameters[*index].from_unit(*u))).collect()
     };
-    found.basins.iter().map(|b| BasinRow { cost: b.cost, count: b.searches, values: values(&b.place) }).collect()
+    found.basins.iter().map(|b| BasinRow { cost: b.cost, count: b.starts, values: values(&b.place) }).collect()
 }
 
 /// Returns the root of the summed squares of relative errors. `None` where a measured order is not predicted: a model without that mode must not look

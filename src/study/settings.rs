@@ -4,8 +4,8 @@ use std::ops::RangeInclusive;
 
 use crate::{StudyError, StudyResult};
 use dynamics::model::RodModel;
-use identification::IdentificationSettings;
 use identification::objective::{FrfSettings, ModeSettings, Objective};
+use identification::{IdentificationSettings, REPEATS};
 use measurement::MeasurementSet;
 use optimizer::Strategy;
 
@@ -89,7 +89,7 @@ pub struct Settings {
     pub freeze: Vec<String>,
     /// Seed of the random numbers.
     pub seed: u64,
-    /// Number of searches, each from its own seed.
+    /// Number of times that the best minimum has to be found from new starts.
     pub repeats: usize,
 }
 
@@ -106,7 +106,7 @@ impl Default for Settings {
             bootstrap: 0,
             freeze: Vec::new(),
             seed: 1,
-            repeats: 3,
+            repeats: REPEATS,
         }
     }
 }
@@ -133,7 +133,7 @@ impl Settings {
             return Err(StudyError::setting("bootstrap", self.bootstrap, "too few for 95 % intervals; draw at least 50"));
         }
         if !(1..=100).contains(&self.repeats) {
-            return Err(StudyError::setting("repeats", self.repeats, "write a number of searches from 1 to 100"));
+            return Err(StudyError::setting("repeats", self.repeats, "write how often the best minimum has to be found, from 1 to 100"));
         }
         if let RodModel::Lumped(lumps) = self.rods
             && !LUMPS.contains(&lumps)

@@ -14,8 +14,10 @@ use machine::{FitRule, Machine, ParameterValues};
 use measurement::{FitSet, Gain, HoldOutSet, MeasurementSet};
 use numeric::statistics::root_mean_square;
 
-/// Largest number of lines of one FRF in the coarse cost of the global search.
-pub const COARSE_LINES: usize = 120;
+/// Largest number of lines of one FRF in the first steps of a global search.
+const THIN_LINES: usize = 120;
+/// Standard deviation of ln H of all lines in the first steps of a global search (1): a misfit that noise does not reach.
+const COARSE_SD: f64 = 0.3;
 
 /// The gap of one FRF.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,8 +65,9 @@ pub struct FrfObjective<'m> {
     pub own_count: usize,
     base: ParameterValues,
     pools: Vec<Mutex<Vec<FrfScratch>>>,
-    /// Records of the coarse cost, built at its first evaluation.
-    coarse_records: OnceLock<Vec<FrfRecord>>,
+    /// The objectives of a global search: on thinned lines, and on these with equal weights and tolerances held.
+    thin: OnceLock<Box<FrfObjective<'m>>>,
+    coarse: OnceLock<Box<FrfObjective<'m>>>,
 }
 
 impl<'m> FrfObjective<'m> {
@@ -146,7 +149,7 @@ impl<'m> FrfObjective<'m> {
         check_overlap(set, &records)?;
         let pools = structures.iter().map(|_| Mutex::new(Vec::new())).collect();
         let nuts = if settings.nut_sd_m > 0.0 { nuts_m.len() } else { 0 };
-        let (base, coarse_records) = (machine.start(), OnceLock::new());
+        let base = machine.start();
         let own_count = free.iter().filter(|i| !machine.parameters[**i].is_tolerance()).count();
         let calibration = vec![(0.0, 0.0); channels.len()];
         let gain = set.gain;
@@ -163,7 +166,8 @@ impl<'m> FrfObjective<'m> {
             own_count,
             base,
             pools,
-            coarse_records,
+            thin: OnceLock::new(),
+            coarse: OnceLock::new(),
         };
         Ok(FrfObjective { records: empty.with_precomputed_rods(records), ..empty })
     }
@@ -356,34 +360,6 @@ impl<'m> FrfObjective<'m> {
             .collect()
     }
 
-    /// Computes the cost of the global search: the mean of ½·|r|² over thinned lines, an unknown gain at its best value.
-    ///
-    /// All lines have the same weight, so that the valleys of the cost are wide.
-    pub fn coarse(&self, place: &[f64]) -> f64 {
-        let here = self.decode(place);
-        let (mut lines, mut sum, mut square) = (0, Reals::ZERO, Reals::ZERO);
-        for record in
-            self.coarse_records.get_or_init(|| self.with_precomputed_rods(self.records.iter().map(|r| r.thinned(COARSE_LINES)).collect()))
-        {
-            let count = record.omega_rad_s.len();
-            lines += count;
-            self.visit(record, &here, 0..count, |line, r| {
-                let counted = Reals::from(std::array::from_fn::<_, LANES, _>(|lane| f64::from(u8::from(line + lane < count))));
-                sum += r.re * counted;
-                square += r.norm_sqr() * counted;
-            });
-        }
-        let (count, sum, square) = (lines as f64, sum.reduce_add(), square.reduce_add());
-        let gain = match self.gain {
-            Gain::Known(gain) => gain.ln(),
-            Gain::Unknown => sum / count,
-        };
-        let gap = 0.5 * (square / count - 2.0 * gain * sum / count + gain * gain);
-        let cost =
-            gap + 0.5 * self.priors(&here).map(|k| k.deviation * k.deviation).sum::<f64>() * self.settings.model_error.powi(2) / count;
-        if cost.is_finite() { cost } else { f64::MAX }
-    }
-
     /// Returns the gain of the set or, if it is unknown, the best gain for the given parameters.
     pub fn best_gain(&self, parameters: &ParameterValues) -> f64 {
         if let Gain::Known(gain) = self.gain {
@@ -455,13 +431,43 @@ impl<'m> FrfObjective<'m> {
         let pools = self.structures.iter().map(|_| Mutex::new(Vec::new())).collect();
         let (structures, channels, calibration) = (self.structures.clone(), self.channels.clone(), self.calibration.clone());
         let (free, base) = (self.free.clone(), self.base.clone());
-        FrfObjective { structures, channels, calibration, records, free, base, pools, coarse_records: OnceLock::new(), ..*self }
+        FrfObjective {
+            structures,
+            channels,
+            calibration,
+            records,
+            free,
+            base,
+            pools,
+            thin: OnceLock::new(),
+            coarse: OnceLock::new(),
+            ..*self
+        }
     }
 
     /// Returns the objective with at most `most` lines of each record, evenly spaced.
     #[must_use]
     pub fn thinned(&self, most: usize) -> FrfObjective<'m> {
         self.with_records(|record| record.thinned(most))
+    }
+
+    /// Returns the objective on thinned lines, for the steps of a global search.
+    pub(crate) fn thin(&self) -> &FrfObjective<'m> {
+        self.thin.get_or_init(|| Box::new(self.thinned(THIN_LINES)))
+    }
+
+    /// Returns the objective on thinned lines of equal weight, with tolerances, nut positions and channels as stated, for the first steps of a
+    /// global search.
+    pub(crate) fn coarse(&self) -> &FrfObjective<'m> {
+        self.coarse.get_or_init(|| {
+            let mut coarse = self.resampled(&[]);
+            coarse.free.truncate(self.own_count);
+            (coarse.nuts, coarse.settings) = (0, self.settings.as_stated());
+            let thinned = self.records.iter().map(|record| record.thinned(THIN_LINES)).collect();
+            coarse.records = coarse.with_precomputed_rods(thinned);
+            coarse.records.iter_mut().for_each(|record| record.weight.fill(COARSE_SD.powi(-2)));
+            Box::new(coarse)
+        })
     }
 
     /// Returns the objective with at most `most` lines of each record, dense where its curve bends, weighted by the lines they represent.

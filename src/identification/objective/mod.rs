@@ -12,7 +12,7 @@ mod squares;
 
 pub use calibration::Channel;
 pub use error::ObjectiveError;
-pub use frf::{COARSE_LINES, FrfGap, FrfObjective};
+pub use frf::{FrfGap, FrfObjective};
 pub use modes::{AmplitudeFit, Deviation, ModeObjective, ModeSettings, Objective, PositionPrediction};
 pub use pairing::{MISSING, VISIBLE};
 pub use record::{FrfRecord, operating};

@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 
 use crate::certainty::ToleranceRow;
 use crate::document::IdentificationDocument;
+use crate::identification::found_text;
 use crate::table::{TOLERANCE_HEADS, parameter_cells, tolerance_cells};
 use crate::terminal::{figure, range, unit, with_interval};
 
@@ -69,7 +70,7 @@ fn intervals(of: &IdentificationDocument) -> String {
                 .hover_template(hover)
         };
         chart.trace(bar([p.lower, p.upper], 12.0, "#8A8A8A", "plausible range").opacity(0.35));
-        if let Some(ends) = p.interval95.filter(|i| i.iter().all(|x| x.is_finite() && *x > 0.0)) {
+        for ends in p.parts().into_iter().filter(|i| i.iter().all(|x| x.is_finite() && *x > 0.0)) {
             chart.trace(bar(ends, 7.0, colour(0), "95 % interval"));
         }
         let value = Scatter::new(vec![1.0], vec![name.clone()]).mode(Mode::Markers);
@@ -102,16 +103,16 @@ pub fn correlations(of: &IdentificationDocument) -> String {
     chart.html()
 }
 
-/// Best cost after each generation of each search.
+/// Least cost after each generation or start of each round of searches.
 pub fn convergence(of: &IdentificationDocument) -> String {
     let mut chart = Chart::new(
         "convergence",
-        "Best cost after each generation of each search",
+        "Least cost after each generation or start of each round of searches",
         "",
         300,
-        layout().show_legend(of.searches.len() > 1).x_axis(axis("generation")).y_axis(log_axis("cost")),
+        layout().show_legend(of.searches.len() > 1).x_axis(axis("generation or start")).y_axis(log_axis("cost")),
     );
-    let mut table = TextTable::new("Searches, best first", 1, ["Seed", "Least cost", "Evaluations"]);
+    let mut table = TextTable::new("Rounds of searches, best first", 1, ["Seed", "Least cost", "Evaluations"]);
     for (n, search) in of.searches.iter().enumerate() {
         table.row([search.seed.to_string(), figure(search.cost), search.evaluations.to_string()]);
         // A stair: only where the cost falls.
@@ -123,14 +124,14 @@ pub fn convergence(of: &IdentificationDocument) -> String {
         let y: Vec<f64> = kept.iter().map(|i| rounded(search.trace[*i], 5)).collect();
         let trace = Scatter::new(kept, y).mode(Mode::Lines).name(format!("seed {}", search.seed));
         let pen = line(colour(n), 1.6).dash(dash(n)).shape(plotly::common::LineShape::Hv);
-        chart.trace(trace.line(pen).hover_template("generation %{x}<br>%{y:.5~g}"));
+        chart.trace(trace.line(pen).hover_template("%{x}<br>%{y:.5~g}"));
     }
-    let agree = match of.searches_agree {
-        Some(true) => "The searches agree.",
-        Some(false) => "The searches do not agree: the best of them is shown, and a better minimum may exist.",
-        None => "",
+    let effort = of.search.as_ref().map(found_text).unwrap_or_default();
+    let agreement = match effort.strip_prefix("; ") {
+        Some(effort) if of.searches_agree == Some(false) => paragraph(&format!("{effort}: a better minimum may exist.")),
+        Some(effort) => paragraph(&format!("{effort}.")),
+        None => String::new(),
     };
-    let agreement = if agree.is_empty() { String::new() } else { paragraph(agree) };
     format!("{agreement}{}{}", chart.html(), table.html())
 }
 

@@ -3,7 +3,7 @@
 use crate::{Study, StudyResult, document_rows};
 use identification::identify;
 use identification::validation::cross_validation;
-use report::document::{IdentificationDocument, RepeatRow};
+use report::document::{IdentificationDocument, RepeatRow, SearchRow};
 
 impl Study {
     /// As [`Study::identify`], from FRFs or modes.
@@ -56,6 +56,7 @@ impl Study {
             bootstrap: document_rows::bootstraps(machine, &found),
             cost: found.cost,
             evaluations: found.evaluations,
+            search: Some(SearchRow { starts: found.effort.starts, found: found.effort.found, required: found.effort.required }),
             searches_agree: found.agree,
             searches: found.repeats.iter().map(repeat).collect(),
             leave_one_out,

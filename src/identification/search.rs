@@ -1,0 +1,218 @@
+//! Global search with a stopping rule: new spread starts until the best minimum has been found often enough.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::place::Place;
+use super::problem::{Problem, Round, SearchEnd, distance};
+use super::profile::CHI_SQUARE_95;
+use super::settings::{IdentificationSettings, Repeat};
+use optimizer::{Control, SearchResult};
+
+/// How far the search went, and how often it found the best minimum.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SearchEffort {
+    /// Number of spread starts.
+    pub starts: usize,
+    /// Number of starts that ended in the best minimum.
+    pub found: usize,
+    /// Number of times that the best minimum had to be found.
+    pub required: usize,
+}
+
+impl SearchEffort {
+    /// Whether the best minimum was found as often as required.
+    ///
+    /// Had a deeper minimum attracted as many of the starts as the best one, all of them would have missed it with a probability of at most e^−`required`.
+    ///
+    /// # Source  (1 − q)ⁿ ≤ e^−qn with the share q = found/n of the best minimum; stopping by the estimated share of unseen basins: Boender and
+    /// Rinnooy Kan, Math. Program. 37 (1987) 59–80.
+    pub fn is_enough(&self) -> bool {
+        self.found >= self.required
+    }
+}
+
+/// A minimum on all data, and the number of starts that ended in it.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Minimum {
+    pub end: SearchEnd,
+    pub starts: usize,
+}
+
+/// Result of a search: its rounds, best first, and its minima in rising order.
+pub(super) struct Searched {
+    pub rounds: Vec<Repeat>,
+    pub minima: Vec<Minimum>,
+    pub effort: SearchEffort,
+}
+
+/// Largest number of minima that are refined on all data.
+const MINIMA: usize = 12;
+/// Largest χ² above the least one on thinned lines, relative to χ² per degree of freedom, at which a minimum is refined on all data. Thinned lines
+/// carry less information than all lines: a minimum this far above the least one cannot be the least on all lines.
+const MARGIN: f64 = 40.0;
+/// Smallest coordinate difference in the unit cube at which two ends are different minima, where the cost is no likelihood.
+pub(super) const MIN_DISTANCE: f64 = 0.02;
+
+/// A point and the information there, which tells whether another point lies in the same minimum.
+struct Centre {
+    end: SearchEnd,
+    information: Option<DMatrix<f64>>,
+}
+
+impl Centre {
+    /// Whether another end lies in the same minimum: within the 95 % limit of the parabola about this one.
+    ///
+    /// Coordinates that the data do not determine thus do not separate minima.
+    fn holds(&self, other: &SearchEnd, misfit: f64) -> bool {
+        match &self.information {
+            Some(information) => {
+                let by = DVector::from_iterator(self.end.place.len(), self.end.place.iter().zip(other.place.iter()).map(|(a, b)| b - a));
+                by.dot(&(information * &by)) <= CHI_SQUARE_95 * misfit
+            }
+            None => distance(&self.end.place, &other.place) < MIN_DISTANCE,
+        }
+    }
+}
+
+/// A minimum of the coarse data of the rounds and, once refined, of all data.
+struct Candidate {
+    coarse: Centre,
+    refined: Option<usize>,
+    starts: usize,
+}
+
+/// Searches the unit cube by rounds of new spread starts until the best minimum was found `plan.repeats` times, or the budget is spent.
+pub(super) fn searched<P: Problem>(problem: &P, plan: &IdentificationSettings, control: &Control) -> Searched {
+    let required = plan.repeats.max(1);
+    let budget = (required * P::STARTS_PER_FIND).div_ceil(P::STARTS);
+    let seed = |round: usize| plan.seed.wrapping_add(1_000_003 * round as u64);
+    let mut rounds: Vec<(u64, Round)> = Vec::new();
+    let mut candidates: Vec<Candidate> = Vec::new();
+    let mut refined: Vec<(Centre, u64)> = Vec::new();
+    let mut effort = SearchEffort { starts: 0, found: 0, required };
+    while rounds.len() < budget && !effort.is_enough() {
+        let batch = (required - effort.found).div_ceil(P::STARTS).min(budget - rounds.len());
+        let from = rounds.len();
+        let new: Vec<(u64, Round)> = (from..from + batch)
+            .into_par_iter()
+            .map(|round| {
+                (seed(round), control.cached(&format!("round {}", seed(round)), || problem.round(seed(round), plan.strategy, control)))
+            })
+            .collect();
+        effort.starts += batch * P::STARTS;
+        let mut ends: Vec<&SearchEnd> = new.iter().flat_map(|(_, round)| &round.ends).collect();
+        ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        let least = candidates.iter().map(|c| c.coarse.end.cost).chain(ends.first().map(|end| end.cost)).fold(f64::INFINITY, f64::min);
+        let misfit = problem.coarse_misfit(least);
+        for end in ends.into_iter().filter(|end| end.cost <= least + MARGIN * misfit) {
+            match candidates.iter_mut().find(|c| c.coarse.holds(end, misfit)) {
+                Some(known) => known.starts += 1,
+                None => {
+                    let coarse = Centre { end: end.clone(), information: problem.coarse_information(&end.place) };
+                    candidates.push(Candidate { coarse, refined: None, starts: 1 });
+                }
+            }
+        }
+        rounds.extend(new);
+        if control.stopped() && !refined.is_empty() {
+            break;
+        }
+        refine(problem, &mut candidates, &mut refined, least + MARGIN * misfit, control);
+        effort.found = best_starts(&candidates, &refined);
+        if control.stopped() {
+            break;
+        }
+    }
+    let mut minima: Vec<Minimum> = refined
+        .iter()
+        .enumerate()
+        .map(|(at, (centre, _))| Minimum {
+            end: centre.end.clone(),
+            starts: candidates.iter().filter(|c| c.refined == Some(at)).map(|c| c.starts).sum(),
+        })
+        .collect();
+    minima.sort_by(|a, b| a.end.cost.total_cmp(&b.end.cost));
+    let spent: u64 = refined.iter().map(|(_, evaluations)| evaluations).sum();
+    Searched { rounds: repeats(rounds, &candidates, &refined, spent, control), minima, effort }
+}
+
+/// Refines the best candidates on all data. Those that end in one minimum share it.
+fn refine<P: Problem>(problem: &P, candidates: &mut [Candidate], refined: &mut Vec<(Centre, u64)>, limit: f64, control: &Control) {
+    let mut order: Vec<usize> = (0..candidates.len()).filter(|at| candidates[*at].coarse.end.cost <= limit).collect();
+    order.sort_by(|a, b| candidates[*a].coarse.end.cost.total_cmp(&candidates[*b].coarse.end.cost));
+    let open: Vec<usize> = order.into_iter().take(MINIMA).filter(|at| candidates[*at].refined.is_none()).collect();
+    let ends: Vec<(Centre, u64)> = open
+        .par_iter()
+        .map(|at| {
+            let (end, evaluations) = control
+                .cached(&format!("minimum {:?}", candidates[*at].coarse.end), || problem.refined(&candidates[*at].coarse.end, control));
+            (Centre { information: problem.information(&end.place), end }, evaluations)
+        })
+        .collect();
+    for (at, (centre, evaluations)) in open.into_iter().zip(ends) {
+        let misfit = problem.misfit(centre.end.cost.min(refined.iter().map(|r| r.0.end.cost).fold(f64::INFINITY, f64::min)));
+        let known = refined.iter().position(|(other, _)| other.holds(&centre.end, misfit) || centre.holds(&other.end, misfit));
+        candidates[at].refined = Some(match known {
+            Some(known) => {
+                refined[known].1 += evaluations;
+                if centre.end.cost < refined[known].0.end.cost {
+                    refined[known].0 = centre;
+                }
+                known
+            }
+            None => {
+                refined.push((centre, evaluations));
+                refined.len() - 1
+            }
+        });
+    }
+}
+
+/// Returns the number of starts that ended in the best minimum.
+fn best_starts(candidates: &[Candidate], refined: &[(Centre, u64)]) -> usize {
+    let best = (0..refined.len()).min_by(|a, b| refined[*a].0.end.cost.total_cmp(&refined[*b].0.end.cost));
+    candidates.iter().filter(|c| c.refined.is_some() && c.refined == best).map(|c| c.starts).sum()
+}
+
+/// Returns the rounds with their best ends on all data, best first. The evaluations of the refinement are those of the best round.
+fn repeats(rounds: Vec<(u64, Round)>, candidates: &[Candidate], refined: &[(Centre, u64)], spent: u64, control: &Control) -> Vec<Repeat> {
+    let on_all_data = |end: &SearchEnd| {
+        let known = candidates.iter().find(|c| c.coarse.end == *end || c.coarse.holds(end, 1.0)).and_then(|c| c.refined);
+        known.map_or_else(|| end.clone(), |at| refined[at].0.end.clone())
+    };
+    let mut all: Vec<Repeat> = rounds
+        .into_iter()
+        .map(|(seed, round)| {
+            let best = round.ends.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).map(on_all_data);
+            let (place, cost) = best.map_or((Vec::new(), f64::MAX), |end| (end.place.0, end.cost));
+            let Round { evaluations, generations, trace, complete, .. } = round;
+            let complete = complete && !control.stopped();
+            Repeat { seed, found: SearchResult { place, cost, evaluations, generations, trace, population: Vec::new(), complete } }
+        })
+        .collect();
+    all.sort_by(|a, b| a.found.cost.total_cmp(&b.found.cost));
+    if let Some(best) = all.first_mut() {
+        best.found.evaluations += spent;
+    }
+    all
+}
+
+/// Runs least squares from a nearby solution, in place of a search.
+pub(super) fn polished_from_nearby<P: Problem>(problem: &P, near: &Place, plan: &IdentificationSettings, control: &Control) -> Searched {
+    let (end, evaluations) = control.cached("polish", || problem.polished_from(near, control));
+    let found = SearchResult {
+        place: end.place.0.clone(),
+        cost: end.cost,
+        evaluations,
+        generations: 0,
+        trace: Vec::new(),
+        population: Vec::new(),
+        complete: !control.stopped(),
+    };
+    Searched {
+        rounds: vec![Repeat { seed: plan.seed, found }],
+        minima: vec![Minimum { end, starts: 1 }],
+        effort: SearchEffort { starts: 1, found: 1, required: 1 },
+    }
+}
