@@ -4,10 +4,9 @@ use dynamics::model::{RodModel, Structure};
 use identification::objective::{FrfObjective, FrfSettings};
 use identification::{Identification, IdentificationSettings, Place, identify};
 use machine::{Machine, Operating, ParameterValues};
-use measurement::{Condition, Frf, FrfLine, FrfNoise, Gain, MeasurementSet, Position, Quantity};
+use measurement::{Gain, MeasurementSet};
 use num_complex::Complex64;
 use optimizer::{Control, LeastSquares};
-use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use crate::support::bench_equations::Joints;

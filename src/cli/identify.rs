@@ -17,13 +17,21 @@ pub struct IdentifyArguments {
     pub split: SplitArguments,
     #[command(flatten)]
     pub search: SearchArguments,
+    /// Evaluate the objective and all errors at the start values, without fitting
+    #[arg(long, conflicts_with_all = ["freeze", "bootstrap", "repeats"])]
+    pub evaluate: bool,
     #[command(flatten)]
     pub output: OutputArguments,
 }
 
 /// Runs the command.
 pub fn run(given: &IdentifyArguments) -> CommandResult {
-    let study = given.sources.open()?.with_settings(settings(&given.search)?);
+    let study = given.sources.open()?;
+    let mut settings = settings(&given.search)?;
+    if given.evaluate {
+        settings.freeze = study.machine().parameters.iter().map(|p| p.id.clone()).collect();
+    }
+    let study = study.with_settings(settings);
     let study = given.split.applied(study)?;
     let folder = prepare(&given.output)?;
     let progress = WorkProgress::searches(given.output.quiet, "identify", study.settings().repeats);

@@ -1,5 +1,6 @@
 //! Computes estimates from any data: repeated searches, minima, intervals and identifiability.
 
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -26,8 +27,10 @@ pub struct Estimate {
     pub interval95: Option<(f64, f64)>,
     /// The parts of the 95 % interval in rising order: one for each range of values that the data do not reject.
     pub intervals95: Vec<(f64, f64)>,
-    /// Whether it is identifiable from the data; `None` for a parameter that was not fitted.
+    /// Whether it is identifiable from the data; `None` for a parameter that was not fitted, and for one that depends on the discrepancy.
     pub identifiable: Option<bool>,
+    /// Whether it would be identifiable, but the misfit exceeds the noise so far that its value depends on what the model lacks.
+    pub depends_on_discrepancy: bool,
     /// Whether it lies at an end of its plausible range.
     pub at_bound: bool,
 }
@@ -82,7 +85,9 @@ pub(super) type Wider<P> = Option<(P, Vec<Place>)>;
 
 /// Fits a problem and computes intervals and identifiability: for FRFs on the problem itself, for modes on a wider one about the minimum.
 ///
-/// # Errors  no parameter is free; those of `wider`.
+/// Without a free parameter it evaluates the objective at the start values.
+///
+/// # Errors  those of `wider`.
 pub(super) fn estimate<P: Problem>(
     problem: &P,
     wider: impl Fn(&Place) -> Result<Wider<P>, ObjectiveError>,
@@ -92,7 +97,7 @@ pub(super) fn estimate<P: Problem>(
 ) -> Result<Estimation, ObjectiveError> {
     let free = problem.free().to_vec();
     if free.is_empty() {
-        return Err(ObjectiveError::Data("no parameter is free to be identified; freeze fewer, or set fit = \"always\" for one".into()));
+        return Ok(evaluated(problem, machine));
     }
     let found = match &plan.near {
         Some(near) => polished_from_nearby(problem, near, plan, control),
@@ -162,7 +167,8 @@ pub(super) fn estimate<P: Problem>(
         .filter_map(|drawn| bootstrap(problem, &place, drawn, plan.bootstrap, plan.seed, control))
         .collect();
     let mut warnings = shortage(problem.observations(), unknowns);
-    let (estimates, at_bounds) = parameter_estimates(machine, &free, &place, &values, &regions, &certainty, has_intervals);
+    let excess = misfit * correlation_factor;
+    let (estimates, at_bounds) = parameter_estimates(machine, &free, &place, &values, &regions, &certainty, (has_intervals, excess));
     warnings.extend(at_bounds);
     let gain_column = problem.gain_column();
     let gain_interval95 = gain_column.filter(|_| has_intervals).map(|_| {
@@ -314,6 +320,40 @@ fn hull(region: &Region) -> (f64, f64) {
     region.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |hull, part| (hull.0.min(part.0), hull.1.max(part.1)))
 }
 
+/// Variance by misfit over that by the stated uncertainty (1) above which values depend on what the model lacks: intervals are more than twice as wide
+/// as those by noise and tolerances, so that they consist of misfit for the larger part. Model error is no noise, so that its part is no probability.
+const EXCESS: f64 = 4.0;
+
+/// Evaluates the objective at the start values.
+fn evaluated<P: Problem>(problem: &P, machine: &Machine) -> Estimation {
+    let place = problem.start_near(&Place(Vec::new()));
+    let chi_square = problem.squares(None, |squares| squares.chi_square(&place));
+    let values = problem.values(&place);
+    let nothing = certainty(&DMatrix::zeros(0, 0), 1.0, &[]);
+    Estimation {
+        gain: problem.gain_at(&place),
+        cost: problem.cost(&place),
+        estimates: parameter_estimates(machine, &[], &place, &values, &[], &nothing, (false, 1.0)).0,
+        gain_interval95: None,
+        gain_identifiable: None,
+        repeats: Vec::new(),
+        effort: SearchEffort { starts: 0, found: 0, required: 0 },
+        agree: None,
+        chi_square,
+        freedom: problem.observations(),
+        correlation_factor: problem.correlation_factor(&place),
+        certainty: nothing,
+        sd: Vec::new(),
+        combinations: Vec::new(),
+        bootstraps: Vec::new(),
+        basins: Vec::new(),
+        complete: true,
+        warnings: vec!["no parameter is free: the objective and all errors are those of the start values".into()],
+        values,
+        place,
+    }
+}
+
 /// Warns of widened intervals: a misfit above the stated weights, or correlated residuals.
 fn widened(chi_square: f64, freedom: usize, misfit: f64, correlation_factor: f64) -> Vec<String> {
     let misfit_warning = || {
@@ -364,7 +404,7 @@ fn parameter_estimates(
     values: &ParameterValues,
     regions: &[Region],
     certainty: &Certainty,
-    has_intervals: bool,
+    (has_intervals, excess): (bool, f64),
 ) -> (Vec<Estimate>, Vec<String>) {
     let mut warnings = Vec::new();
     let mut estimates: Vec<Estimate> = (0..machine.parameters.len())
@@ -373,6 +413,7 @@ fn parameter_estimates(
             value: values[parameter],
             interval95: None,
             intervals95: Vec::new(),
+            depends_on_discrepancy: false,
             identifiable: None,
             at_bound: false,
         })
@@ -383,12 +424,14 @@ fn parameter_estimates(
         let end = |x: f64| description.from_unit(x.clamp(0.0, 1.0));
         let at_bound = !(AT_BOUND..=1.0 - AT_BOUND).contains(&u);
         let narrow = high - low <= 2.0 * 1.96 * counted(description) * RANGE_SD / NARROWING;
+        let depends = has_intervals && narrow && !at_bound && excess > EXCESS;
         estimates[parameter] = Estimate {
             parameter,
             value: values[parameter],
             interval95: has_intervals.then(|| (end(low), end(high))),
             intervals95: regions[column].iter().filter(|_| has_intervals).map(|(low, high)| (end(*low), end(*high))).collect(),
-            identifiable: has_intervals.then_some(narrow && !at_bound),
+            identifiable: (has_intervals && !depends).then_some(narrow && !at_bound),
+            depends_on_discrepancy: depends,
             at_bound,
         };
         if at_bound {

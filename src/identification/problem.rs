@@ -1,16 +1,17 @@
 //! Defines what an identification needs of its data: a coarse cost to search, a sum of squares to refine, blocks to resample.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::place::Place;
+use super::profile::CHI_SQUARE_95;
 use crate::objective::{FrfObjective, ModeObjective, ModeSquares};
 use machine::ParameterValues;
 use numeric::random::latin_hypercube;
-use optimizer::{Control, Cost, LeastSquares, SearchSettings, Strategy, least_squares, least_squares_within, search, simplex};
+use optimizer::{Control, Cost, LeastSquares, NormalEquations, SearchSettings, Strategy, least_squares, least_squares_within, search, simplex};
 
 /// Coarse simplex: edge length in the unit cube, and relative spread of the costs at which it stops.
 const COARSE_SIMPLEX: (f64, f64) = (0.02, 1e-6);
@@ -18,8 +19,8 @@ const COARSE_SIMPLEX: (f64, f64) = (0.02, 1e-6);
 const FINAL_SIMPLEX: (f64, f64) = (0.002, 1e-12);
 /// Least-squares steps on coarse lines from every start, and the relative reduction of χ² at which they end.
 const FIRST: (u64, f64) = (100, 1e-4);
-/// One of this many starts, those of the least χ² on coarse lines, is continued with the weights of the data.
-const CONTINUED: usize = 5;
+/// Largest number of minima on coarse lines, those of the least χ², that are continued with the weights of the data.
+const CONTINUED: usize = 13;
 /// Largest number of further steps on thinned lines, and the relative reduction of χ² at which they end.
 const THIN: (u64, f64) = (80, 1e-6);
 /// Largest number of steps on all data.
@@ -37,8 +38,8 @@ pub struct SearchEnd {
 /// Searches from a number of new spread starts.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Round {
-    /// Their ends on the data of [`Problem::coarse_misfit`]; those of hopeless starts are left out.
-    pub ends: Vec<SearchEnd>,
+    /// Their ends on the data of [`Problem::coarse_misfit`], each with the number of starts that led to it; those of hopeless starts are left out.
+    pub ends: Vec<(SearchEnd, usize)>,
     /// Number of evaluations of the cost or its derivatives.
     pub evaluations: u64,
     /// Number of generations, or of starts.
@@ -103,6 +104,13 @@ pub trait Problem: Sync {
     fn misfit(&self, chi_square: f64) -> f64 {
         per_freedom(chi_square, self.observations(), self.free().len())
     }
+    /// Returns the cost at given coordinates.
+    fn cost(&self, place: &Place) -> f64
+    where
+        Self: Sized,
+    {
+        self.squares(None, |squares| squares.chi_square(place))
+    }
     /// Runs least squares on all data from a nearby solution. Returns also the number of evaluations.
     fn polished_from(&self, near: &Place, control: &Control) -> (SearchEnd, u64)
     where
@@ -121,6 +129,34 @@ fn per_freedom(chi_square: f64, observations: usize, unknowns: usize) -> f64 {
 /// Returns the largest coordinate difference.
 pub(super) fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+/// A minimum of a sum of squares, and the ellipsoid about it in which another point belongs to it.
+pub(super) struct Basin {
+    /// The minimum.
+    pub place: Vec<f64>,
+    information: DMatrix<f64>,
+    rise: f64,
+}
+
+impl Basin {
+    /// Describes the surroundings of a minimum; the variance of the data follows from its χ².
+    fn about(squares: &FrfObjective<'_>, place: Vec<f64>) -> Self {
+        let NormalEquations { chi_square, information, .. } = squares.normal(&place);
+        let variance = chi_square / squares.observations().saturating_sub(place.len()).max(1) as f64;
+        Basin { place, information, rise: CHI_SQUARE_95 * variance }
+    }
+
+    /// Whether the parabola about the minimum holds another point within the 95 % limit.
+    fn holds(&self, other: &[f64]) -> bool {
+        quadratic_rise(&self.information, &self.place, other) <= self.rise
+    }
+}
+
+/// Computes the rise of χ² from one point to another by the information there.
+pub(super) fn quadratic_rise(information: &DMatrix<f64>, from: &[f64], to: &[f64]) -> f64 {
+    let by = DVector::from_iterator(from.len(), from.iter().zip(to).map(|(a, b)| b - a));
+    by.dot(&(information * &by))
 }
 
 impl Cost for ModeObjective<'_> {
@@ -177,7 +213,10 @@ impl Problem for ModeObjective<'_> {
         };
         let evaluations = found.evaluations + spent + last;
         let complete = found.complete && !control.stopped();
-        Round { ends: vec![end], evaluations, generations: found.generations, trace: found.trace, complete }
+        Round { ends: vec![(end, 1)], evaluations, generations: found.generations, trace: found.trace, complete }
+    }
+    fn cost(&self, place: &Place) -> f64 {
+        Cost::at(self, &place[..self.free.len()])
     }
     fn refined(&self, end: &SearchEnd, _control: &Control) -> (SearchEnd, u64) {
         (end.clone(), 0)
@@ -238,7 +277,7 @@ impl Problem for FrfObjective<'_> {
             .map(|start| {
                 let found = least_squares_within(coarse, &coarse.extended(start), &[], FIRST, control.stop());
                 step();
-                (found.place[..self.own_count].to_vec(), found.normal.chi_square / coarse.observations() as f64, found.evaluations)
+                (found.place, found.normal.chi_square / coarse.observations() as f64, found.evaluations)
             })
             .collect();
         let least = |best: &mut f64, cost: &(Vec<f64>, f64, u64)| {
@@ -248,12 +287,20 @@ impl Problem for FrfObjective<'_> {
         let trace = near.iter().scan(f64::INFINITY, least).collect();
         let first: u64 = near.iter().map(|n| n.2).sum();
         near.sort_by(|a, b| a.1.total_cmp(&b.1));
-        near.truncate(Self::STARTS.div_ceil(CONTINUED));
-        let further: Vec<(SearchEnd, u64)> = near
+        // Starts that ended in one minimum are continued once.
+        let mut minima: Vec<(Basin, usize)> = Vec::new();
+        for (place, ..) in near {
+            match minima.iter().position(|(minimum, _)| minimum.holds(&place)) {
+                Some(known) => minima[known].1 += 1,
+                None if minima.len() < CONTINUED => minima.push((Basin::about(coarse, place), 1)),
+                None => {}
+            }
+        }
+        let further: Vec<((SearchEnd, usize), u64)> = minima
             .par_iter()
-            .map(|(place, ..)| {
-                let found = least_squares_within(thin, &thin.extended(place), &[], THIN, control.stop());
-                (SearchEnd { place: Place(found.place), cost: found.normal.chi_square }, found.evaluations)
+            .map(|(minimum, starts)| {
+                let found = least_squares_within(thin, &thin.extended(&minimum.place[..self.own_count]), &[], THIN, control.stop());
+                ((SearchEnd { place: Place(found.place), cost: found.normal.chi_square }, *starts), found.evaluations)
             })
             .collect();
         let evaluations = first + further.iter().map(|f| f.1).sum::<u64>();

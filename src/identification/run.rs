@@ -10,7 +10,7 @@ use super::tolerance::{ToleranceEstimate, estimates as tolerance_estimates, mode
 use super::uncertainty::Certainty;
 use crate::objective::{AmplitudeFit, Channel, FrfGap, FrfObjective, ModeObjective, ObjectiveError, PositionPrediction};
 use dynamics::model::derived;
-use machine::{Machine, Operating, ParameterValues};
+use machine::{FitRule, Machine, Operating, ParameterValues};
 use measurement::{FitSet, HoldOutSet};
 use numeric::halton::halton_point;
 use optimizer::Control;
@@ -95,7 +95,9 @@ pub struct Identification {
 
 /// Identifies a machine's free parameters from the modes or FRFs to fit, and predicts those held out.
 ///
-/// # Errors  as [`ModeObjective::new`] and [`FrfObjective::new`]; no parameter is free.
+/// Without a free parameter it evaluates the objective at the start values.
+///
+/// # Errors  as [`ModeObjective::new`] and [`FrfObjective::new`].
 pub fn identify(
     machine: &Machine,
     fit: &FitSet<'_>,
@@ -107,7 +109,9 @@ pub fn identify(
     let control = &control.within(&format!("{:?} {:?} {plan:?}", fit.positions(), fit.frfs()));
     match plan.frf {
         Some(settings) => {
-            let (fitted, settings) = match plan.tolerances {
+            // Tolerances are fitted along with parameters, not alone.
+            let free = machine.parameters.iter().any(|p| p.fit != FitRule::Never && !plan.frozen.contains(&p.id));
+            let (fitted, settings) = match plan.tolerances && free {
                 true => (machine.with_tolerances(&fit.set().nuts_m())?, settings.with_tolerances(&fit.set().tolerance)),
                 false => (machine.clone(), settings),
             };

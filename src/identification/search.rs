@@ -1,10 +1,10 @@
 //! Global search with a stopping rule: new spread starts until the best minimum has been found often enough.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::place::Place;
-use super::problem::{Problem, Round, SearchEnd, distance};
+use super::problem::{Problem, Round, SearchEnd, distance, quadratic_rise};
 use super::profile::CHI_SQUARE_95;
 use super::settings::{IdentificationSettings, Repeat};
 use optimizer::{Control, SearchResult};
@@ -66,10 +66,7 @@ impl Centre {
     /// Coordinates that the data do not determine thus do not separate minima.
     fn holds(&self, other: &SearchEnd, misfit: f64) -> bool {
         match &self.information {
-            Some(information) => {
-                let by = DVector::from_iterator(self.end.place.len(), self.end.place.iter().zip(other.place.iter()).map(|(a, b)| b - a));
-                by.dot(&(information * &by)) <= CHI_SQUARE_95 * misfit
-            }
+            Some(information) => quadratic_rise(information, &self.end.place, &other.place) <= CHI_SQUARE_95 * misfit,
             None => distance(&self.end.place, &other.place) < MIN_DISTANCE,
         }
     }
@@ -101,16 +98,16 @@ pub(super) fn searched<P: Problem>(problem: &P, plan: &IdentificationSettings, c
             })
             .collect();
         effort.starts += batch * P::STARTS;
-        let mut ends: Vec<&SearchEnd> = new.iter().flat_map(|(_, round)| &round.ends).collect();
-        ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        let least = candidates.iter().map(|c| c.coarse.end.cost).chain(ends.first().map(|end| end.cost)).fold(f64::INFINITY, f64::min);
+        let mut ends: Vec<&(SearchEnd, usize)> = new.iter().flat_map(|(_, round)| &round.ends).collect();
+        ends.sort_by(|a, b| a.0.cost.total_cmp(&b.0.cost));
+        let least = candidates.iter().map(|c| c.coarse.end.cost).chain(ends.first().map(|end| end.0.cost)).fold(f64::INFINITY, f64::min);
         let misfit = problem.coarse_misfit(least);
-        for end in ends.into_iter().filter(|end| end.cost <= least + MARGIN * misfit) {
+        for (end, starts) in ends.into_iter().filter(|end| end.0.cost <= least + MARGIN * misfit) {
             match candidates.iter_mut().find(|c| c.coarse.holds(end, misfit)) {
-                Some(known) => known.starts += 1,
+                Some(known) => known.starts += starts,
                 None => {
                     let coarse = Centre { end: end.clone(), information: problem.coarse_information(&end.place) };
-                    candidates.push(Candidate { coarse, refined: None, starts: 1 });
+                    candidates.push(Candidate { coarse, refined: None, starts: *starts });
                 }
             }
         }
@@ -184,7 +181,7 @@ fn repeats(rounds: Vec<(u64, Round)>, candidates: &[Candidate], refined: &[(Cent
     let mut all: Vec<Repeat> = rounds
         .into_iter()
         .map(|(seed, round)| {
-            let best = round.ends.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).map(on_all_data);
+            let best = round.ends.iter().map(|end| &end.0).min_by(|a, b| a.cost.total_cmp(&b.cost)).map(on_all_data);
             let (place, cost) = best.map_or((Vec::new(), f64::MAX), |end| (end.place.0, end.cost));
             let Round { evaluations, generations, trace, complete, .. } = round;
             let complete = complete && !control.stopped();

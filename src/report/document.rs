@@ -76,8 +76,11 @@ pub struct ParameterRow {
     /// The parts of `interval95` in ascending order, where the data accept several ranges of values (in `unit`).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub intervals95: Vec<[f64; 2]>,
-    /// Whether the parameter is identifiable from the data; absent for one that was not fitted.
+    /// Whether the parameter is identifiable from the data; absent for one that was not fitted, or that depends on the discrepancy.
     pub identifiable: Option<bool>,
+    /// Whether the parameter would be identifiable, but the misfit exceeds the noise so far that its value depends on what the model lacks.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub depends_on_discrepancy: bool,
     /// Whether the parameter was fitted; otherwise it kept its start value.
     pub fitted: bool,
     /// Physical meaning of the parameter.

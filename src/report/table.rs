@@ -11,10 +11,14 @@ use super::terminal::{figure, percent, range, table, table_text, unit, width, wi
 /// Width (columns) from which on a table of parameters has a column of descriptions; below, they follow as text.
 const DESCRIBED_WIDTH: usize = 110;
 
+/// What «depends» in a table of parameters means.
+const DEPENDS: &str = " depends: the misfit exceeds the noise so far that the value depends on what the model lacks; run diagnose to find it";
+
 /// Cells of a parameter: value, interval, and whether the data identify it.
 pub fn parameter_cells(row: &ParameterRow) -> [String; 3] {
     let identifiable = match (row.fitted, row.identifiable) {
         (false, _) => "not fitted",
+        (true, None) if row.depends_on_discrepancy => "depends",
         (true, Some(true)) => "yes",
         _ => "no",
     };
@@ -42,10 +46,12 @@ pub fn parameters_table(parameters: &BTreeMap<String, ParameterRow>) -> String {
         let cells = [id.clone(), value, unit(&row.unit), interval, identifiable];
         out.add_row(cells.into_iter().chain(is_wide.then(|| row.description.clone())));
     }
+    let depends = parameters.values().any(|row| row.depends_on_discrepancy);
+    let note = if depends { wrapped(DEPENDS) } else { String::new() };
     let described = parameters.iter().filter(|(_, row)| !is_wide && !row.description.is_empty());
     let list: Vec<String> = described.map(|(id, row)| format!("{id}: {}", row.description)).collect();
     let list = if list.is_empty() { String::new() } else { wrapped(&format!(" {}", list.join("; "))) };
-    table_text(&out) + &list
+    table_text(&out) + &note + &list
 }
 
 /// A number to three digits.

@@ -27,6 +27,7 @@ pub(crate) fn parameters(machine: &Machine, found: &Identification) -> BTreeMap<
                 interval95: e.interval95.map(|(a, b)| [a, b]),
                 intervals95: if e.intervals95.len() > 1 { e.intervals95.iter().map(|(a, b)| [*a, *b]).collect() } else { Vec::new() },
                 identifiable: e.identifiable,
+                depends_on_discrepancy: e.depends_on_discrepancy,
                 fitted: found.free.contains(&e.parameter),
                 description: machine.description_of(e.parameter),
             };
@@ -42,6 +43,7 @@ pub(crate) fn parameters(machine: &Machine, found: &Identification) -> BTreeMap<
             interval95: found.gain_interval95.map(|(a, b)| [a, b]),
             intervals95: Vec::new(),
             identifiable: found.gain_identifiable,
+            depends_on_discrepancy: false,
             fitted: found.gain_interval95.is_some(),
             description: "gain of the measuring chain: measured over predicted amplitude".into(),
         };

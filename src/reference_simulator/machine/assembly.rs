@@ -8,6 +8,9 @@ use crate::element::law::{Law, Loss};
 use crate::element::rod::{Rod, Stretch};
 use crate::element::structure::{Port, Structure};
 
+/// Relaxation time of the oil film in a guide, s: far above the measured band the film is stiff.
+const GUIDE_FILM_S: f64 = 1e-5;
+
 /// A partly assembled machine at one nut position.
 #[derive(Clone, Debug)]
 pub struct Frame {
@@ -132,6 +135,10 @@ impl Frame {
         structure.inertia(self.table, machine.table_mass_kg);
         structure.inertia(self.rotor, machine.rotor_inertia_kg_m2);
         structure.inertia(self.ends[0].1, machine.hub_inertia_kg_m2);
+        if machine.guide_damping_ns_per_m > 0.0 {
+            let stiffness = machine.guide_damping_ns_per_m / GUIDE_FILM_S;
+            structure.branch(vec![(self.table, 1.0)], Law::Maxwell { stiffness, time_s: GUIDE_FILM_S });
+        }
         if let Some(hold) = machine.hold {
             let law = Law::Servo { stiffness: hold.stiffness, damping: hold.damping, integral: hold.integral, delay_s: hold.lag_s };
             structure.branch(vec![(self.rotor, 1.0)], law);

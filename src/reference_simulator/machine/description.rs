@@ -104,6 +104,7 @@ impl Description {
             table_mass_kg: self.table_mass_kg,
             rotor_inertia_kg_m2: self.rotor_inertia_kg_m2,
             hub_inertia_kg_m2: self.hub_inertia_kg_m2,
+            guide_damping_ns_per_m: 0.0,
             loss_dispersion: 1.0,
         };
         for parameter in &self.parameters {

@@ -164,6 +164,8 @@ pub struct Machine {
     pub rotor_inertia_kg_m2: f64,
     /// Inertia at the screw's driven end.
     pub hub_inertia_kg_m2: f64,
+    /// Viscous damping of the table's guide, N·s/m.
+    pub guide_damping_ns_per_m: f64,
     /// Share of dispersion of all losses.
     pub loss_dispersion: f64,
 }

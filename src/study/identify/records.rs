@@ -149,6 +149,7 @@ fn parameter_rows(study: &Study, values: &[f64], estimates: &[Estimated]) -> BTr
             interval95: interval,
             intervals95: Vec::new(),
             identifiable: seen,
+            depends_on_discrepancy: false,
             fitted: found.is_some(),
             description: study.config.machine.description_of(at),
         };
