@@ -101,7 +101,10 @@ fn intervals_from_narrow_bands_hold_every_minimum() {
     let mean = excess.iter().sum::<f64>() / excess.len() as f64;
     let sd = (excess.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (excess.len() as f64 - 1.0)).sqrt();
     let z = mean / (sd / (excess.len() as f64).sqrt()).max(1e-9);
-    println!("identifiable {called}, missed {missed} ({:.1} %), misses in excess of 5 %: z = {z:.2}", 100.0 * missed as f64 / called as f64);
+    println!(
+        "identifiable {called}, missed {missed} ({:.1} %), misses in excess of 5 %: z = {z:.2}",
+        100.0 * missed as f64 / called as f64
+    );
     assert!(called > 0 && z < 1.645, "more than 5 % of the values reported as identifiable miss the true value");
 }
 
@@ -120,7 +123,13 @@ fn intervals_hold_both_minima_from_5_to_100_hz() {
         let all = values(machine, &found);
         held.iter_mut().for_each(|(id, count)| *count += u64::from(all.iter().any(|v| v.id == *id && !v.missed)));
         let of = |id: &str| &found.estimates[machine.parameter(id).unwrap()];
-        println!("{draw}: {} minima, k_m {:?}, c_m {:?}, k_s {:?}", found.basins.len(), of("k_m").intervals95, of("c_m").intervals95, of("k_s").intervals95);
+        println!(
+            "{draw}: {} minima, k_m {:?}, c_m {:?}, k_s {:?}",
+            found.basins.len(),
+            of("k_m").intervals95,
+            of("c_m").intervals95,
+            of("k_s").intervals95
+        );
     }
     println!("of {count} draws the intervals hold the true value: {held:?}");
     for (id, held) in held {

@@ -32,6 +32,8 @@ pub struct ToleranceFile {
     loss_dispersion: Option<f64>,
     /// Standard deviation of that share (0.3).
     loss_dispersion_sd: Option<f64>,
+    /// Damping of a guide that the description lacks, over the moving mass, in 1/s: standard deviation of a half-normal distribution (2.5).
+    guide_damping: Option<f64>,
 }
 
 impl ToleranceFile {
@@ -52,6 +54,7 @@ impl ToleranceFile {
             (&mut known.loss_spread, 3.0),
             (&mut known.loss_dispersion, 1.0),
             (&mut known.loss_dispersion_sd, 1.0),
+            (&mut known.guide_damping, 100.0),
         ];
         for ((key, stated), (value, most)) in self.entries().into_iter().zip(fields) {
             match stated {
@@ -72,7 +75,7 @@ impl ToleranceFile {
         self.entries().into_iter().filter(|(_, stated)| stated.is_some_and(|x| x != 0.0)).map(|(key, _)| key).collect()
     }
 
-    fn entries(&self) -> [(&'static str, Option<f64>); 11] {
+    fn entries(&self) -> [(&'static str, Option<f64>); 12] {
         [
             ("diameter", self.diameter),
             ("youngs_modulus", self.youngs_modulus),
@@ -85,6 +88,7 @@ impl ToleranceFile {
             ("loss_spread", self.loss_spread),
             ("loss_dispersion", self.loss_dispersion),
             ("loss_dispersion_sd", self.loss_dispersion_sd),
+            ("guide_damping", self.guide_damping),
         ]
     }
 }

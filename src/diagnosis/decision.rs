@@ -141,6 +141,7 @@ pub fn diagnose(
     settings: &DiagnosisSettings,
     control: &Control,
 ) -> Result<Diagnosis, ObjectiveError> {
+    let machine = &machine.without_guide_tolerance();
     let domain = fitter.domain;
     let limits = Thresholds::of(domain);
     control.begin("1/7 fit of the nominal machine");

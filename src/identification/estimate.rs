@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::bootstrap::{Bootstrap, Drawn, bootstrap};
 use super::combination::{Combination, combinations};
 use super::place::Place;
-use super::problem::{Problem, distance};
+use super::problem::{Problem, distance, quadratic_rise};
 use super::profile::{CHI_SQUARE_95, ProfileStart, Profiler, Profiles, Region, joined};
 use super::search::{MIN_DISTANCE, Minimum, SearchEffort, polished_from_nearby, searched};
 use super::settings::{IdentificationSettings, Repeat};
@@ -133,29 +133,15 @@ pub(super) fn estimate<P: Problem>(
         }
         None => inflated.as_ref().unwrap_or(problem),
     };
-    let shares: Vec<f64> = wide.free().iter().map(|i| counted(&machine.parameters[*i])).collect();
     let columns: Vec<usize> = (0..free.len()).chain(wide.gain_column()).collect();
-    let profiled = if has_intervals && plan.profile {
-        let (found, regions) =
-            control.cached("profiles", || confidence_regions(wide, basins.clone(), (&columns, &shares), inflation, control));
-        basins = found;
-        regions
-    } else {
-        None
-    };
+    let intervals = intervals(wide, machine, basins, (&columns, inflation, has_intervals && plan.profile), control);
+    let Intervals { basins, mut regions, whole } = intervals;
     if inflated.is_some() || wider.is_none() {
         // A profile may have met a deeper minimum.
         place = basins[0].place.clone();
         (values, gain) = (problem.values(&place), problem.gain_at(&place));
     }
     let (chi_square, misfit, correlation_factor) = if inflated.is_some() { misfit_at(&place) } else { first };
-    let information = wide.squares(None, |squares| squares.normal(&basins[0].place).information);
-    let whole = certainty(&information, inflation, &shares);
-    let first_order = |at: &usize| {
-        let (here, half) = (basins[0].place[*at], 1.96 * whole.sd[*at]);
-        vec![(here - half, here + half)]
-    };
-    let mut regions = profiled.unwrap_or_else(|| columns.iter().map(first_order).collect());
     if wider.is_some() {
         // The estimate is that of the fit with the parameters that modes hardly determine held fixed.
         let own = (0..free.len()).chain(problem.gain_column()).map(|at| place[at]);
@@ -171,11 +157,7 @@ pub(super) fn estimate<P: Problem>(
     let (estimates, at_bounds) = parameter_estimates(machine, &free, &place, &values, &regions, &certainty, (has_intervals, excess));
     warnings.extend(at_bounds);
     let gain_column = problem.gain_column();
-    let gain_interval95 = gain_column.filter(|_| has_intervals).map(|_| {
-        let end = |u: f64| GAIN_RANGE.0 * (u * (GAIN_RANGE.1 / GAIN_RANGE.0).ln()).exp();
-        let (low, high) = hull(&regions[free.len()]);
-        (end(low), end(high))
-    });
+    let gain_interval95 = gain_column.filter(|_| has_intervals).map(|_| gain_interval(&regions[free.len()]));
     warnings.extend(has_intervals.then(|| widened(chi_square, freedom, misfit, correlation_factor)).into_iter().flatten());
     let combinations =
         if has_intervals && plan.profile { combined(wide, machine, (&basins[0], &whole), inflation, control) } else { Vec::new() };
@@ -208,6 +190,43 @@ pub(super) fn estimate<P: Problem>(
     })
 }
 
+/// Returns the interval of the gain for the region of its coordinate.
+fn gain_interval(region: &Region) -> (f64, f64) {
+    let end = |u: f64| GAIN_RANGE.0 * (u * (GAIN_RANGE.1 / GAIN_RANGE.0).ln()).exp();
+    let (low, high) = hull(region);
+    (end(low), end(high))
+}
+
+/// Minima, the regions of some coordinates, and the first-order uncertainty about the best minimum.
+struct Intervals {
+    basins: Vec<Basin>,
+    regions: Vec<Region>,
+    whole: Certainty,
+}
+
+/// Computes the regions of some coordinates: by profiles, or to first order.
+fn intervals<P: Problem>(
+    problem: &P,
+    machine: &Machine,
+    basins: Vec<Basin>,
+    (columns, inflation, profiled): (&[usize], f64, bool),
+    control: &Control,
+) -> Intervals {
+    let shares: Vec<f64> = problem.free().iter().map(|i| counted(&machine.parameters[*i])).collect();
+    let (basins, regions) = match profiled {
+        true => control.cached("profiles", || confidence_regions(problem, basins, (columns, &shares), inflation, control)),
+        false => (basins, None),
+    };
+    let information = problem.squares(None, |squares| squares.normal(&basins[0].place).information);
+    let whole = certainty(&information, inflation, &shares);
+    let first_order = |at: &usize| {
+        let (here, half) = (basins[0].place[*at], 1.96 * whole.sd[*at]);
+        vec![(here - half, here + half)]
+    };
+    let regions = regions.unwrap_or_else(|| columns.iter().map(first_order).collect());
+    Intervals { basins, regions, whole }
+}
+
 /// Refines minima and returns the distinct ones within a rise of χ² above the least, in rising order.
 ///
 /// The data variance of the problem covers the model error, so that priors keep their weight against the data.
@@ -226,18 +245,18 @@ fn refined_basins<P: Problem>(problem: &P, basins: Vec<Basin>, (free, rise): (us
     near.truncate(CONTINUED);
     let ends = all(near, (POLISH, 1e-7));
     let least = ends[0].cost;
-    let mut distinct: Vec<Basin> = Vec::new();
+    let mut distinct: Vec<(Basin, Option<DMatrix<f64>>)> = Vec::new();
     for end in ends.into_iter().filter(|end| end.cost - least <= rise) {
-        if distinct.iter().all(|other| !same(&other.place, &end.place, free)) {
-            distinct.push(end);
+        let is_known = |(other, information): &(Basin, Option<DMatrix<f64>>)| match information {
+            Some(information) => quadratic_rise(information, &other.place, &end.place) <= rise,
+            None => distance(&other.place[..free], &end.place) < MIN_DISTANCE,
+        };
+        if !distinct.iter().any(is_known) {
+            let information = problem.information(&end.place);
+            distinct.push((end, information));
         }
     }
-    distinct
-}
-
-/// Whether two points of the unit cube belong to the same minimum.
-fn same(a: &[f64], b: &[f64], free: usize) -> bool {
-    distance(&a[..free], b) < MIN_DISTANCE
+    distinct.into_iter().map(|(basin, _)| basin).collect()
 }
 
 /// Finds the combinations of parameters that the data determine about a minimum.

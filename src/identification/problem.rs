@@ -11,7 +11,9 @@ use super::profile::CHI_SQUARE_95;
 use crate::objective::{FrfObjective, ModeObjective, ModeSquares};
 use machine::ParameterValues;
 use numeric::random::latin_hypercube;
-use optimizer::{Control, Cost, LeastSquares, NormalEquations, SearchSettings, Strategy, least_squares, least_squares_within, search, simplex};
+use optimizer::{
+    Control, Cost, LeastSquares, NormalEquations, SearchSettings, Strategy, least_squares, least_squares_within, search, simplex,
+};
 
 /// Coarse simplex: edge length in the unit cube, and relative spread of the costs at which it stops.
 const COARSE_SIMPLEX: (f64, f64) = (0.02, 1e-6);

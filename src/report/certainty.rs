@@ -42,6 +42,30 @@ impl ToleranceRow {
     }
 }
 
+/// How far the global search went: rounds of new spread starts, until the best minimum was found as often as required.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SearchRow {
+    /// Number of spread starts.
+    pub starts: usize,
+    /// Number of starts that ended in the best minimum.
+    pub found: usize,
+    /// Number of times that the best minimum had to be found.
+    pub required: usize,
+}
+
+/// One round of searches from new spread starts.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct RepeatRow {
+    /// Seed of this round.
+    pub seed: u64,
+    /// Minimum of the objective that this round found, as `cost` of the document.
+    pub cost: f64,
+    /// Number of evaluations of the objective.
+    pub evaluations: u64,
+    /// Lowest cost after each generation or start; for whole FRFs the mean square of ln(measured/predicted) on few lines over a variance of 0.09.
+    pub trace: Vec<f64>,
+}
+
 /// A minimum of χ² that the data do not distinguish from the lowest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BasinRow {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::certainty::{BasinRow, BootstrapRow, CombinationRow, ToleranceRow};
+use super::certainty::{BasinRow, BootstrapRow, CombinationRow, RepeatRow, SearchRow, ToleranceRow};
 use super::motion_row::{CurveRow, MotionRecordRow, PreprocessingRow};
 pub use super::provenance::{Input, MachineText, Stamp};
 
@@ -186,30 +186,6 @@ pub struct FrfRow {
     pub lines: usize,
     /// Share of the recorded frequency lines whose coherence is accepted (1).
     pub accepted_share: f64,
-}
-
-/// How far the global search went: rounds of new spread starts, until the best minimum was found as often as required.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct SearchRow {
-    /// Number of spread starts.
-    pub starts: usize,
-    /// Number of starts that ended in the best minimum.
-    pub found: usize,
-    /// Number of times that the best minimum had to be found.
-    pub required: usize,
-}
-
-/// One round of searches from new spread starts.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct RepeatRow {
-    /// Seed of this round.
-    pub seed: u64,
-    /// Minimum of the objective that this round found, as `cost` of the document.
-    pub cost: f64,
-    /// Number of evaluations of the objective.
-    pub evaluations: u64,
-    /// Lowest cost after each generation or start; for whole FRFs the mean square of ln(measured/predicted) on few lines over a variance of 0.09.
-    pub trace: Vec<f64>,
 }
 
 /// Result of an identification (`identification.json`).

@@ -1,6 +1,7 @@
 //! Results of identification, validation and comparison as text on a terminal.
 
-use super::document::{ComparisonDocument, IdentificationDocument, SearchRow, ValidationDocument};
+use super::certainty::SearchRow;
+use super::document::{ComparisonDocument, IdentificationDocument, ValidationDocument};
 use super::record::records_table;
 use super::table::{
     bootstrap_table, derived_table, frfs_table, gap_summary_table, gaps_table, moved_tolerances, parameters_table, positions_table,

@@ -12,7 +12,8 @@ use super::terminal::{figure, percent, range, table, table_text, unit, width, wi
 const DESCRIBED_WIDTH: usize = 110;
 
 /// What «depends» in a table of parameters means.
-const DEPENDS: &str = " depends: the misfit exceeds the noise so far that the value depends on what the model lacks; run diagnose to find it";
+const DEPENDS: &str =
+    " depends: the misfit exceeds the noise so far that the value depends on what the model lacks; run diagnose to find it";
 
 /// Cells of a parameter: value, interval, and whether the data identify it.
 pub fn parameter_cells(row: &ParameterRow) -> [String; 3] {

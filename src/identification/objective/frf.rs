@@ -381,7 +381,7 @@ impl<'m> FrfObjective<'m> {
     /// Missing tolerances, nut positions and channels are as stated; an unknown gain has its best value.
     pub fn extended(&self, place: &[f64]) -> Place {
         let mut extended = place.to_vec();
-        let stated = |i: &usize| self.machine.parameters[*i].to_unit(self.machine.parameters[*i].start);
+        let stated = |i: &usize| self.machine.parameters[*i].to_unit(self.machine.parameters[*i].search_start());
         extended.extend(self.free.iter().skip(place.len()).map(stated));
         if self.estimates_gain() {
             let gain = self.best_gain(&self.parameters_of(place));
@@ -462,6 +462,7 @@ impl<'m> FrfObjective<'m> {
         self.coarse.get_or_init(|| {
             let mut coarse = self.resampled(&[]);
             coarse.free.truncate(self.own_count);
+            self.free[self.own_count..].iter().for_each(|i| coarse.base[*i] = self.machine.parameters[*i].search_start());
             (coarse.nuts, coarse.settings) = (0, self.settings.as_stated());
             let thinned = self.records.iter().map(|record| record.thinned(THIN_LINES)).collect();
             coarse.records = coarse.with_precomputed_rods(thinned);

@@ -3,6 +3,7 @@
 //! A diameter, a mass or a nut's length is known to a standard deviation. Identification and diagnosis fit such numbers as nuisance
 //! parameters, each with its prior. [`Machine::with_tolerances`] makes them parameters of the machine.
 
+mod guide;
 mod journal;
 mod number;
 mod nut;
@@ -16,7 +17,8 @@ use super::{Joint, Machine, MachineError, Mechanism, Parameter, Patch, PointMoti
 /// ±0.2 %, E ±0.3 %, G/E ±0.4 %, mass ±1 %, inertia of a rotor ±2 %. Shaft ends from journals of machined screws, 5 to 15 % thinner over 1
 /// to 2.5 diameters: such an end lacks 0.35 ± 0.18 diameters of its length. Loss factors of assembled joints 0.1 to 7 %: Beards, Structural
 /// Vibration, 1996, ch. 5. Dispersion between constant (microslip at one amplitude) and causal (Makris, J. Eng. Mech. 123 (1997)
-/// 1209–1214).
+/// 1209–1214). Guides from 0 to 5 1/s: viscous friction over mass of an industrial linear axis 203.5 N·s/m / 95.1 kg = 2.1 1/s (Janot,
+/// Gautier and Brunot, EMPS benchmark, 2019), with a margin of about two.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tolerance {
     /// Effective diameter of each shaft.
@@ -41,6 +43,9 @@ pub struct Tolerance {
     pub loss_dispersion: f64,
     /// Standard deviation of s.
     pub loss_dispersion_sd: f64,
+    /// Viscous damping (1/s) of the guide of the largest mass, over that mass, where the description states no joint between it and the ground: a
+    /// half-normal distribution from 0 with this standard deviation.
+    pub guide_damping: f64,
 }
 
 impl Default for Tolerance {
@@ -57,6 +62,7 @@ impl Default for Tolerance {
             loss_spread: 1.0,
             loss_dispersion: 0.5,
             loss_dispersion_sd: 0.3,
+            guide_damping: 2.5,
         }
     }
 }
@@ -65,6 +71,8 @@ impl Default for Tolerance {
 ///
 /// # Source  structural steel 0.0002 to 0.003, including an allowance for the thread: Beards, Structural Vibration, 1996, ch. 5.
 const SHAFT_LOSS: f64 = 1e-3;
+/// Median of a half-normal distribution of unit standard deviation (of the full normal).
+const HALF_NORMAL_MEDIAN: f64 = 0.674_489_75;
 /// Standard deviation of the integral rate (1/s) of a holding servo, which corresponds to integral times of 20 to 100 ms.
 const INTEGRAL_RATE: f64 = 10.0;
 
@@ -74,6 +82,14 @@ impl Parameter {
         self.role == Role::Tolerance
     }
 
+    /// Returns the value from which a search starts: the stated one, or the median of a half-normal prior, whose stated value of 0 would hide it.
+    pub fn search_start(&self) -> f64 {
+        match self.prior {
+            Some(Prior::Normal(sd)) if self.start <= self.lower => (self.start + HALF_NORMAL_MEDIAN * sd).min(self.upper),
+            _ => self.start,
+        }
+    }
+
     /// Returns its name in documents: the id without the mark of a tolerance.
     pub fn name(&self) -> &str {
         if self.is_tolerance() { &self.id[MARK.len_utf8()..] } else { &self.id }
@@ -81,11 +97,18 @@ impl Parameter {
 }
 
 impl Machine {
+    /// Returns the machine without a tolerance of the damping of its guide, as a diagnosis takes it: there the effect «guide-viscous» competes with
+    /// others.
+    #[must_use]
+    pub fn without_guide_tolerance(&self) -> Machine {
+        Machine { tolerance: Tolerance { guide_damping: 0.0, ..self.tolerance }, ..self.clone() }
+    }
+
     /// Returns the machine with its tolerances appended as parameters, each with its prior.
     ///
     /// They are diameters and moduli of shafts, journals at their ends, the length of nuts at `nuts_m` (m), and the largest mass and
-    /// inertia. Loss factors of joints and shafts, their dispersion, and the integral action of a holding servo follow. Tolerances of 0 are
-    /// omitted: their numbers stay fixed.
+    /// inertia. Loss factors of joints and shafts, their dispersion, the integral action of a holding servo, and the damping of a guide that the
+    /// description lacks follow. Tolerances of 0 are omitted: their numbers stay fixed.
     ///
     /// # Errors  none for a machine that was checked.
     pub fn with_tolerances(&self, nuts_m: &[f64]) -> Result<Machine, MachineError> {
@@ -148,6 +171,7 @@ impl Machine {
             }
         }
         let mut machine = self.with(&patch)?;
+        guide::damp_undescribed_guide(&mut machine);
         journal::split_off_journals(&mut machine, nuts_m);
         nut::distribute_nut_loads(&mut machine, nuts_m);
         Ok(machine)
@@ -174,6 +198,7 @@ impl Machine {
             "diameter" | "youngs_modulus" | "end_diameters" => self.shafts.is_empty(),
             "shear_modulus" => !self.shafts.iter().any(couples),
             "nut_length" => !self.shafts.iter().any(|s| s.stations.iter().any(|t| t.place == super::StationPlace::Nut)),
+            "guide_damping" => guide::undescribed(self).is_none(),
             "mass" => self.largest(PointMotion::Translation).is_none(),
             "inertia" => self.largest(PointMotion::Rotation).is_none(),
             key if key.starts_with("loss_") => self.joints.is_empty() && self.shafts.is_empty(),

@@ -49,7 +49,7 @@ pub fn own_case(seed: u64, plan: &Plan, index: usize) -> StudyResult<(Case, Labe
     let mut draw = Draw::new(seed).branch(0x006f_776e).branch(index as u64);
     let config = read_machine_text("machine.toml", &case.description.to_toml(), &[], &[]).map_err(StudyError::impossible)?;
     let nuts_m: Vec<f64> = case.positions.iter().map(|p| p.nut_m).collect();
-    let described = config.machine.with_tolerances(&nuts_m).map_err(StudyError::impossible)?;
+    let described = config.machine.without_guide_tolerance().with_tolerances(&nuts_m).map_err(StudyError::impossible)?;
     let seed = draw.index(1 << 32) as u64;
     let mut truth = Truth::new(&described, &case, &label, seed);
     label.kind = match label.kind {

@@ -3,7 +3,8 @@
 use crate::{Study, StudyResult, document_rows};
 use identification::identify;
 use identification::validation::cross_validation;
-use report::document::{IdentificationDocument, RepeatRow, SearchRow};
+use report::certainty::{RepeatRow, SearchRow};
+use report::document::IdentificationDocument;
 
 impl Study {
     /// As [`Study::identify`], from FRFs or modes.

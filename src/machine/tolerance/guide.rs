@@ -1,0 +1,38 @@
+//! Damping of a guide that the description lacks.
+
+use super::number::{STOP, size, tolerance};
+use crate::{Friction, Joint, LeadError, Machine, Mechanism, PointMotion, Prior, Value};
+
+/// Returns the point with the largest mass, where no joint connects it to the ground alone.
+pub(super) fn undescribed(machine: &Machine) -> Option<usize> {
+    let point = machine.largest(PointMotion::Translation)?;
+    let is_guided = machine.joints.iter().any(|j| matches!(j.on[..], [(on, _)] if on == point));
+    (!is_guided).then_some(point)
+}
+
+/// Adds a viscous damper between the largest mass and the ground, with a half-normal prior.
+///
+/// Every guide has some damping. Where the description states none, other joints take its part: their dampings and the stiffness of a hold end far from
+/// their true values, and the misfit does not show it.
+pub(super) fn damp_undescribed_guide(machine: &mut Machine) {
+    let per_s = machine.tolerance.guide_damping;
+    let Some(point) = undescribed(machine).filter(|_| per_s > 0.0) else { return };
+    let sd = per_s * size(&machine.points[point].inertia, machine);
+    let name = format!("guide damping of {}", machine.points[point].name);
+    let parameter = tolerance(name, (Mechanism::Damping, "N*s/m"), (0.0, Prior::Normal(sd)), [0.0, STOP * sd]);
+    let none = || Value::number(0.0);
+    machine.joints.push(Joint {
+        name: parameter.id.clone(),
+        on: vec![(point, 1.0)],
+        share: 1.0,
+        stiffness: none(),
+        damping: Value::parameter(machine.parameters.len()),
+        loss_factor: none(),
+        integral_rate: none(),
+        relaxation_stiffness: None,
+        friction: Friction::default(),
+        gap: none(),
+        lead_error: LeadError::default(),
+    });
+    machine.parameters.push(parameter);
+}
