@@ -201,10 +201,7 @@ fn limit_screw_ends_share_a_load_by_compatibility() {
         let whole_n = 150.0 * (9.80665 + a);
         assert!(((u.force_n + l.force_n) / whole_n - 1.0).abs() < 1e-9);
         let segment = |name: &str| machine.segments.iter().find(|s| s.name == name).unwrap().stiffness_n_per_m(&here);
-        let displacement = [
-            u.force_n / segment("upper") + u.share.displacement_m,
-            l.force_n / segment("lower") + l.share.displacement_m,
-        ];
+        let displacement = [u.force_n / segment("upper") + u.share.displacement_m, l.force_n / segment("lower") + l.share.displacement_m];
         assert!((displacement[0] / displacement[1] - 1.0).abs() < 1e-6, "{displacement:?}");
         let share = l.force_n / whole_n;
         match nut_m {

@@ -58,11 +58,11 @@ fn of_theory(printed: &Machine, computed: &Machine) -> StudyResult<Vec<Published
         .map(|(ratio, published, ..)| {
             let figure = at("Tab. 5").figure(format!("first frequency at x/L = {ratio}, theory"), "Hz").printed(*published, 0.1);
             let figure = figure.as_printed(first_hz(printed, &theory(*ratio))?).mended(first_hz(computed, &theory(*ratio))?);
-            Ok(figure.because(
+            Ok(figure.because(format!(
                 "Eq. 6 with K_g = 0, printed K_b and Tab. 4: the screws turn against each other on bearing and screw; the table's centre \
-                 rests. Printed: K_a of Eq. 22. Mended: the nut left out of K_a, K_n and yawing stiff. The stroke is not printed: 0.155 m \
-                 in both",
-            ))
+                 rests. Printed: K_a of Eq. 22. Mended: the nut left out of K_a, K_n and yawing stiff. The stroke is not printed: \
+                 {STROKE_OF_THEORY_M} m in both"
+            )))
         })
         .collect()
 }
