@@ -20,7 +20,7 @@ const CONFIGS: [&str; 7] = [
     tian::CONFIG_AS_PUBLISHED,
     tian::CONFIG_AS_COMPUTED,
     tian::CONFIG_HELD,
-    twin::CONFIG,
+    twin_position::CONFIG,
     twin_position::CONFIG_AS_COMPUTED,
     servo::CONFIG,
     vertical::CONFIG,

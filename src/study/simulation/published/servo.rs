@@ -1,7 +1,7 @@
 //! Published figures of the lumped servo axis, compared with ours. The configuration names the paper.
 
 use super::figure::{FigureSource, first_hz, read_published};
-use crate::simulation::GainRequest;
+use crate::simulation::gain::GainRequest;
 use crate::simulation::sensitivity::mode_energy;
 use crate::{StudyError, StudyResult};
 use dynamics::model::elastic_frequencies_hz;

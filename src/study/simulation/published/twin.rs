@@ -1,7 +1,7 @@
 //! Figures of Duan et al., twin ball screw: joints, friction and velocity. Those of the nut position are in `twin_position`.
 
-use super::figure::{FigureSource, contact, first_hz, read_published};
-use super::twin_position;
+use super::figure::{contact, first_hz, read_published};
+use super::twin_position::{self, CONFIG, at};
 use crate::simulation::stiffness::separations;
 use crate::{StudyError, StudyResult};
 use machine::contact::published::{
@@ -15,19 +15,12 @@ use machine::contact::{
 use machine::{Machine, Operating};
 use report::published::PublishedFigure;
 
-/// The machine with the physics of preloaded pairs.
-pub const CONFIG: &str = "configs/twin-ball-screw.toml";
 const AS_PRINTED: [&str; 2] = ["contact_rule=as-printed", "contact_stiffness=secant"];
 /// Overrides with which the screw carries P_T·f(v), P_T = 0.90 of Eq. 11, in place of f(v).
 const SHARES: [&str; 4] =
     ["contact.screw-nut-1.share=0.9", "contact.screw-nut-2.share=0.9", "contact.bearing-1.share=0.9", "contact.bearing-2.share=0.9"];
 /// Step of velocity (m/s) in the search for the minimum frequency: 0.2 m/min.
 const STEP_M_S: f64 = 1e-2 / 3.0;
-
-/// Returns a source in this paper.
-pub fn at(place: &'static str) -> FigureSource {
-    FigureSource { paper: "Duan et al. 2018, twin ball screw", place }
-}
 
 /// Computes all figures of the paper.
 pub fn figures() -> StudyResult<Vec<PublishedFigure>> {

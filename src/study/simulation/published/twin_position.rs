@@ -1,7 +1,6 @@
 //! Figures of Duan et al. over the nut position: Tab. 5 and Fig. 9.
 
-use super::figure::{first_hz, read_published};
-use super::twin::{CONFIG, at};
+use super::figure::{FigureSource, first_hz, read_published};
 use crate::simulation::stiffness::static_stiffness;
 use crate::{StudyError, StudyResult};
 use dynamics::model::elastic_frequencies_hz;
@@ -13,6 +12,8 @@ use numeric::unit::omega_rad_s;
 use optimizer::Control;
 use report::published::PublishedFigure;
 
+/// The machine with the physics of preloaded pairs, screws held by the servos.
+pub const CONFIG: &str = "configs/twin-ball-screw.toml";
 /// The machine of Eq. 6 without servos.
 pub const CONFIG_AS_COMPUTED: &str = "configs/twin-ball-screw-as-computed.toml";
 /// Overrides with which the nut is in series with bearing and screw, as Eq. 22 prints.
@@ -28,6 +29,11 @@ const TABLE_5: [(f64, f64, f64, f64); 5] =
 const STROKE_OF_THEORY_M: f64 = 0.155;
 /// Nut positions (m) chosen for x/L = 0 and 1 of the experiment.
 const ENDS_M: (f64, f64) = (0.02, 0.46);
+
+/// Returns a source in this paper.
+pub fn at(place: &'static str) -> FigureSource {
+    FigureSource { paper: "Duan et al. 2018, twin ball screw", place }
+}
 
 /// Returns the nut position (m) of the experiment at x/L.
 pub fn nut_m(ratio: f64) -> f64 {
