@@ -212,3 +212,27 @@ fn the_readme_is_one_page() {
     let text = fs::read_to_string("README.md").unwrap();
     assert!(text.lines().count() <= 150 && text.len() <= 10_000, "{} lines, {} bytes", text.lines().count(), text.len());
 }
+
+/// The page on the papers: its commands run, and its table of rival models prints what they find.
+#[cfg(unix)]
+#[test]
+fn the_page_on_the_papers_states_what_its_commands_find() {
+    let folder = tempfile::tempdir().unwrap();
+    std::os::unix::fs::symlink(std::env::current_dir().unwrap().join("measurements"), folder.path().join("measurements")).unwrap();
+    run_page(&page("papers.md"), folder.path(), |_| {});
+    let text = fs::read_to_string(page("papers.md")).unwrap();
+    let rows: Vec<Vec<&str>> =
+        text.lines().filter(|line| line.contains("| `jointid identify")).map(|line| line.split('|').map(str::trim).collect()).collect();
+    assert_eq!(rows.len(), 3);
+    for row in rows {
+        let arguments: Vec<&str> = row[5].trim_matches('`').split_whitespace().skip(1).collect();
+        let output = assert_cmd::Command::cargo_bin("jointid").unwrap().args(&arguments).args(["--json", "--quiet"]).output().unwrap();
+        let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(row[2], format!("{:.1}", found["cost"].as_f64().unwrap()), "{row:?}");
+        let largest = 100.0 * found["derived"]["largest_frequency_error_fit"].as_f64().unwrap();
+        assert_eq!(row[3], format!("{largest:.1} %"), "{row:?}");
+        let positions = found["positions"].as_object().unwrap().values();
+        let unexpected = positions.flat_map(|p| p["lone_peaks"].as_array().unwrap()).filter(|p| p["unexpected"] == true).count();
+        assert_eq!(row[4].split(' ').next().unwrap(), unexpected.to_string(), "{row:?}");
+    }
+}

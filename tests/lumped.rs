@@ -8,13 +8,15 @@ use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
 use proptest::prelude::*;
 use std::sync::Arc;
 
-const SHIPPED: [&str; 6] = [
+const SHIPPED: [&str; 8] = [
     "configs/tian.toml",
     "configs/tian-as-published.toml",
     "configs/two-inertia.toml",
     "configs/twin-ball-screw.toml",
     "configs/servo-axis.toml",
     "configs/vertical-axis.toml",
+    "configs/tian-as-computed.toml",
+    "configs/twin-ball-screw-as-computed.toml",
 ];
 
 fn shipped(path: &str) -> Machine {
@@ -56,8 +58,8 @@ fn check_matrices(m: &Matrices) {
 
 #[test]
 fn limit_shipped_machines_have_valid_matrices_and_the_described_rigid_body_modes() {
-    // Rigid-body modes of each description: rotor with table and screw; motor with load; none.
-    let free = [0, 1, 1, 0, 1, 0];
+    // Rigid-body modes of each description: rotor with table and screw; motor with load; screws with table.
+    let free = [0, 1, 1, 0, 1, 0, 0, 1];
     for (path, free) in SHIPPED.iter().zip(free) {
         let machine = shipped(path);
         for lumps in [1, 4] {
@@ -168,6 +170,53 @@ fn published_six_coordinates_of_the_twin_ball_screw() {
             }
         }
     }
+}
+
+/// Duan, Eq. 6 without servos: the screws turn against each other on bearing and screw, f = √(K_L/[(J_m + J_b)·(2π/p)²])/2π. The closed form holds where
+/// nut brackets and yawing are rigid.
+#[test]
+fn limit_screws_of_a_twin_ball_screw_turn_against_each_other() {
+    let machine = with("configs/twin-ball-screw-as-computed.toml", &["joint.yaw.stiffness=1e12"]);
+    let reflected_kg = 2.545e-4 * (std::f64::consts::TAU / 5e-3).powi(2);
+    for (nut_m, printed_hz) in [(1e-6, 51.4), (0.155, 48.9)] {
+        let screw = std::f64::consts::PI * 20e-3 * 20e-3 * 2.06e11 / (4.0 * nut_m);
+        let k = 1.0 / (1.0 / 4.2e7 + 1.0 / screw);
+        let closed_form = (k / reflected_kg).sqrt() / std::f64::consts::TAU;
+        let ours = elastic_frequencies_hz(&machine, 1, &machine.start(), &Operating::at_nut(nut_m))[0];
+        assert!((ours / closed_form - 1.0).abs() < 3e-4, "{nut_m}: {ours} against {closed_form}");
+        assert!((ours / printed_hz - 1.0).abs() < 0.004, "{nut_m}: {ours} against {printed_hz}");
+    }
+}
+
+/// Both ends of the vertical screw: equilibrium, equal displacements at the nut, the nearer end carries more; halves as printed.
+#[test]
+fn limit_screw_ends_share_a_load_by_compatibility() {
+    let machine = shipped("configs/vertical-axis.toml");
+    let find = |machine: &Machine, name: &str| machine.contacts.iter().find(|c| c.name == name).unwrap().clone();
+    let (upper, lower) = (find(&machine, "bearing-upper"), find(&machine, "bearing-lower"));
+    for (a, nut_m) in [(0.0, 0.2), (0.0, 0.05), (10.0, 0.05), (-30.0, 0.7)] {
+        let here = Operating { acceleration_m_s2: Some(a), ..Operating::at_nut(nut_m) };
+        let state = |contact: &machine::LoadedPair| contact.at(&here).unwrap();
+        let (u, l) = (state(&upper), state(&lower));
+        let whole_n = 150.0 * (9.80665 + a);
+        assert!(((u.force_n + l.force_n) / whole_n - 1.0).abs() < 1e-9);
+        let segment = |name: &str| machine.segments.iter().find(|s| s.name == name).unwrap().stiffness_n_per_m(&here);
+        let displacement = [u.force_n / segment("upper") + u.share.displacement_m, l.force_n / segment("lower") + l.share.displacement_m];
+        assert!((displacement[0] / displacement[1] - 1.0).abs() < 1e-6, "{displacement:?}");
+        let share = l.force_n / whole_n;
+        match nut_m {
+            0.2 => assert!((share - 0.69).abs() < 0.005, "{share}"),
+            0.05 if a == 0.0 => assert!((share - 0.80).abs() < 0.005, "{share}"),
+            0.7 => assert!(share < 0.5, "{share}"),
+            _ => {}
+        }
+    }
+    let near = Operating { acceleration_m_s2: Some(10.0), ..Operating::at_nut(0.05) };
+    let hz = elastic_frequencies_hz(&machine, 1, &machine.start(), &near)[0];
+    assert!((hz - 213.9).abs() < 0.1, "{hz}");
+    let printed = with("configs/vertical-axis.toml", &["contact_rule=as-printed"]);
+    let (u, l) = (find(&printed, "bearing-upper").force_n(&near), find(&printed, "bearing-lower").force_n(&near));
+    assert!(u == l && (u - 0.5 * 150.0 * 19.80665).abs() < 1e-9);
 }
 
 /// Velocities at which nut B unloads, by Eq. 12–17 with Tab. 2 as printed and by equilibrium, evaluated in the machine.

@@ -8,8 +8,8 @@ use assert_cmd::Command;
 use config::{embedded_config, read_machine_text};
 use dynamics::model::{RodModel, Structure, matrices};
 use dynamics::motion::{
-    Circle, Course, GainRow, LinearLoops, SCurve, ServoImpedance, SimulationSettings, Trace, contour_error, gain_study, simulate,
-    sine_response, smooth,
+    Circle, Course, GainCycle, GainRow, LinearLoops, SCurve, ServoImpedance, SimulationSettings, Trace, contour_error, gain_study,
+    simulate, sine_response, smooth,
 };
 use machine::{Machine, Operating};
 use num_complex::Complex64;
@@ -263,10 +263,11 @@ fn limit_a_servo_joint_is_its_spring_and_damper() {
 fn gain_study_uses_the_cost_of_the_paper() {
     let axis = embedded("servo-axis", &[]);
     let curve = SCurve { from: 0.0, to: 0.05, velocity: 0.3, acceleration: 5.0, jerk: 200.0 };
-    let course = curve.course(1e-3, 0.1, false).unwrap();
-    let gains = [10.0, 30.0, 90.0, 2000.0];
-    let rows = gain_study(&axis, &axis.start(), &gains, (&course, 0.1), None, &SimulationSettings::default(), &|| true).unwrap();
-    let largest = |of: fn(&GainRow) -> Option<f64>| rows.iter().filter_map(of).fold(0.0, f64::max);
+    let course = curve.course(1e-3, 20.0, false).unwrap();
+    let gains = [30.0, 60.0, 90.0, 2000.0];
+    let cycle = GainCycle { course: &course, rest_s: 20.0, point: None };
+    let rows = gain_study(&axis, &axis.start(), &gains, &cycle, &SimulationSettings::default(), &|| true).unwrap();
+    let largest = |of: fn(&GainRow) -> Option<f64>| rows.iter().filter(|r| r.settled).filter_map(of).fold(0.0, f64::max);
     let (e, energy, tau) = (largest(|r| r.static_error), largest(|r| r.energy_j), largest(|r| r.time_s));
     let with_cost: Vec<&GainRow> = rows.iter().filter(|r| r.cost.is_some()).collect();
     assert!(with_cost.len() >= 2 && rows.last().unwrap().cost.is_none(), "{rows:?}");
@@ -275,7 +276,12 @@ fn gain_study_uses_the_cost_of_the_paper() {
         assert!((r.cost.unwrap() - cost).abs() < 1e-12 && (-2.0..=1.0).contains(&cost), "{r:?}");
     }
     // Slower loops take longer.
-    assert!(rows[1].time_s.unwrap() > rows[2].time_s.unwrap());
+    assert!(rows[0].time_s.unwrap() > rows[2].time_s.unwrap());
+    // Shortly after the travel the integral still winds up: no static error, and so no cost.
+    let course = curve.course(1e-3, 0.1, false).unwrap();
+    let cycle = GainCycle { course: &course, rest_s: 0.1, point: None };
+    let brief = gain_study(&axis, &axis.start(), &gains[..1], &cycle, &SimulationSettings::default(), &|| true).unwrap();
+    assert!(brief[0].stable && !brief[0].settled && brief[0].static_error.is_none() && brief[0].cost.is_none(), "{brief:?}");
 }
 
 /// Two equal linear axes with a proportional position loop follow a circle whose radius is smaller by the share 1 − |H|.

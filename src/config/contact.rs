@@ -1,6 +1,7 @@
 //! Configuration sections of contacts, screw segments and friction curves.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -10,7 +11,7 @@ use machine::contact::{
     AngularContactBearing, BALL_PRESSURE_LIMIT_PA, Balls, BearingData, ContactError, Nut, NutData, PreloadedPair, Printed, Rule, Side,
     Stiffness, StribeckCurve,
 };
-use machine::{LoadedPair, MachineError, Segment, SegmentEnd, Twist};
+use machine::{LoadedPair, MachineError, ScrewEnd, Segment, SegmentEnd, Twist};
 
 /// A friction curve: Duan et al., Eq. 11.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
@@ -52,6 +53,9 @@ pub struct ContactFile {
     #[serde(default)]
     gravity_m_s2: f64,
     share: Option<f64>,
+    /// Segment of the screw between the nut and this contact, where contacts at both ends of the screw carry the force: they then share it by
+    /// compatibility. As printed they take `share`.
+    segment: Option<String>,
     outside_share: Option<f64>,
 }
 
@@ -130,9 +134,55 @@ pub fn segments(files: BTreeMap<String, SegmentFile>) -> Result<Vec<Segment>, Ma
 pub fn contacts(
     files: BTreeMap<String, ContactFile>,
     curves: &BTreeMap<String, FrictionFile>,
+    segments: &[Segment],
     defaults: ContactDefaults,
 ) -> Result<Vec<LoadedPair>, MachineError> {
-    files.into_iter().map(|(name, file)| contact(name, &file, curves, defaults)).collect()
+    let ends: Vec<(String, String)> = files.iter().filter_map(|(name, file)| Some((name.clone(), file.segment.clone()?))).collect();
+    let mut contacts = files.into_iter().map(|(name, file)| contact(name, &file, curves, defaults)).collect::<Result<Vec<_>, _>>()?;
+    join_ends(&mut contacts, &ends, segments)?;
+    Ok(contacts)
+}
+
+/// Lets the contacts that name a segment share the force on the nut: two, one at each end of the screw.
+fn join_ends(contacts: &mut [LoadedPair], ends: &[(String, String)], segments: &[Segment]) -> Result<(), MachineError> {
+    let Some((name, _)) = ends.first() else { return Ok(()) };
+    let key = |name: &String, key: &str| format!("contact.{name}.{key}");
+    let [first, second] = ends else {
+        let fault_text = format!("a screw has two ends that share a force; {} contacts name a segment, write it for two", ends.len());
+        return Err(fault(key(name, "segment"), fault_text));
+    };
+    let find = |(name, segment): &(String, String)| {
+        let at = contacts.iter().position(|c| c.name == *name);
+        let known = || segments.iter().map(|s| s.name.as_str()).collect::<Vec<_>>().join(", ");
+        let found = segments.iter().find(|s| s.name == *segment);
+        let absent = || fault(key(name, "segment"), format!("no segment is called «{segment}»; there are: {}", known()));
+        found.cloned().zip(at).ok_or_else(absent)
+    };
+    let ((first_segment, a), (second_segment, b)) = (find(first)?, find(second)?);
+    if first_segment.from == second_segment.from {
+        let fault_text = format!("«{}» and «{}» begin at the same end of the screw; name the segments of both ends", first.1, second.1);
+        return Err(fault(key(&second.0, "segment"), fault_text));
+    }
+    let (one, other) = (&contacts[a], &contacts[b]);
+    let same = [
+        ("rule", one.rule == other.rule),
+        ("friction", one.friction == other.friction),
+        ("moved_mass_kg", one.moved_mass_kg == other.moved_mass_kg),
+        ("gravity_m_s2", one.gravity_m_s2 == other.gravity_m_s2),
+        ("outside_share", one.outside_share == other.outside_share),
+    ];
+    if let Some((differs, _)) = same.iter().find(|(_, same)| !same) {
+        let fault_text = format!("differs from that of contact.{}, with which it shares one force; write the same", one.name);
+        return Err(fault(key(&second.0, differs), fault_text));
+    }
+    let ends = [
+        ScrewEnd { segment: first_segment.clone(), other_pair: other.pair, other_segment: second_segment.clone() },
+        ScrewEnd { segment: second_segment, other_pair: one.pair, other_segment: first_segment },
+    ];
+    for (at, end) in [a, b].into_iter().zip(ends) {
+        contacts[at].end = Some(Arc::new(end));
+    }
+    Ok(())
 }
 
 fn contact(
@@ -168,6 +218,7 @@ fn contact(
         moved_mass_kg: file.moved_mass_kg,
         gravity_m_s2: file.gravity_m_s2,
         share: file.share.unwrap_or(1.0),
+        end: None,
         outside_share: file.outside_share.unwrap_or(1.0),
         name,
     })

@@ -301,9 +301,10 @@ impl MachineFile {
     /// Returns the patch that the file describes, without its effects.
     pub fn patch(self) -> Result<Patch, MachineError> {
         let defaults = ContactDefaults { rule: self.contact_rule, stiffness: self.contact_stiffness };
+        let segments = segments(self.segment)?;
         let mut patch = Patch {
-            contacts: contacts(self.contact, &self.friction, defaults)?,
-            segments: segments(self.segment)?,
+            contacts: contacts(self.contact, &self.friction, &segments, defaults)?,
+            segments,
             points: self.point.into_iter().map(point).collect::<Result<_, _>>()?,
             shafts: self.shaft.into_iter().map(|s| s.locations().map(|_| s)).collect::<Result<_, _>>()?,
             joints: self.joint.into_iter().map(joint).collect::<Result<_, _>>()?,

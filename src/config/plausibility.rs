@@ -261,7 +261,19 @@ mod tests {
 
     #[test]
     fn described_machines_are_plausible() {
-        for name in ["tian", "tian-as-published", "two-inertia", "emps", "twin-ball-screw", "servo-axis", "hybrid-axis", "vertical-axis"] {
+        let names = [
+            "tian",
+            "tian-as-published",
+            "tian-as-computed",
+            "two-inertia",
+            "emps",
+            "twin-ball-screw",
+            "twin-ball-screw-as-computed",
+            "servo-axis",
+            "hybrid-axis",
+            "vertical-axis",
+        ];
+        for name in names {
             let path = format!("configs/{name}.toml");
             let read = read_machine_text(&path, embedded_config(&path).unwrap(), &[], &[]).unwrap();
             assert!(read.warnings.is_empty(), "{:?}", read.warnings);

@@ -1,7 +1,7 @@
 //! The user's guide: each page answers one question.
 //!
 //! Use: [own_machine], [own_frfs], [motion], [mistakes]. Results: [results], [verdicts], [own_effect]. Background: [models], [validation], [speed],
-//! [published]. Source code: [crates].
+//! [published], [papers]. Source code: [crates].
 
 #[doc = include_str!("own-machine.md")]
 pub mod own_machine {}
@@ -32,6 +32,9 @@ pub mod speed {}
 
 #[doc = include_str!("published.md")]
 pub mod published {}
+
+#[doc = include_str!("papers.md")]
+pub mod papers {}
 
 #[doc = include_str!("mistakes.md")]
 pub mod mistakes {}

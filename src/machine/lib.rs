@@ -43,7 +43,7 @@ pub use effect::{AttachFile, Data, Effect, JointPatch, LeverFile, Patch, PointPa
 pub use effect_ids::EffectIds;
 pub use friction::{Friction, FrictionForceFile, LeadError, LeadErrorFile, Wave, WaveFile};
 pub use joint::Joint;
-pub use loaded_pair::{LoadedPair, PairState};
+pub use loaded_pair::{LoadedPair, PairState, ScrewEnd};
 pub use measuring_chain::{Chain, Lever};
 pub use mechanism::{Mechanism, PeriodAlong};
 pub use motor::{CurrentFile, CurrentLoop, Inverter, Motor, MotorFile};

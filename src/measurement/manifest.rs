@@ -1,5 +1,7 @@
 //! Keys of `manifest.toml`.
 
+use std::collections::BTreeMap;
+
 use file_access::{shortened, unfilled};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -20,6 +22,9 @@ pub(super) struct Manifest {
     pub frequency_resolution_hz: Option<f64>,
     pub least_prominence: Option<f64>,
     pub published: Option<String>,
+    /// Values of parameters that the publication of the data prints, for comparison.
+    #[serde(default)]
+    pub published_parameters: Vec<PublishedParametersFile>,
     pub split: Option<Split>,
     #[serde(default)]
     pub tolerance: ChannelToleranceFile,
@@ -42,6 +47,15 @@ pub(super) enum GainFile {
 #[serde(rename_all = "lowercase")]
 pub(super) enum UnknownWord {
     Unknown,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PublishedParametersFile {
+    /// Fitted positions.
+    pub fit: Vec<String>,
+    /// Printed values by parameter id.
+    pub values: BTreeMap<String, f64>,
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]

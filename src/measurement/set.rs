@@ -1,5 +1,6 @@
 //! A measurement set: a folder with `manifest.toml`, read and checked.
 
+use std::collections::BTreeMap;
 use std::io::{self, ErrorKind};
 use std::path::Path;
 
@@ -43,11 +44,13 @@ pub struct PublishedRow {
     pub predicted_hz: f64,
 }
 
-/// Published predictions for a set.
+/// Published predictions and parameters for a set.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Published {
     /// All predictions.
     pub rows: Vec<PublishedRow>,
+    /// Printed values by parameter id, each with the fitted positions.
+    pub parameters: Vec<(Vec<String>, BTreeMap<String, f64>)>,
 }
 
 impl Published {
@@ -60,6 +63,12 @@ impl Published {
                 && r.order == order
         };
         self.rows.iter().find(same).map(|r| r.predicted_hz)
+    }
+
+    /// Returns the printed values by parameter id of a fit to `fit_positions`.
+    pub fn parameters(&self, fit_positions: &[String]) -> Option<&BTreeMap<String, f64>> {
+        let same = |fit: &[String]| fit.len() == fit_positions.len() && fit.iter().all(|p| fit_positions.contains(p));
+        self.parameters.iter().find(|(fit, _)| same(fit)).map(|(_, values)| values)
     }
 }
 
@@ -284,6 +293,13 @@ pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> 
         let text = folder.text(file)?;
         published = read_published(&folder.name(file), &text)?;
     }
+    for entry in manifest.published_parameters {
+        let key = "published_parameters.fit";
+        if let Some(unknown) = entry.fit.iter().find(|name| !positions.iter().any(|p| p.name == **name)) {
+            return Err(at_key(key, format!("no position is called «{unknown}»")));
+        }
+        published.parameters.push((entry.fit, entry.values));
+    }
     let split = manifest.split.map(|s| s.fit);
     let is_known = |n: &String| {
         positions.iter().any(|p| p.name == *n)
@@ -441,5 +457,5 @@ fn read_published(path: &str, text: &str) -> Result<Published, MeasurementError>
             predicted_hz: row.number("predicted_hz")?,
         });
     }
-    Ok(Published { rows })
+    Ok(Published { rows, parameters: Vec::new() })
 }

@@ -86,6 +86,9 @@ pub struct ParameterRow {
     /// Physical meaning of the parameter.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub description: String,
+    /// Value that the publication of the data prints for a fit to the same positions (in `unit`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub published: Option<f64>,
 }
 
 impl ParameterRow {

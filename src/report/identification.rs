@@ -5,7 +5,7 @@ use super::document::{ComparisonDocument, IdentificationDocument, ValidationDocu
 use super::record::records_table;
 use super::table::{
     bootstrap_table, derived_table, frfs_table, gap_summary_table, gaps_table, moved_tolerances, parameters_table, positions_table,
-    summary_table,
+    run_frequencies_table, run_parameters_table, summary_table,
 };
 use super::terminal::wrapped;
 
@@ -104,8 +104,14 @@ pub fn validation_text(document: &ValidationDocument) -> String {
 pub fn comparison_text(document: &ComparisonDocument) -> String {
     if document.runs.values().any(|r| r.common_gap.is_some()) {
         return String::from("Gap of whole FRFs at the positions and records that no run has fitted, and over all of them\n\n")
-            + &gap_summary_table(document);
+            + &gap_summary_table(document)
+            + "\n"
+            + &run_parameters_table(document);
     }
     String::from("Frequency errors at the positions that no run has fitted, and over all of them\n(root of the summed squares)\n\n")
         + &summary_table(document)
+        + "\nNatural frequencies by order, along the stroke\n\n"
+        + &run_frequencies_table(document)
+        + "\n"
+        + &run_parameters_table(document)
 }

@@ -18,6 +18,8 @@ mod motion_row;
 mod motion_text;
 pub mod page;
 mod provenance;
+pub mod published;
+mod published_text;
 pub mod record;
 mod schema;
 pub mod simulation;
@@ -37,8 +39,9 @@ pub use identification::{comparison_text, identification_text, validation_text};
 pub use loops_text::{bode_text, circles_text, gain_text, hold_gains_text, hold_text};
 pub use motion_text::{motion_csv, motion_summary};
 pub use numeric::digest::digest;
+pub use published_text::{published_markdown, published_text};
 pub use schema::{SCHEMAS, schema};
-pub use simulation_text::{frfs_csv, matrices_text, modes_text, published_markdown, published_text, sensitivity_text, sweep_text};
+pub use simulation_text::{frfs_csv, matrices_text, modes_text, sensitivity_text, sweep_text};
 pub use table::{
     bootstrap_table, derived_table, frfs_table, gap_summary_table, gaps_table, moved_tolerances, objectives_table, parameters_table,
     peaks_table, plan_table, positions_table, summary_table,

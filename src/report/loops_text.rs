@@ -7,20 +7,24 @@ use super::terminal::columns;
 
 /// Returns a frequency response as a CSV table, with bandwidth, poles and differences below.
 pub fn bode_text(bode: &BodeDocument) -> String {
-    let mut text = String::from("frequency_hz,magnitude,phase_deg,simulated_magnitude,simulated_phase_deg\n");
+    let mut text = String::from("frequency_hz,magnitude,phase_deg,simulated_magnitude,simulated_phase_deg,stuck_share\n");
     for r in &bode.rows {
         let cell = |x: Option<f64>| x.map_or_else(String::new, |x| format!("{x:.6}"));
         let _ = writeln!(
             text,
-            "{:.4},{:.6e},{:.4},{},{}",
+            "{:.4},{:.6e},{:.4},{},{},{}",
             r.frequency_hz,
             r.magnitude,
             r.phase_deg,
             r.simulated_magnitude.map_or_else(String::new, |x| format!("{x:.6e}")),
-            cell(r.simulated_phase_deg)
+            cell(r.simulated_phase_deg),
+            r.stuck_share.map_or_else(String::new, |x| format!("{x:.3}"))
         );
     }
     let _ = writeln!(text);
+    if let Some(amplitude) = bode.amplitude {
+        let _ = writeln!(text, "simulated with a command of amplitude {amplitude:e} m (rad on an axis that turns)");
+    }
     if let Some(hz) = bode.bandwidth_hz {
         let _ = writeln!(text, "bandwidth (−3 dB): {hz:.1} Hz");
     }
@@ -44,7 +48,11 @@ pub fn gain_text(document: &GainStudyDocument) -> String {
             cell(r.static_error.map(|x| 1e6 * x), 3),
             cell(r.energy_j, 3),
             cell(r.cost, 4),
-            if Some(r.gain_per_s) == document.optimum_per_s { "minimum".into() } else { String::new() },
+            match r {
+                _ if Some(r.gain_per_s) == document.optimum_per_s => "minimum".into(),
+                r if r.energy_j.is_some() && !r.settled => "not settled".into(),
+                _ => String::new(),
+            },
         ]
     };
     columns(&heads, document.rows.iter().map(row))

@@ -2,7 +2,7 @@
 
 use schemars::{Schema, schema_for};
 
-use super::{diagnosis, document, effects, hybrid, loops, motion, simulation};
+use super::{diagnosis, document, effects, hybrid, loops, motion, published, simulation};
 
 /// Name of a document, as in its file name, and the function that generates its schema.
 type Document = (&'static str, fn() -> Schema);
@@ -27,7 +27,7 @@ const DOCUMENTS: [Document; 23] = [
     ("stiffness", || schema_for!(simulation::SweepDocument)),
     ("sensitivity", || schema_for!(simulation::SensitivityDocument)),
     ("friction", || schema_for!(simulation::FrictionDocument)),
-    ("published", || schema_for!(simulation::PublishedDocument)),
+    ("published", || schema_for!(published::PublishedDocument)),
     ("convergence", || schema_for!(simulation::ConvergenceDocument)),
     ("effect-library", || schema_for!(effects::EffectLibraryDocument)),
     ("stamp", || schema_for!(document::Stamp)),

@@ -1,4 +1,4 @@
-//! Result documents of modes, sweeps, matrices, friction and the published figures.
+//! Result documents of modes, sweeps, matrices and friction.
 
 use std::collections::BTreeMap;
 
@@ -204,39 +204,6 @@ pub struct FrictionDocument {
     pub least_friction_speed_m_s: f64,
     /// Runs compared with the curve.
     pub observations: Vec<FrictionRow>,
-}
-
-/// A published figure compared with the result of this program.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct PublishedFigure {
-    /// Publication.
-    pub paper: String,
-    /// Section, table, figure or equation of the publication.
-    pub place: String,
-    /// Physical quantity.
-    pub quantity: String,
-    /// Unit of both values.
-    pub unit: String,
-    /// Printed value (in `unit`); absent for a curve or a statement without a number.
-    pub published: Option<f64>,
-    /// Value computed by this program (in `unit`); absent where it is not reproducible.
-    pub ours: Option<f64>,
-    /// Relative difference (ours − published)/published (1).
-    pub relative_difference: Option<f64>,
-    /// `agrees` (within the stated tolerance), `differs`, `not printed` or `not reproducible`.
-    pub verdict: String,
-    /// Method of computation, and reason for a difference.
-    pub remark: String,
-}
-
-/// Published figures compared with results of this program (`published.json`).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct PublishedDocument {
-    /// Schema, inputs, overrides and warnings of the document.
-    #[serde(flatten)]
-    pub stamp: Stamp,
-    /// Comparisons, one for each published figure.
-    pub figures: Vec<PublishedFigure>,
 }
 
 /// Identification with one discretisation of the rods.

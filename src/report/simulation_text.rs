@@ -1,11 +1,11 @@
-//! Results of simulations of the structure as text: modes, FRFs, matrices, sweeps, sensitivities and published figures.
+//! Results of simulations of the structure as text: modes, FRFs, matrices, sweeps and sensitivities.
 
 use std::fmt::Write;
 
 use super::csv_cell::csv_cell;
 use super::document::FrfsDocument;
-use super::simulation::{MatricesDocument, ModesDocument, PublishedDocument, PublishedFigure, SensitivityDocument, SweepDocument};
-use super::terminal::{columns, wrapped};
+use super::simulation::{MatricesDocument, ModesDocument, SensitivityDocument, SweepDocument};
+use super::terminal::columns;
 
 /// Largest number of columns of a matrix that is printed as text: six take 71 characters of a terminal of 80.
 const WIDEST: usize = 6;
@@ -101,69 +101,4 @@ pub fn sensitivity_text(document: &SensitivityDocument, title: &str) -> String {
         text.push('\n');
     }
     text
-}
-
-/// Returns published figures and ours as text, by paper.
-pub fn published_text(document: &PublishedDocument) -> String {
-    let mut text = String::new();
-    let mut paper = "";
-    for f in &document.figures {
-        if f.paper != paper {
-            let _ = writeln!(text, "{}{}", if paper.is_empty() { "" } else { "\n" }, f.paper);
-            paper = &f.paper;
-        }
-        text += &wrapped(&format!("  {}: {} ({})", f.place, f.quantity, f.unit));
-        let _ = writeln!(text, "    printed {}, ours {}, {}: {}", number(f.published), number(f.ours), difference(f), f.verdict);
-        text += &wrapped(&format!("    {}", f.remark));
-    }
-    text
-}
-
-/// Returns published figures and ours as a Markdown page, with a table for each paper.
-pub fn published_markdown(document: &PublishedDocument) -> String {
-    let mut text = String::from(
-        "# Published figures of the lumped models, compared with ours\n\n\
-         Printed by `jointid simulate published --markdown`; nothing here is written by hand. «–»: the paper prints a curve or a\n\
-         statement and no number, or ours does not exist. «agrees» means within 5 %; within 2 % for Tab. 2 and for fitted or held-out\n\
-         frequencies; within 1e-8 for equations written out; for statements, that they hold.\n",
-    );
-    let mut paper = "";
-    for f in &document.figures {
-        if f.paper != paper {
-            paper = &f.paper;
-            let _ = writeln!(
-                text,
-                "\n## {paper}\n\n| source | quantity | unit | printed | ours | difference | | method, and reason for a difference |\n|---|---|---|---|---|---|---|---|"
-            );
-        }
-        let _ = writeln!(
-            text,
-            "| {} | {} | {} | {} | {} | {} | {} | {} |",
-            f.place,
-            f.quantity,
-            f.unit,
-            number(f.published),
-            number(f.ours),
-            difference(f),
-            f.verdict,
-            f.remark
-        );
-    }
-    text
-}
-
-/// Formats a number to four significant digits.
-fn number(x: Option<f64>) -> String {
-    match x {
-        None => "–".into(),
-        Some(x) if x != 0.0 && !(1e-3..1e5).contains(&x.abs()) => format!("{x:.3e}"),
-        Some(x) => {
-            let digits = (3.0 - x.abs().max(1e-9).log10().floor()).clamp(0.0, 6.0) as usize;
-            format!("{x:.digits$}")
-        }
-    }
-}
-
-fn difference(figure: &PublishedFigure) -> String {
-    figure.relative_difference.map_or_else(|| "–".into(), |d| format!("{:+.1} %", 100.0 * d))
 }

@@ -38,14 +38,19 @@ pub fn parameter_cells(row: &ParameterRow) -> [String; 3] {
 pub fn parameters_table(parameters: &BTreeMap<String, ParameterRow>) -> String {
     let is_wide = width() >= DESCRIBED_WIDTH;
     let description = is_wide.then_some("Description");
-    let mut out = table(["Parameter", "Value", "Unit", "95 % interval", "Identifiable"].into_iter().chain(description));
+    let is_published = parameters.values().any(|row| row.published.is_some());
+    let published = is_published.then_some("Published");
+    let heads = ["Parameter", "Value", "Unit", "95 % interval", "Identifiable"];
+    let mut out = table(heads.into_iter().chain(published).chain(description));
     if is_wide {
-        out.column_iter_mut().skip(5).for_each(|column| column.set_cell_alignment(comfy_table::CellAlignment::Left));
+        let before = heads.len() + usize::from(is_published);
+        out.column_iter_mut().skip(before).for_each(|column| column.set_cell_alignment(comfy_table::CellAlignment::Left));
     }
     for (id, row) in parameters {
         let [value, interval, identifiable] = parameter_cells(row);
         let cells = [id.clone(), value, unit(&row.unit), interval, identifiable];
-        out.add_row(cells.into_iter().chain(is_wide.then(|| row.description.clone())));
+        let published = is_published.then(|| row.published.map_or_else(|| "–".into(), figure));
+        out.add_row(cells.into_iter().chain(published).chain(is_wide.then(|| row.description.clone())));
     }
     let depends = parameters.values().any(|row| row.depends_on_discrepancy);
     let note = if depends { wrapped(DEPENDS) } else { String::new() };
@@ -274,6 +279,53 @@ pub fn summary_table(comparison: &ComparisonDocument) -> String {
         if run.common_error_published.is_some() {
             row(String::new(), "rounded", |p| p.overall_error_rounded, String::new());
             row(String::new(), "published", |p| p.overall_error_published, overall(run.common_error_published));
+        }
+    }
+    table_text(&out)
+}
+
+/// Parameters of each run with their intervals, and the printed values where there are any (Tab. 3 and 5 of Tian et al.).
+pub fn run_parameters_table(comparison: &ComparisonDocument) -> String {
+    let mut out = table(["Parameter", "Fitted on", "Value", "Unit", "95 % interval", "Identifiable", "Published"]);
+    let ids: std::collections::BTreeSet<&String> = comparison.runs.values().flat_map(|run| run.parameters.keys()).collect();
+    for id in ids {
+        for (at, run) in comparison.runs.values().enumerate() {
+            let Some(row) = run.parameters.get(id) else { continue };
+            let [value, interval, identifiable] = parameter_cells(row);
+            let first = if at == 0 { id.clone() } else { String::new() };
+            let published = row.published.map_or_else(|| "–".into(), figure);
+            out.add_row([first, run.fit_positions.join(","), value, unit(&row.unit), interval, identifiable, published]);
+        }
+    }
+    table_text(&out)
+}
+
+/// Natural frequencies (Hz) of each order over the positions: measured, predicted by each run, and printed (Tab. 4 and 6–9 of Tian et al.). A row
+/// shows the trend along the stroke.
+pub fn run_frequencies_table(comparison: &ComparisonDocument) -> String {
+    let Some(first) = comparison.runs.values().next() else { return String::new() };
+    let names: Vec<&String> = first.positions.keys().collect();
+    let header = ["Order".to_string(), "Hz".into()].into_iter().chain(names.iter().map(|n| (*n).clone()));
+    let mut out = table(header);
+    let orders: std::collections::BTreeSet<u32> = first.positions.values().flat_map(|p| p.orders.iter().map(|o| o.order)).collect();
+    for (at, order) in orders.iter().enumerate() {
+        if at > 0 {
+            out.add_row([""]);
+        }
+        let mut row =
+            |head: String, what: String, run: &super::document::ComparisonRun, pick: fn(&super::document::OrderRow) -> Option<f64>| {
+                let of = |name: &&String| run.positions.get(*name)?.orders.iter().find(|o| o.order == *order).and_then(pick);
+                let cells: Vec<Option<f64>> = names.iter().map(of).collect();
+                if cells.iter().any(Option::is_some) {
+                    let cells = cells.into_iter().map(|x| x.map_or_else(|| "–".into(), figure));
+                    out.add_row([head, what].into_iter().chain(cells));
+                }
+            };
+        row(order.to_string(), "measured".into(), first, |o| o.measured_hz);
+        for run in comparison.runs.values() {
+            let on = run.fit_positions.join(",");
+            row(String::new(), format!("fitted on {on}"), run, |o| o.predicted_hz);
+            row(String::new(), "published".into(), run, |o| o.published_hz);
         }
     }
     table_text(&out)

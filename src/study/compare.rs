@@ -90,7 +90,7 @@ impl Study {
         let of_common = frfs.iter().filter(|r| r.role == "held_out" && is_common(r.position.as_ref().or(r.record.as_ref())));
         let run = ComparisonRun {
             fit_positions: names.to_vec(),
-            parameters: document_rows::parameters(machine, &found),
+            parameters: document_rows::parameters(self, &found, names),
             common_gap: document_rows::gap_over(of_common),
             common_error: over_common(&|o| o.predicted_hz),
             common_error_published: over_common(&|o| o.published_hz),

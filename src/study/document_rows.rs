@@ -12,8 +12,10 @@ use numeric::unit::omega_rad_s;
 use report::certainty::{BasinRow, BootstrapRow, CombinationRow, PriorRow, ToleranceRow};
 use report::document::{FrfRow, LonePeak, OrderRow, ParameterRow, PositionRow};
 
-/// Returns parameters by id, with the gain where amplitudes are compared.
-pub(crate) fn parameters(machine: &Machine, found: &Identification) -> BTreeMap<String, ParameterRow> {
+/// Returns parameters by id, with the gain where amplitudes are compared and the values printed for a fit to the same positions.
+pub(crate) fn parameters(study: &Study, found: &Identification, fit_positions: &[String]) -> BTreeMap<String, ParameterRow> {
+    let machine = &study.config.machine;
+    let printed = study.set.published.parameters(fit_positions);
     let mut rows: BTreeMap<String, ParameterRow> = found
         .estimates
         .iter()
@@ -30,6 +32,7 @@ pub(crate) fn parameters(machine: &Machine, found: &Identification) -> BTreeMap<
                 depends_on_discrepancy: e.depends_on_discrepancy,
                 fitted: found.free.contains(&e.parameter),
                 description: machine.description_of(e.parameter),
+                published: printed.and_then(|values| values.get(&p.id).copied()),
             };
             (p.id.clone(), row)
         })
@@ -46,6 +49,7 @@ pub(crate) fn parameters(machine: &Machine, found: &Identification) -> BTreeMap<
             depends_on_discrepancy: false,
             fitted: found.gain_interval95.is_some(),
             description: "gain of the measuring chain: measured over predicted amplitude".into(),
+            published: None,
         };
         rows.insert("gain".into(), row);
     }

@@ -37,7 +37,7 @@ pub struct GainArguments {
     #[arg(long, value_name = "J", default_value_t = 200.0)]
     pub jerk_m_s3: f64,
     /// Rest before and after (s)
-    #[arg(long, value_name = "S", default_value_t = 0.3)]
+    #[arg(long, value_name = "S", default_value_t = 20.0)]
     pub rest_s: f64,
     /// Nut position at the start, from the left end of the screw (m); mid-stroke by default
     #[arg(long, value_name = "M", allow_negative_numbers = true)]

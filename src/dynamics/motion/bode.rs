@@ -7,8 +7,9 @@ use nalgebra::Complex;
 use super::linear::LinearLoops;
 use super::reference::Course;
 use super::run::simulate;
+use super::trace::{EventKind, Trace};
 use super::{MotionError, SimulationSettings};
-use machine::Machine;
+use machine::{Joint, Machine, Value};
 
 /// Smallest number of periods, and shortest time (s), over which a response is evaluated.
 const MIN_DURATION: (f64, f64) = (5.0, 0.1);
@@ -22,6 +23,36 @@ pub struct SineResponse {
     pub frequency_hz: f64,
     /// Output over command at that frequency; `None` if the motion was stopped early or left its bounds.
     pub ratio: Option<Complex<f64>>,
+    /// Largest share of the evaluated time (1) in which the friction of a joint sticks, and the joint (index); `None` where none sticks.
+    /// Elastic friction before sliding does not stick.
+    pub stuck: Option<(usize, f64)>,
+}
+
+/// Returns the joint whose friction sticks longest between two times (s), and its share of the time. A machine starts at rest, where frictions
+/// stick.
+fn longest_stuck(
+    machine: &Machine,
+    values: &[f64],
+    trace: &Trace,
+    settings: &SimulationSettings,
+    (from_s, to_s): (f64, f64),
+) -> Option<(usize, f64)> {
+    let at = |value: &Value| value.at(values, &settings.operating);
+    let sticks = |joint: &Joint| {
+        let friction = &joint.friction;
+        at(&friction.coulomb) + at(&friction.stribeck) > 0.0 && at(&friction.presliding_stiffness) == 0.0
+    };
+    let share = |joint: &Joint| {
+        let (mut since_s, mut stuck, mut time_s) = (0.0, true, 0.0);
+        let inside = |a: f64, b: f64| (b.min(to_s) - a.max(from_s)).max(0.0);
+        for event in trace.events.iter().filter(|e| e.joint == joint.name) {
+            time_s += if stuck { inside(since_s, event.time_s) } else { 0.0 };
+            (since_s, stuck) = (event.time_s, event.kind == EventKind::Sticks);
+        }
+        (time_s + if stuck { inside(since_s, to_s) } else { 0.0 }) / (to_s - from_s)
+    };
+    let shares = machine.joints.iter().enumerate().filter(|(_, joint)| sticks(joint)).map(|(index, joint)| (index, share(joint)));
+    shares.filter(|(_, share)| *share > 0.0).max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// Returns the nearest frequency whose periods fit into whole periods of the position loop, and the number of the latter.
@@ -52,7 +83,7 @@ pub fn sine_response(
     let command = (0..=wait + samples).map(|k| amplitude * (TAU * frequency_hz * loops.period_s * k as f64).sin()).collect();
     let trace = simulate(machine, values, &Course::new(loops.period_s, command), settings, go_on)?;
     if !trace.complete {
-        return Ok(SineResponse { frequency_hz, ratio: None });
+        return Ok(SineResponse { frequency_hz, ratio: None, stuck: None });
     }
     let at = point.and_then(|name| trace.points.iter().position(|p| p == name));
     if let (Some(name), None) = (point, at) {
@@ -66,5 +97,6 @@ pub fn sine_response(
     let sum: Complex<f64> = settled.iter().map(|s| Complex::from_polar(output(s) - mean, -TAU * frequency_hz * s.time_s)).sum();
     // A sine is (e^{iωt} − e^{−iωt})/2i.
     let ratio = sum * Complex::new(0.0, 2.0) / (amplitude * settled.len() as f64);
-    Ok(SineResponse { frequency_hz, ratio: Some(ratio) })
+    let times_s = (wait as f64 * loops.period_s, (wait + samples) as f64 * loops.period_s);
+    Ok(SineResponse { frequency_hz, ratio: Some(ratio), stuck: longest_stuck(machine, values, &trace, settings, times_s) })
 }

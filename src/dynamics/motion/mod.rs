@@ -34,7 +34,7 @@ mod trace;
 
 pub use bode::{SineResponse, sine_response};
 pub use error::MotionError;
-pub use gain::{GainRow, gain_study};
+pub use gain::{GainCycle, GainRow, gain_study};
 pub use linear::{LinearLoops, Pole, smooth};
 pub use record::{RecordGap, simulate_record};
 pub use reference::{Circle, Course, SCurve, Sine, contour_error};

@@ -128,6 +128,18 @@ impl PreloadedPair {
     /// # Errors  a force that is not finite, or one that takes the loaded side beyond its pressure limit.
     pub fn share(&self, force_n: f64, rule: Rule) -> Result<Share, ContactError> {
         finite("the external force (N)", force_n)?;
+        let share = self.unchecked_share(force_n, rule);
+        let loaded = if force_n < 0.0 { &self.side_b } else { &self.side_a };
+        loaded.check_load_n(share.load_a_n.max(share.load_b_n))?;
+        Ok(share)
+    }
+
+    /// Computes the displacement (m) from the preloaded state by [`Rule::Physics`], whatever the contact pressure.
+    pub(crate) fn displacement_m(&self, force_n: f64) -> f64 {
+        self.unchecked_share(force_n, Rule::Physics).displacement_m
+    }
+
+    fn unchecked_share(&self, force_n: f64, rule: Rule) -> Share {
         let swapped = force_n < 0.0;
         let (loaded, relieved) = if swapped { (&self.side_b, &self.side_a) } else { (&self.side_a, &self.side_b) };
         let ratio = relieved.compliance_m_per_two_thirds_n() / loaded.compliance_m_per_two_thirds_n();
@@ -146,13 +158,13 @@ impl PreloadedPair {
                 (1.0 + relative, (1.0 - travel / ratio).max(0.0).powf(1.5), travel)
             }
         };
-        let (high_n, low_n) = (loaded.check_load_n(high * self.preload_n)?, low * self.preload_n);
+        let (high_n, low_n) = (high * self.preload_n, low * self.preload_n);
         let displacement_m = (travel * loaded.deflection(self.preload_n)).copysign(force_n);
-        Ok(if swapped {
+        if swapped {
             Share { load_a_n: low_n, load_b_n: high_n, displacement_m }
         } else {
             Share { load_a_n: high_n, load_b_n: low_n, displacement_m }
-        })
+        }
     }
 
     /// Computes the axial stiffness (N/m) of the pair under an external force of either sign.

@@ -11,6 +11,10 @@ pub const BEARING_PRELOAD_N: f64 = 1000.0;
 /// Efficiency P_T of the motor: Duan, Eq. 11.
 pub const MOTOR_EFFICIENCY: f64 = 0.90;
 
+/// Conformity of nut and bearing with which Eq. 7–9 and 18–20 give the published stiffnesses, with one loaded turn and δ_n/sin α (1). Tab. 1
+/// and 3 print 0.52.
+pub const CONFORMITY_OF_STIFFNESSES: f64 = 0.53;
+
 /// Lead p (m per turn) of the screw: Duan, Tab. 4.
 pub const LEAD_M: f64 = 5e-3;
 
@@ -37,8 +41,8 @@ pub fn bearing() -> BearingData {
 
 /// Returns the friction of axis 1: Duan, Tab. 2.
 ///
-/// The table gives v_s in mm/s and no unit for d_elt. N per mm/s is assumed: only that gives a plausible friction at 50 mm/s and unloads
-/// nut B at the 30 m/min of section 5.2.
+/// The table gives v_s in mm/s and no unit for d_elt. N per mm/s is assumed: only that gives a plausible friction at 50 mm/s. With an axial
+/// force of P_T·f(v) and the printed rule, it unloads nut B at 34.1 m/min and bearing B at 30.1 m/min; section 5.2 prints 35 and 30.
 pub fn friction_axis_1() -> StribeckCurve {
     StribeckCurve { coulomb_n: 280.90, static_n: 425.80, viscous_n_s_per_m: 3490.0, stribeck_velocity_m_per_s: 0.42e-3 }
 }

@@ -152,6 +152,7 @@ fn parameter_rows(study: &Study, values: &[f64], estimates: &[Estimated]) -> BTr
             depends_on_discrepancy: false,
             fitted: found.is_some(),
             description: study.config.machine.description_of(at),
+            published: None,
         };
         (p.id.clone(), row)
     };

@@ -48,7 +48,7 @@ impl Study {
             machine: self.machine_text(),
             manifest: self.manifest(),
             settings: self.run_settings(&made),
-            parameters: document_rows::parameters(machine, &found),
+            parameters: document_rows::parameters(self, &found, &fit_positions),
             tolerances: document_rows::tolerances(&found.tolerances),
             basins: document_rows::basins(&found),
             derived,

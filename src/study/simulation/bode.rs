@@ -6,7 +6,7 @@ use super::drive::{describe_pole, find_drive, find_response, travel_factor};
 use super::operating::{Load, Place, find_operating, require_count};
 use crate::{Study, StudyError, StudyResult};
 use dynamics::motion::{LinearLoops, SimulationSettings, SineResponse, sine_response, smooth};
-use machine::Drive;
+use machine::{Drive, Machine};
 use numeric::parallel::OrFirstError;
 use report::document::Stamp;
 use report::loops::{BodeDocument, BodeRow, PoleRow};
@@ -130,10 +130,31 @@ pub fn bode(study: &Study, request: &BodeRequest) -> StudyResult<BodeDocument> {
         phase_deg: linear(f.frequency_hz).arg().to_degrees(),
         simulated_magnitude: f.ratio.map(|r| r.norm() * travel),
         simulated_phase_deg: f.ratio.map(|r| r.arg().to_degrees()),
+        stuck_share: f.stuck.map(|(_, share)| share),
     });
     let step = drive.position.encoder.step.at(&values, &settings.operating);
-    let warnings = request.warnings(&machine.joints_ignored_by_frequency_responses(), step);
+    let mut warnings = request.warnings(&machine.joints_ignored_by_frequency_responses(), step);
+    warnings.extend(sticking_warning(request, machine, &found));
     Ok(document(request, study.stamp("bode", 0, complete, warnings), rows.collect(), &loops, |hz| linear(hz).norm()))
+}
+
+/// Share of the evaluated time from which on the axis sticks: all of it, within a sample.
+const STUCK: f64 = 0.999;
+
+/// Says at which frequencies the axis sticks, and in which joint.
+fn sticking_warning(request: &BodeRequest, machine: &Machine, found: &[SineResponse]) -> Option<String> {
+    let stuck = || found.iter().filter_map(|f| Some((f.frequency_hz, f.stuck?))).filter(|(_, (_, share))| *share >= STUCK);
+    let (first, last) = (stuck().next()?, stuck().last()?);
+    Some(format!(
+        "the axis sticks at an amplitude of {:e} at {} of {} frequencies from {:.4} to {:.4} Hz: the friction of «{}» does not slide, and the \
+         simulated response is that of the held machine; raise the amplitude (amplitude_m)",
+        request.amplitude_m,
+        stuck().count(),
+        found.len(),
+        first.0,
+        last.0,
+        machine.joints[first.1.0].name
+    ))
 }
 
 /// Simulates a sine at each frequency; without simulation, returns the frequencies alone.
@@ -145,7 +166,7 @@ fn simulated(
     point: Option<&str>,
 ) -> StudyResult<Vec<SineResponse>> {
     if request.linear {
-        return Ok(frequencies_hz.iter().map(|&frequency_hz| SineResponse { frequency_hz, ratio: None }).collect());
+        return Ok(frequencies_hz.iter().map(|&frequency_hz| SineResponse { frequency_hz, ratio: None, stuck: None }).collect());
     }
     let machine = if request.smooth { smooth(study.machine()) } else { study.machine().clone() };
     let values = machine.start();
@@ -164,7 +185,8 @@ fn document(request: &BodeRequest, stamp: Stamp, rows: Vec<BodeRow>, loops: &Lin
     let mut poles = loops.poles();
     poles.retain(|p| p.frequency_hz > 1e-3);
     poles.sort_by(|a, b| a.damping_ratio().total_cmp(&b.damping_ratio()));
-    let difference = |of: &dyn Fn(&BodeRow) -> Option<f64>| rows.iter().filter_map(of).reduce(f64::max);
+    let moving = |row: &&BodeRow| row.stuck_share.is_none_or(|share| share < STUCK);
+    let difference = |of: &dyn Fn(&BodeRow) -> Option<f64>| rows.iter().filter(moving).filter_map(of).reduce(f64::max);
     let last_above = rows.iter().rposition(|r| r.magnitude >= 0.5_f64.sqrt());
     BodeDocument {
         stamp,

@@ -88,6 +88,7 @@ fn computed(study: &Study, machine: &Machine, values: &[f64], rods: RodModel, re
     let response = find_point(machine, "response", request.response.as_ref().or(set.response.as_ref()))?;
     let excitation = find_point(machine, "excitation", request.excitation.as_ref().or(set.excitation.as_ref()))?;
     let conditions = conditions(study, request)?;
+    let all: Vec<Operating> = conditions.iter().map(|(_, operating)| *operating).collect();
     let structure = Arc::new(Structure::new(machine, response, excitation, rods).map_err(StudyError::impossible)?);
     let (mut model, mut work) = (structure.empty_model(), structure.workspace());
     let omegas: Vec<f64> = frequency_hz.iter().copied().map(omega_rad_s).collect();
@@ -106,7 +107,7 @@ fn computed(study: &Study, machine: &Machine, values: &[f64], rods: RodModel, re
         positions.insert(name, recorded.collect());
     }
     Ok(FrfsDocument {
-        stamp: study.stamp("frf", 0, true, load_warnings(machine, &request.load)),
+        stamp: study.stamp("frf", 0, true, load_warnings(machine, &request.load, &all)),
         quantity: request.quantity.word().into(),
         response: machine.points[response].name.clone(),
         excitation: machine.points[excitation].name.clone(),

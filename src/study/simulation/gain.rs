@@ -4,7 +4,7 @@ use super::drive::{find_drive, find_response, travel_factor};
 use super::operating::{Load, Place, find_operating, require_count};
 use super::travel::TravelProfile;
 use crate::{Study, StudyError, StudyResult};
-use dynamics::motion::{SimulationSettings, gain_study};
+use dynamics::motion::{GainCycle, GainRow, SimulationSettings, gain_study};
 use report::loops::{GainStudyDocument, GainStudyRow};
 
 /// What [`gain`] computes.
@@ -31,9 +31,17 @@ impl Default for GainRequest {
             to_per_min: 12_000.0,
             points: 24,
             response: None,
-            travel: TravelProfile { travel_m: 0.3, velocity_m_s: 0.5, acceleration_m_s2: 5.0, jerk_m_s3: 200.0, rest_s: 0.3 },
+            travel: TravelProfile { travel_m: 0.3, velocity_m_s: 0.5, acceleration_m_s2: 5.0, jerk_m_s3: 200.0, rest_s: 20.0 },
             place: Place::MidStroke,
         }
+    }
+}
+
+impl GainRequest {
+    /// Returns the gains (1/s).
+    pub(super) fn gains_per_s(&self) -> Vec<f64> {
+        let (from, to, count) = (self.from_per_min, self.to_per_min, self.points);
+        (0..count).map(|i| (from + (to - from) * i as f64 / (count - 1) as f64) / 60.0).collect()
     }
 }
 
@@ -58,15 +66,13 @@ pub fn gain(study: &Study, request: &GainRequest) -> StudyResult<GainStudyDocume
     let settings =
         SimulationSettings { operating: find_operating(study, &request.place, &Load::default())?, ..SimulationSettings::default() };
     let course = request.travel.course(drive.position.period_s, false)?;
-    let gains: Vec<f64> = (0..count).map(|i| (from + (to - from) * i as f64 / (count - 1) as f64) / 60.0).collect();
+    let gains = request.gains_per_s();
     let go_on = || !study.control().stopped();
-    let found = gain_study(machine, &machine.start(), &gains, (&course, rest_s), point, &settings, &go_on)?;
+    let cycle = GainCycle { course: &course, rest_s, point };
+    let found = gain_study(machine, &machine.start(), &gains, &cycle, &settings, &go_on)?;
     let complete = go_on();
-    let unstable: Vec<String> = found.iter().filter(|r| !r.stable).map(|r| format!("{:.0}", 60.0 * r.gain_per_s)).collect();
-    let mut warnings = Vec::new();
-    if complete && !unstable.is_empty() {
-        warnings.push(format!("at {} 1/min the loops are unstable: these gains have no results", unstable.join(", ")));
-    }
+    let step = drive.position.encoder.step.at(&machine.start(), &settings.operating);
+    let mut warnings = if complete { gain_warnings(&found, rest_s, step) } else { Vec::new() };
     let best = found.iter().filter(|r| r.cost.is_some()).min_by(|a, b| a.cost.unwrap_or(0.0).total_cmp(&b.cost.unwrap_or(0.0)));
     if best.is_some_and(|b| b.gain_per_s == gains[0] || b.gain_per_s == gains[count - 1]) {
         warnings.push("the minimum cost lies at an end of the range; widen the range of gains (from_per_min, to_per_min)".into());
@@ -81,10 +87,49 @@ pub fn gain(study: &Study, request: &GainRequest) -> StudyResult<GainStudyDocume
                 gain_per_min: 60.0 * r.gain_per_s,
                 time_s: r.time_s,
                 static_error: r.static_error,
+                settled: r.settled,
                 energy_j: r.energy_j,
                 cost: r.cost,
             })
             .collect(),
         optimum_per_s: best.map(|r| r.gain_per_s),
     })
+}
+
+/// Lists gains as a controller has them.
+fn listed<'r>(rows: impl Iterator<Item = &'r GainRow>) -> String {
+    rows.map(|r| format!("{:.0}", 60.0 * r.gain_per_s)).collect::<Vec<_>>().join(", ")
+}
+
+/// Lists what the figures of a study do not mean: gains without result, and gains that the encoder cannot distinguish from the optimum.
+fn gain_warnings(found: &[GainRow], rest_s: f64, step: f64) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let unstable = listed(found.iter().filter(|r| !r.stable));
+    if !unstable.is_empty() {
+        warnings.push(format!("at {unstable} 1/min the loops are unstable: these gains have no results"));
+    }
+    let moving = listed(found.iter().filter(|r| r.stable && !r.settled));
+    if !moving.is_empty() {
+        warnings.push(format!(
+            "not settled: at {moving} 1/min the axis is not at rest {rest_s} s after the travel, so that these gains have no static error and \
+             no cost; lengthen the rest (rest_s)"
+        ));
+    }
+    let cost = |r: &GainRow| r.cost.unwrap_or(f64::INFINITY);
+    let (best, worst) = (
+        found.iter().filter(|r| r.cost.is_some()).min_by(|a, b| cost(a).total_cmp(&cost(b))),
+        found.iter().filter(|r| r.cost.is_some()).filter_map(|r| r.static_error).reduce(f64::max),
+    );
+    if let (Some(best), Some(worst)) = (best, worst) {
+        let alike = found.iter().filter(|r| r.gain_per_s != best.gain_per_s && cost(r) <= cost(best) + step / worst);
+        let alike = if worst > 0.0 { listed(alike) } else { String::new() };
+        if !alike.is_empty() {
+            warnings.push(format!(
+                "the costs at {alike} 1/min exceed the minimum by less than one step of the encoder in the static error: these gains are as good"
+            ));
+        }
+        warnings
+            .push("each term of the cost is relative to its largest value among these gains: the optimum depends on their range".into());
+    }
+    warnings
 }

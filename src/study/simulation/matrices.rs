@@ -37,7 +37,7 @@ pub fn matrices(study: &Study, request: &MatricesRequest) -> StudyResult<Matrice
     }
     let rows = |m: &DMatrix<f64>| m.row_iter().map(|row| row.iter().copied().collect()).collect::<Vec<Vec<f64>>>();
     Ok(MatricesDocument {
-        stamp: study.stamp("matrices", 0, true, load_warnings(machine, &request.load)),
+        stamp: study.stamp("matrices", 0, true, load_warnings(machine, &request.load, std::slice::from_ref(&operating))),
         coordinates: found.names.clone(),
         mass: rows(&found.mass),
         damping: rows(&found.damping),

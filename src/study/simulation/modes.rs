@@ -45,7 +45,7 @@ pub fn modes(study: &Study, request: &ModesRequest) -> StudyResult<ModesDocument
     model.update(machine, &machine.start(), &operating);
     let modes = undamped_modes(&model, max_hz, &mut structure.workspace());
     Ok(ModesDocument {
-        stamp: study.stamp("modes", 0, true, load_warnings(machine, &request.load)),
+        stamp: study.stamp("modes", 0, true, load_warnings(machine, &request.load, std::slice::from_ref(&operating))),
         nut_m: operating.nut_m,
         velocity_m_s: operating.velocity_m_s,
         acceleration_m_s2: operating.acceleration_m_s2,

@@ -1,7 +1,7 @@
 //! The operating condition of a simulation.
 
 use crate::{Study, StudyError, StudyResult};
-use machine::{Machine, Operating};
+use machine::{LoadedPair, Machine, Operating};
 
 /// Load on the rolling contacts of nut and bearings; by default none, at rest.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -59,15 +59,33 @@ pub(super) fn checked_nut(machine: &Machine, key: &str, operating: Operating) ->
     }
 }
 
-/// Lists warnings: a load on a machine without contacts, and joints whose nonlinearities a linear prediction leaves out.
-pub(super) fn load_warnings(machine: &Machine, load: &Load) -> Vec<String> {
+/// Lists warnings: a load on a machine without contacts, contacts of which a side lets go, and joints whose nonlinearities a linear prediction leaves out.
+pub(super) fn load_warnings(machine: &Machine, load: &Load, operating: &[Operating]) -> Vec<String> {
     let no_contact = (*load != Load::default() && machine.contacts.is_empty())
         .then(|| "velocity, acceleration and force change nothing: the machine describes no joint as [contact.…]".to_string());
     let joints = machine.joints_ignored_by_frequency_responses().join(", ");
     let left_out = (!joints.is_empty()).then(|| {
         format!("friction, backlash and lead error of {joints} are left out of this linear model; viscous friction is the joint's damping")
     });
-    no_contact.into_iter().chain(left_out).collect()
+    let unloaded = machine.contacts.iter().filter_map(|contact| operating.iter().find_map(|here| unloaded_warning(contact, here)));
+    no_contact.into_iter().chain(left_out).chain(unloaded).collect()
+}
+
+/// Says that a side of a preloaded pair carries no load at an operating condition.
+fn unloaded_warning(contact: &LoadedPair, operating: &Operating) -> Option<String> {
+    let state = contact.at(operating).ok()?;
+    let side = match (state.share.load_a_n > 0.0, state.share.load_b_n > 0.0) {
+        (true, true) => return None,
+        (false, _) => "A",
+        (true, false) => "B",
+    };
+    let (a_n, b_n) = contact.pair.unloading_forces_n(contact.rule);
+    let unloads_n = if side == "A" { a_n } else { b_n };
+    Some(format!(
+        "contact.{}: side {side} has let go under {:.0} N, it unloads at {unloads_n:.0} N: the preload is lost, and the stiffness is that of the \
+         other side alone",
+        contact.name, state.force_n
+    ))
 }
 
 /// Returns a number if it is finite and above 0.

@@ -75,7 +75,7 @@ pub fn sensitivity(study: &Study, request: &SensitivityRequest) -> StudyResult<S
     }
     joints.sort_by(|a, b| b.strain_energy_share.total_cmp(&a.strain_energy_share));
     Ok(SensitivityDocument {
-        stamp: study.stamp("sensitivity", 0, true, load_warnings(machine, &request.load)),
+        stamp: study.stamp("sensitivity", 0, true, load_warnings(machine, &request.load, std::slice::from_ref(&operating))),
         nut_m: operating.nut_m,
         order,
         frequency_hz,

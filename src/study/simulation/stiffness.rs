@@ -98,7 +98,7 @@ pub fn stiffness(study: &Study, request: &StiffnessRequest) -> StudyResult<Sweep
     if let Some(point) = &request.at {
         known_point(machine, point)?;
     }
-    let mut warnings = load_warnings(machine, &request.load);
+    let mut warnings = load_warnings(machine, &request.load, &[]);
     if along != SweepVariable::Position && machine.contacts.is_empty() {
         warnings.push(format!("this machine does not depend on {}: none of its joints is a [contact.…]", along.key()));
     }

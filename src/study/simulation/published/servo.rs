@@ -1,14 +1,16 @@
 //! Published figures of the lumped servo axis, compared with ours. The configuration names the paper.
 
-use super::figure::{CONFIGS, FigureSource, compared, read_published, stated};
+use super::figure::{FigureSource, first_hz, read_published};
+use crate::simulation::gain::GainRequest;
 use crate::simulation::sensitivity::mode_energy;
 use crate::{StudyError, StudyResult};
 use dynamics::model::elastic_frequencies_hz;
-use dynamics::motion::{SCurve, SimulationSettings, gain_study};
+use dynamics::motion::{GainCycle, GainRow, SimulationSettings, gain_study};
 use machine::{Machine, Operating};
-use report::simulation::PublishedFigure;
+use report::published::PublishedFigure;
 
-const CONFIG: &str = CONFIGS[1];
+/// The machine.
+pub const CONFIG: &str = "configs/servo-axis.toml";
 
 fn at(place: &'static str) -> FigureSource {
     FigureSource { paper: "Lumped servo axis", place }
@@ -19,7 +21,7 @@ pub fn figures() -> StudyResult<Vec<PublishedFigure>> {
     let axis = read_published(CONFIG, &[])?;
     let rest = Operating::default();
     let all = elastic_frequencies_hz(&axis, 3, &axis.start(), &rest);
-    let first = all.first().copied().ok_or_else(|| StudyError::impossible("the servo axis has no natural frequency"))?;
+    let first = first_hz(&axis, &rest)?;
     let zeta = 0.5 * axis.stiffness_proportional_damping_s * std::f64::consts::TAU * first;
     let joints = mode_energy(&axis, &rest, first)?;
     // Deformations in rad are converted to travel of the nut, so that all springs are comparable. The lead is 20 mm.
@@ -30,79 +32,61 @@ pub fn figures() -> StudyResult<Vec<PublishedFigure>> {
     };
     let others = ["coupling", "screw-torsion", "nut", "flange"].into_iter().map(deformation).fold(0.0, f64::max);
     let ratio = deformation("support") / others;
-    let first_with_support = |factor: f64| -> StudyResult<f64> {
+    let scaled = |factor: f64| -> StudyResult<f64> {
         let k = axis.parameter("k_0a").map_or(f64::NAN, |i| axis.start()[i]) * factor;
         let scaled = read_published(CONFIG, &[&format!("parameter.k_0a.start={k}")])?;
-        elastic_frequencies_hz(&scaled, 1, &scaled.start(), &rest)
-            .first()
-            .copied()
-            .ok_or_else(|| StudyError::impossible("the varied axis has no frequency"))
+        Ok(first_hz(&scaled, &rest)? / first)
     };
-    let (soft, stiff) = (first_with_support(0.5)?, first_with_support(1.5)?);
+    let (soft, stiff) = (scaled(0.5)?, scaled(1.5)?);
     let near = all.iter().filter(|f| (100.0..200.0).contains(*f)).count() as f64;
+    let whole = GainRequest::default();
+    let near_printed = GainRequest { from_per_min: 2000.0, to_per_min: 4500.0, points: 11, ..whole.clone() };
+    let (everywhere, nearby) = (best_gain(&axis, &whole)?, best_gain(&axis, &near_printed)?);
     // «Changes considerably» is taken as a change of the first frequency by more than 10 %.
     Ok(vec![
-        compared(
-            at("5"),
-            "first natural frequency above 0",
-            "Hz",
-            (152.0, first),
-            0.001,
-            "the chosen stiffnesses are scaled to it, so this is no test",
-        ),
-        compared(at("5"), "damping ratio of that mode, b = 2ζ/ω₁", "1", (0.03, zeta), 0.001, "Eq. 19 and 21"),
-        stated(
-            at("Fig. 9"),
-            "deformation of the support over the next largest",
-            "1",
-            ratio,
-            ratio >= 2.0,
+        at("5")
+            .figure("first natural frequency above 0", "Hz")
+            .printed(152.0, 1.0)
+            .as_printed(first)
+            .because("the chosen stiffnesses are scaled to it, so this is no test"),
+        at("5").figure("damping ratio of that mode", "1").printed(0.03, 0.01).as_printed(zeta).because("Eq. 19 and 21, b = 2ζ/ω₁"),
+        at("Fig. 9").figure("deformation of the support over the next largest", "1").as_printed(ratio).holds(ratio >= 2.0).because(
             "«at least doubles the others»; angles converted to travel of the nut. The paper prints no stiffness; ours are chosen",
         ),
-        stated(
-            at("Fig. 10"),
-            "first frequency with half the support stiffness over nominal",
-            "1",
-            soft / first,
-            soft < 0.9 * first,
-            "«changes considerably»; no number printed",
+        at("Fig. 10")
+            .figure("first frequency with half the support stiffness over nominal", "1")
+            .as_printed(soft)
+            .holds(soft < 0.9)
+            .because("«changes considerably»; no number printed"),
+        at("Fig. 10")
+            .figure("first frequency with 1.5 times the support stiffness over nominal", "1")
+            .as_printed(stiff)
+            .holds(stiff > 1.1)
+            .because("«changes considerably»; no number printed"),
+        at("Fig. 7").figure("natural frequencies of the axis near the first of the model", "1").printed(2.0, 1.0).as_printed(near).because(
+            "the real axis shows two, the paper's model and ours one. Cause unknown: a mode that the six coordinates lack. Tried: all \
+             stiffnesses within their ranges; no second mode comes below 200 Hz",
         ),
-        stated(
-            at("Fig. 10"),
-            "first frequency with 1.5 times the support stiffness over nominal",
-            "1",
-            stiff / first,
-            stiff > 1.1 * first,
-            "«changes considerably»; no number printed",
-        ),
-        compared(
-            at("Fig. 7"),
-            "natural frequencies between 100 and 200 Hz",
-            "1",
-            (2.0, near),
-            0.1,
-            "the real axis shows two, the paper's model and ours show one: the six coordinates lack a mode",
-        ),
-        compared(
-            at("Tab. 1"),
-            "best gain k_v",
-            "1/min",
-            (2725.0, 60.0 * best_gain_per_s(&axis)?),
-            0.05,
-            "`simulate gain`: friction, loops and motion profile are chosen; time and energy vary by 1 % over the gains, so the static error decides",
+        at("Tab. 1").figure("best gain k_v", "1/min").printed(2725.0, 1.0).as_printed(60.0 * everywhere.gain_per_s).mended(60.0 * nearby.gain_per_s).because(
+            format!(
+                "`simulate gain`: friction, loops and motion profile are chosen. As printed: 500 to 12,000 1/min, mended: 2,000 to 4,500 1/min, both \
+                 once the integral has come to rest (20 s; after 0.3 s it has not, and the optimum is an artefact). The cost is relative to \
+                 the largest values of the table, whose range is not printed. Cause only partly known: the static error is the twist at \
+                 which friction holds the screw, {:.0} and {:.0} nm at these optima, less than the encoder's step of 20 nm: the optimum has \
+                 little meaning",
+                1e9 * everywhere.static_error.unwrap_or(f64::NAN),
+                1e9 * nearby.static_error.unwrap_or(f64::NAN),
+            ),
         ),
     ])
 }
 
-/// Finds the gain (1/s) of the position loop with the minimum cost, for the slide and the default cycle and gains of `simulate gain`.
-fn best_gain_per_s(axis: &Machine) -> StudyResult<f64> {
-    let curve = SCurve { from: 0.0, to: 0.3, velocity: 0.5, acceleration: 5.0, jerk: 200.0 };
-    let course = curve.course(1e-3, 0.3, false).map_err(StudyError::impossible)?;
-    // 500 to 12 000 1/min.
-    let gains: Vec<f64> = (1..=24).map(|n| 500.0 * f64::from(n) / 60.0).collect();
-    let slide = axis.point("slide").map(|at| (at, 1.0));
-    let rows = gain_study(axis, &axis.start(), &gains, (&course, 0.3), slide, &SimulationSettings::default(), &|| true)
-        .map_err(StudyError::impossible)?;
-    let best = rows.iter().filter_map(|r| Some((r.gain_per_s, r.cost?))).min_by(|a, b| a.1.total_cmp(&b.1));
-    best.map(|(gain, _)| gain).ok_or_else(|| StudyError::impossible("the servo axis is unstable or does not arrive at any gain"))
+/// Finds the gain of the position loop with the minimum cost, for the slide and the cycle of `simulate gain`.
+fn best_gain(axis: &Machine, request: &GainRequest) -> StudyResult<GainRow> {
+    let course = request.travel.course(1e-3, false)?;
+    let cycle = GainCycle { course: &course, rest_s: request.travel.rest_s, point: axis.point("slide").map(|at| (at, 1.0)) };
+    let settings = SimulationSettings::default();
+    let rows = gain_study(axis, &axis.start(), &request.gains_per_s(), &cycle, &settings, &|| true).map_err(StudyError::impossible)?;
+    let best = rows.into_iter().filter(|r| r.cost.is_some()).min_by(|a, b| a.cost.unwrap_or(0.0).total_cmp(&b.cost.unwrap_or(0.0)));
+    best.ok_or_else(|| StudyError::impossible("the servo axis is unstable or does not settle at any gain"))
 }
