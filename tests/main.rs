@@ -39,4 +39,5 @@ mod servo;
 mod study;
 mod template;
 mod transmission;
+mod unstated;
 mod withheld;
