@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::certainty::{BasinRow, BootstrapRow, CombinationRow, RepeatRow, SearchRow, ToleranceRow};
 use super::motion_row::{CurveRow, MotionRecordRow, PreprocessingRow};
+use super::order::RenumberedRow;
 pub use super::provenance::{Input, MachineText, Stamp};
 
 /// Settings of an identification, sufficient to repeat it with the seed of the stamp.
@@ -148,7 +149,7 @@ pub struct PositionRow {
     /// Gap: root mean square of ln(measured/predicted) over log-magnitude and phase (1); for motion records the relative force error (1).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<f64>,
-    /// Gap due to measurement noise alone (1), where the noise is known.
+    /// Gap due to measurement noise alone (1), where the noise is stated or estimated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise_floor: Option<f64>,
 }
@@ -183,8 +184,11 @@ pub struct FrfRow {
     pub role: String,
     /// Gap: root mean square of ln(measured/predicted) over log-magnitude and phase (1).
     pub gap: f64,
-    /// Gap due to measurement noise alone (1), where the noise is known.
+    /// Gap due to measurement noise alone (1), where the noise is stated or estimated.
     pub noise_floor: Option<f64>,
+    /// Origin of the noise: `coherence` or `relative_sd` where stated, else estimated from `repeats` or `neighbouring lines`, or `unknown`.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub noise_source: String,
     /// Number of frequency lines compared.
     pub lines: usize,
     /// Share of the recorded frequency lines whose coherence is accepted (1).
@@ -213,6 +217,9 @@ pub struct IdentificationDocument {
     /// Minima whose χ² lies within the 95 % limit of the lowest, in ascending χ²; absent for a single minimum.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub basins: Vec<BasinRow>,
+    /// Modes under a wrong order, and the fit with the orders that they fit; absent where all orders fit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub renumbered: Option<RenumberedRow>,
     /// Derived quantities by name: those of the machine description, largest errors and gaps, χ² and its degrees of freedom.
     pub derived: BTreeMap<String, f64>,
     /// 95 % confidence intervals of the derived quantities of the machine description, by name.
