@@ -212,6 +212,9 @@ fn intervals<P: Problem>(
     (columns, inflation, profiled): (&[usize], f64, bool),
     control: &Control,
 ) -> Intervals {
+    if profiled {
+        control.begin("intervals");
+    }
     let shares: Vec<f64> = problem.free().iter().map(|i| counted(&machine.parameters[*i])).collect();
     let (basins, regions) = match profiled {
         true => control.cached("profiles", || confidence_regions(problem, basins, (columns, &shares), inflation, control)),
