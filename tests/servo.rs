@@ -386,6 +386,54 @@ fn commands_of_the_drive_match_their_schemas() {
     assert!(found["warnings"].as_array().unwrap().iter().any(|w| w.as_str().unwrap().contains("k_s is not identifiable")));
 }
 
+/// A backlash too small for the rounding of its coordinates is no backlash, and takes no more steps.
+#[test]
+fn limit_a_vanishing_backlash_is_none() {
+    let course = SCurve { from: 0.0, to: 0.01, velocity: 0.2, acceleration: 2.0, jerk: 50.0 }.course(1e-3, 0.05, false).unwrap();
+    let of = |width: f64| {
+        let set = [format!("parameter.backlash_width.start={width}"), "parameter.backlash_width.lower=0.0".to_string()];
+        run(&embedded("hybrid-axis", &set.each_ref().map(String::as_str)), &course)
+    };
+    let none = of(0.0);
+    for width in [1e-15, 1e-12, 1e-10, 1e-9] {
+        let begun = std::time::Instant::now();
+        let found = of(width);
+        let apart = found.samples.iter().zip(&none.samples).map(|(a, b)| (a.position - b.position).abs()).fold(0.0, f64::max);
+        // A few steps of the encoder, of 1.5e-8 m each.
+        assert!(found.complete && apart < 1e-7 + width, "{width}: {apart}");
+        assert!(begun.elapsed() < std::time::Duration::from_secs(20), "{width}: {:?}", begun.elapsed());
+    }
+}
+
+/// A machine that changes faster than can be followed is refused with the number to blame, and a stop is noticed within a step.
+#[test]
+fn motions_that_need_too_many_steps_are_refused_or_stopped() {
+    let course = SCurve { from: 0.0, to: 0.01, velocity: 0.2, acceleration: 2.0, jerk: 50.0 }.course(1e-3, 0.05, false).unwrap();
+    let light = ["parameter.moving_mass.start=1e-9", "parameter.moving_mass.lower=1e-10", "parameter.moving_mass.upper=1e-8"];
+    let light = embedded("hybrid-axis", &light);
+    let simulated = |go_on: &dyn Fn() -> bool| simulate(&light, &light.start(), &course, &SimulationSettings::default(), go_on);
+    let refusal = simulated(&|| true).unwrap_err().to_string();
+    assert!(refusal.contains("steps") && refusal.contains("point.table"), "{refusal}");
+    let looks = std::cell::Cell::new(0);
+    let stopped = simulated(&|| looks.replace(looks.get() + 1) < 500).unwrap();
+    assert!(!stopped.complete && looks.get() == 501, "{}", looks.get());
+    for (set, words) in [
+        ("drive.position.period_s=100.0", "periods of the innermost loop"),
+        ("drive.position.period_s=1e6", "periods of the innermost loop"),
+    ] {
+        let set = [set.to_string()];
+        let text = embedded_config("configs/hybrid-axis.toml").unwrap();
+        let refusal = read_machine_text("configs/hybrid-axis.toml", text, &set, &[]).map(|_| ()).unwrap_err().to_string();
+        assert!(refusal.contains(words) && refusal.contains("drive.position.period_s"), "{refusal}");
+    }
+    // Poles of loops that overflow, or have too many delayed samples, are an error instead of an endless search.
+    for (set, words) in [("drive.current.gain=1e15", "cannot be computed"), ("drive.delay_s=0.02", "drive.delay_s")] {
+        let axis = embedded("hybrid-axis", &[set]);
+        let refusal = LinearLoops::new(&axis, &axis.start(), &SimulationSettings::default()).map(|_| ()).unwrap_err().to_string();
+        assert!(refusal.contains(words), "{set}: {refusal}");
+    }
+}
+
 /// On records of an independent machine the analytical model has errors from missing effects. The network learns most of them from other speeds.
 #[test]
 fn recover_learnable_residuals_of_an_independent_machine() {

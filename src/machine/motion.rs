@@ -8,6 +8,8 @@ use super::{
 
 /// Upper limit of a delay or a velocity difference, in periods of the loop.
 const MOST_PERIODS: f64 = 1000.0;
+/// Upper limit of the position loop's period, in periods of the innermost loop: 1 ms over 0.1 µs.
+const MOST_INNER_PERIODS: f64 = 1e4;
 
 impl Machine {
     fn resolve_wave(&self, part: &str, patch: &Option<WaveFile>) -> Result<Wave, MachineError> {
@@ -229,6 +231,11 @@ impl Machine {
         }
         if !(inner_s >= 1e-7) {
             return Err(fault("drive", format!("its innermost loop has a period of {inner_s} s; write 1e-7 s or more")));
+        }
+        let (position_s, ratio) = (drive.position.period_s, drive.position.period_s / inner_s);
+        if !(ratio <= MOST_INNER_PERIODS) {
+            let message = format!("{position_s} s is {ratio:.0} periods of the innermost loop; write at most {MOST_INNER_PERIODS}");
+            return Err(fault("drive.position.period_s", message));
         }
         if matches!(drive.velocity.tachometry, Tachometry::Difference(periods) if periods as f64 > MOST_PERIODS) {
             return Err(fault("drive.velocity.over_s", format!("is more than {MOST_PERIODS} periods of the loop; write a shorter time")));

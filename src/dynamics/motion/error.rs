@@ -34,4 +34,18 @@ pub enum MotionError {
         /// Joint that changed last.
         last: String,
     },
+    /// A part of the machine changes too fast for the period of the loops.
+    #[error(
+        "at {time_s} s {within} needs more than {count} steps: {part} makes the machine change faster than can be followed; check that number"
+    )]
+    TooFast {
+        /// Time (s).
+        time_s: f64,
+        /// What needs the steps.
+        within: &'static str,
+        /// Largest number of steps.
+        count: usize,
+        /// Configuration key of the part, with its number where one alone is to blame.
+        part: String,
+    },
 }

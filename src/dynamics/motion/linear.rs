@@ -29,7 +29,14 @@ pub struct LinearLoops {
     /// Names of the coordinates.
     pub names: Vec<String>,
     mass: Vec<f64>,
+    /// Eigenvalues of A.
+    eigenvalues: Vec<Complex<f64>>,
 }
+
+/// Largest number of states: the eigenvalues take a tenth of a second with 200, and grow with the third power.
+const MOST_STATES: usize = 200;
+/// Largest number of sweeps for the eigenvalues; well-scaled matrices need about three per state.
+const MOST_SWEEPS: usize = 100 * MOST_STATES;
 
 /// A pole of the closed loops.
 #[derive(Debug, Clone, PartialEq)]
@@ -137,20 +144,22 @@ fn equations(plant: &Plant) -> (DMatrix<f64>, DVector<f64>) {
     (a, b)
 }
 
-/// Computes Φ and the input column for a constant input over a time.
-fn zero_order_hold(a: &DMatrix<f64>, b: &DVector<f64>, time_s: f64) -> (DMatrix<f64>, DVector<f64>) {
+/// Computes Φ and the input column for a constant input over a time; `None` if they overflow.
+fn zero_order_hold(a: &DMatrix<f64>, b: &DVector<f64>, time_s: f64) -> Option<(DMatrix<f64>, DVector<f64>)> {
     let s = a.nrows();
     let mut whole = DMatrix::zeros(s + 1, s + 1);
     whole.view_mut((0, 0), (s, s)).copy_from(&(a * time_s));
     whole.view_mut((0, s), (s, 1)).copy_from(&(b * time_s));
-    let exp = whole.exp();
-    (exp.view((0, 0), (s, s)).into(), exp.view((0, s), (s, 1)).column(0).into())
+    // The exponential is scaled by the logarithm of its norm, which has to be a number.
+    let norm: f64 = whole.iter().map(|x| x.abs()).sum();
+    let exp = norm.is_finite().then(|| whole.exp())?;
+    Some((exp.view((0, 0), (s, s)).into(), exp.view((0, s), (s, 1)).column(0).into()))
 }
 
 impl LinearLoops {
     /// Builds the loops of a machine with the given parameters.
     ///
-    /// # Errors  as [`super::simulate`] where plant and drive do not fit together.
+    /// # Errors  as [`super::simulate`] where plant and drive do not fit together; too many delayed samples; poles that cannot be computed.
     pub fn new(machine: &Machine, values: &[f64], settings: &SimulationSettings) -> Result<Self, MotionError> {
         let smooth = smooth(machine);
         let drive = smooth.drive.as_ref().ok_or(MotionError::NoDrive)?;
@@ -165,11 +174,22 @@ impl LinearLoops {
         let delay = periods(at(&drive.delay_s), tick_s);
         let whole_delay = delay.floor() as usize;
         let delay_rest_s = delay.fract() * tick_s;
-        let (before, after) = (zero_order_hold(&a, &b, delay_rest_s), zero_order_hold(&a, &b, tick_s - delay_rest_s));
+        let unsolved =
+            || MotionError::Input("the poles of the loops cannot be computed: their gains and times differ by too much; check them".into());
+        let held = |time_s: f64| zero_order_hold(&a, &b, time_s).ok_or_else(unsolved);
+        let (before, after) = (held(delay_rest_s)?, held(tick_s - delay_rest_s)?);
         let readings = match drive.velocity.tachometry {
             Tachometry::Difference(periods) => periods,
             Tachometry::Direct => 0,
         };
+        let states = plant.states + readings + whole_delay;
+        if states > MOST_STATES {
+            let fault = format!(
+                "the loops have {states} states, {whole_delay} of them for drive.delay_s and {readings} for drive.velocity.over_s, more than the \
+                 {MOST_STATES} for which poles are computed; shorten these times"
+            );
+            return Err(MotionError::Input(fault));
+        }
         let mut rows = Rows::unit(plant.states, readings, whole_delay + 1);
         let columns = rows.plant.ncols();
         let command = RowDVector::from_fn(columns, |_, j| f64::from(u8::from(j + 1 == columns)));
@@ -229,8 +249,12 @@ impl LinearLoops {
         }
         let all = rows.stacked();
         let count = all.nrows();
+        let a: DMatrix<f64> = all.columns(0, count).into();
+        let finite = a.iter().all(|x| x.is_finite()).then(|| a.clone());
+        let schur = finite.and_then(|a| Schur::try_new(a, f64::EPSILON, MOST_SWEEPS)).ok_or_else(unsolved)?;
         Ok(LinearLoops {
-            a: all.columns(0, count).into(),
+            a,
+            eigenvalues: schur.complex_eigenvalues().iter().copied().collect(),
             b: all.column(count).into(),
             outputs,
             coordinates,
@@ -261,15 +285,16 @@ impl LinearLoops {
 
     /// Computes the oscillating and the unstable poles of the closed loops, the fastest growing first.
     pub fn poles(&self) -> Vec<Pole> {
-        let values = Schur::new(self.a.clone()).complex_eigenvalues();
-        let mut poles: Vec<Pole> = values.iter().filter(|l| l.im >= 0.0 && l.norm() > 1e-9).filter_map(|l| self.pole(*l)).collect();
+        let values = self.eigenvalues.iter().filter(|l| l.im >= 0.0 && l.norm() > 1e-9);
+        let mut poles: Vec<Pole> = values.filter_map(|l| self.pole(*l)).collect();
         poles.sort_by(|a, b| b.growth_per_s.total_cmp(&a.growth_per_s));
         poles
     }
 
     /// Returns the fastest growing unstable pole.
     pub fn unstable(&self) -> Option<Pole> {
-        self.poles().into_iter().next().filter(|p| p.growth_per_s > 1e-6 / self.period_s)
+        let growing = self.eigenvalues.iter().filter(|l| l.im >= 0.0 && l.norm().ln() > 1e-6);
+        growing.max_by(|a, b| a.norm().total_cmp(&b.norm())).and_then(|l| self.pole(*l))
     }
 
     /// Computes frequency and location of a pole. Its value leaves whole turns of phase within a period open; they are counted between samples of

@@ -135,6 +135,18 @@ impl Plant {
         self.coordinate(name).ok_or_else(|| MotionError::Massless { part: part.into(), point: name.clone() })
     }
 
+    /// Returns the configuration key of the part to which a state belongs.
+    pub fn key_of_state(&self, state: usize) -> String {
+        if let Some(friction) = self.frictions.iter().find(|f| f.bristle.is_some_and(|b| b.at == state)) {
+            return format!("joint.{}.friction.presliding_stiffness", friction.name);
+        }
+        match self.names.get(state % self.size.max(1)).filter(|_| state < 2 * self.size) {
+            Some(point) => format!("point.{point}"),
+            None if self.winding.is_some_and(|w| w.q == state || w.d == Some(state)) => "drive.motor.inductance_h".into(),
+            None => "relaxation_stiffness".into(),
+        }
+    }
+
     fn along(&self, machine: &Machine, joint: &Joint) -> Result<Combination, MotionError> {
         let moving = joint.on.iter().filter(|(p, _)| !machine.points[*p].fixed);
         moving.map(|&(p, c)| Ok((self.point(machine, p, &format!("joint «{}»", joint.name))?, c))).collect()

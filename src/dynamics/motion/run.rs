@@ -14,6 +14,13 @@ use super::{MotionError, SimulationSettings};
 use machine::Machine;
 use numeric::statistics::extremes;
 
+/// Largest number of samples of the velocity loop in a motion: ten minutes at 8 kHz.
+const MOST_SAMPLES: usize = 5_000_000;
+/// Largest number of steps in a period of the innermost loop.
+const MOST_PARTS: f64 = 1e6;
+/// Largest number of steps at which the drive holds its input, in a motion.
+const MOST_HOLDS: usize = 50_000_000;
+
 /// Simulates a driven machine on a course. `go_on` is called at intervals; when it returns false, the motion stops incomplete.
 ///
 /// The machine starts at rest, or at the initial rate of the course. Its springs are strained as little as the encoder's reading allows.
@@ -48,9 +55,10 @@ pub fn simulate(
                      leave out the step, or write inverter = \"averaged\"";
         return Err(MotionError::Input(fault.into()));
     }
-    let mut runner = Runner::new(Stepper::new(plant, units), y, settings.tolerance);
+    let mut runner = Runner::new(Stepper::new(plant, units), y, settings.tolerance, go_on);
     let bound = settings.bound.unwrap_or_else(|| bound(course));
     let periods = (course.duration_s() / (loops.period_s * loops.to_velocity as f64) + 1e-6) as usize;
+    check_extent(course, periods, periods.saturating_mul(loops.to_velocity), parts, step_s)?;
     let (size, driven) = (runner.stepper.plant.size, runner.stepper.plant.drive);
     let mut trace = Trace {
         points: names,
@@ -78,7 +86,7 @@ pub fn simulate(
         if tick == periods * loops.to_velocity {
             break;
         }
-        if tick % 1024 == 0 && !go_on() {
+        if runner.stopped || (tick % 1024 == 0 && !go_on()) {
             trace.complete = false;
             break;
         }
@@ -126,7 +134,14 @@ fn parts(settings: &SimulationSettings, period_s: f64) -> Result<usize, MotionEr
         );
         return Err(MotionError::Input(fault));
     }
-    if (parts - parts.round()).abs() > 1e-6 * parts || parts > 1e6 {
+    if parts > MOST_PARTS {
+        let fault = format!(
+            "a step of {step_s:e} s is a {parts:.0}th of the period of {period_s:e} s of the innermost loop; write one of at least {:e} s",
+            period_s / MOST_PARTS
+        );
+        return Err(MotionError::Input(fault));
+    }
+    if (parts - parts.round()).abs() > 1e-6 * parts {
         let fault = format!(
             "a step of {step_s} s is not an integer fraction of the period of {period_s} s of the innermost loop; write one, such as {}",
             period_s / parts.ceil()
@@ -134,6 +149,26 @@ fn parts(settings: &SimulationSettings, period_s: f64) -> Result<usize, MotionEr
         return Err(MotionError::Input(fault));
     }
     Ok(parts.round() as usize)
+}
+
+/// Rejects a motion of too many samples or steps.
+fn check_extent(course: &Course, samples: usize, periods: usize, parts: usize, step_s: f64) -> Result<(), MotionError> {
+    let duration_s = course.duration_s();
+    if samples > MOST_SAMPLES {
+        let fault = format!(
+            "the motion of {duration_s:.3e} s has {samples} samples of the velocity loop, more than {MOST_SAMPLES}; shorten it, or lengthen \
+             drive.velocity.period_s"
+        );
+        return Err(MotionError::Input(fault));
+    }
+    if periods.saturating_mul(parts) > MOST_HOLDS {
+        let fault = format!(
+            "the motion of {duration_s:.3e} s has more than {MOST_HOLDS} steps of {step_s:e} s; shorten it, or lengthen the step or the period \
+             of the innermost loop"
+        );
+        return Err(MotionError::Input(fault));
+    }
+    Ok(())
 }
 
 /// Returns a delay in periods, rounded to a whole number if the difference is only rounding.

@@ -13,9 +13,20 @@ const MAX_EVENT_HALVINGS: u8 = 32;
 const MAX_ERROR_HALVINGS: u8 = 24;
 /// Largest number of events in one period of the velocity loop.
 const MAX_EVENTS: usize = 2000;
+/// Largest number of steps in one period of the velocity loop: each of its events, approached by halvings and left by doublings.
+const MAX_STEPS: usize = MAX_EVENTS * 2 * MAX_EVENT_HALVINGS as usize;
+/// Largest number of steps of a motion: as many as take a few seconds, and besides [`MOST_PER_HOLD`] for each time that the drive holds its
+/// input, where stiff machines need 20.
+const MOST_STEPS: usize = 1_000_000;
+/// See [`MOST_STEPS`].
+const MOST_PER_HOLD: usize = 50;
+/// Steps between two looks at the stop flag: below 10 ms on any machine within the limits.
+const STEPS_BETWEEN_LOOKS: usize = 64;
 
 /// Tolerance for rounding, as a share of the largest rate so far or of a backlash.
 const ROUNDING: f64 = 1e-10;
+/// Tolerance for rounding of the deformation of a backlash, as a share of the coordinates that it is the difference of: some ten roundings.
+const COORDINATE_ROUNDING: f64 = 1e-14;
 
 /// Returns the initial scales of the states: 1 µm, 0.1 mm/s and 1 mA.
 fn scale_at_start(plant: &Plant) -> impl Iterator<Item = f64> {
@@ -27,9 +38,22 @@ fn scale_at_start(plant: &Plant) -> impl Iterator<Item = f64> {
     })
 }
 
+/// Why a step was halved last.
+#[derive(Debug, Clone, Copy)]
+enum Halving {
+    /// The margin of this number, in the order of [`Runner::margins`], ends.
+    Event(usize),
+    /// The parabola is least accurate in this state.
+    Error(usize),
+}
+
 /// A running simulation.
-pub struct Runner {
+pub struct Runner<'g> {
     pub stepper: Stepper,
+    /// Whether to go on; asked every [`STEPS_BETWEEN_LOOKS`] steps.
+    go_on: &'g dyn Fn() -> bool,
+    /// Whether the simulation was stopped within a step.
+    pub stopped: bool,
     mode: ContactMode,
     number: usize,
     pub y: Vec<f64>,
@@ -40,6 +64,10 @@ pub struct Runner {
     tolerance: f64,
     pub events: Vec<Event>,
     in_period: usize,
+    /// Steps in the current period of the velocity loop, and in all; times that the drive held its input.
+    steps: [usize; 2],
+    holds: usize,
+    halving: Option<Halving>,
     period_s: f64,
     /// Number of halvings at which recent parabolas are accurate enough.
     start_level: u8,
@@ -49,8 +77,8 @@ pub struct Runner {
     margin_buffers: [Vec<(f64, f64)>; 3],
 }
 
-impl Runner {
-    pub fn new(stepper: Stepper, y: Vec<f64>, tolerance: f64) -> Self {
+impl<'g> Runner<'g> {
+    pub fn new(stepper: Stepper, y: Vec<f64>, tolerance: f64, go_on: &'g dyn Fn() -> bool) -> Self {
         let plant = &stepper.plant;
         let moving = |velocity: f64| if velocity.abs() < 1e-12 { 0 } else { velocity.signum() as i8 };
         let frictions =
@@ -67,6 +95,8 @@ impl Runner {
         let stored_at_start = plant.stored_j(&mode, &y);
         let mut runner = Runner {
             stepper,
+            go_on,
+            stopped: false,
             mode,
             number: 0,
             y,
@@ -76,6 +106,9 @@ impl Runner {
             tolerance,
             events: Vec::new(),
             in_period: 0,
+            steps: [0; 2],
+            holds: 0,
+            halving: None,
             period_s: 0.0,
             start_level: 0,
             energy: Energy::default(),
@@ -88,7 +121,7 @@ impl Runner {
     }
 
     pub fn begin_period(&mut self, time_s: f64) {
-        (self.in_period, self.period_s) = (0, time_s);
+        (self.in_period, self.steps[0], self.period_s) = (0, 0, time_s);
     }
 
     pub fn energy_balance(&self) -> Energy {
@@ -98,15 +131,20 @@ impl Runner {
     /// Advances by 2^−level of a unit with one input of the drive.
     pub fn advance(&mut self, (unit, level): (u8, u8), time_s: f64, input: Input) -> Result<(), MotionError> {
         self.input = input;
+        self.holds += 1;
         self.release_at_step_start(time_s)?;
         self.advance_piece(unit, level, time_s)
     }
 
     /// Advances by 2^−level of a unit, in two halves if the step is too long.
     fn advance_piece(&mut self, unit: u8, level: u8, time_s: f64) -> Result<(), MotionError> {
+        if self.stopped {
+            return Ok(());
+        }
         if level < self.start_level {
             return self.advance_halves(unit, level, time_s);
         }
+        self.count_step()?;
         let tau = self.stepper.units_s[usize::from(unit)] * 0.5_f64.powi(i32::from(level));
         if !self.mode.relaxing.is_empty() {
             let mut steps = std::mem::take(&mut self.mode.relaxing);
@@ -120,20 +158,61 @@ impl Runner {
             self.switch_modes(time_s)?;
             start = self.margins(StepPosition::Start);
         }
-        let error = self.stepper.step(self.number, &self.mode, &self.y, self.input, (unit, level), &self.scale);
+        let (error, state) = self.stepper.step(self.number, &self.mode, &self.y, self.input, (unit, level), &self.scale);
         if error > self.tolerance && level < MAX_ERROR_HALVINGS {
             self.start_level = level + 1;
+            self.halving = Some(Halving::Error(state));
             return self.advance_halves(unit, level, time_s);
         }
-        let ends = self.mode_ends(&start);
+        let ending = self.mode_ends(&start);
         self.margin_buffers[StepPosition::Start as usize] = start;
-        if ends && level < MAX_EVENT_HALVINGS {
+        if let Some(margin) = ending.filter(|_| level < MAX_EVENT_HALVINGS) {
+            self.halving = Some(Halving::Event(margin));
             return self.advance_halves(unit, level, time_s);
         }
         // If the error is far below the tolerance, the next step may be longer: halving a step divides the error of a parabola by eight.
         self.start_level = if error < self.tolerance / 16.0 { level.saturating_sub(1) } else { level };
         self.accept(tau);
-        if ends { self.switch_modes(time_s + tau) } else { Ok(()) }
+        if ending.is_some() { self.switch_modes(time_s + tau) } else { Ok(()) }
+    }
+
+    /// Counts a step and looks at the stop flag.
+    ///
+    /// # Errors  one period, or the motion as a whole, needs too many steps.
+    fn count_step(&mut self) -> Result<(), MotionError> {
+        self.steps = self.steps.map(|steps| steps + 1);
+        self.stopped = self.steps[1].is_multiple_of(STEPS_BETWEEN_LOOKS) && !(self.go_on)();
+        let most = MOST_STEPS + MOST_PER_HOLD * self.holds;
+        let fault = |within, count| MotionError::TooFast { time_s: self.period_s, within, count, part: self.fastest_part() };
+        match self.steps {
+            [in_period, _] if in_period > MAX_STEPS => Err(fault("one period of the velocity loop", MAX_STEPS)),
+            [_, all] if all > most => Err(fault("the motion so far", most)),
+            _ => Ok(()),
+        }
+    }
+
+    /// Returns the configuration key of the part that the last halving was for, with its number where one alone is to blame.
+    fn fastest_part(&self) -> String {
+        let plant = &self.stepper.plant;
+        match self.halving {
+            None => "drive".into(),
+            Some(Halving::Error(state)) => plant.key_of_state(state),
+            Some(Halving::Event(margin)) => {
+                let sliding = self.mode.frictions.iter().enumerate().filter(|(_, sign)| **sign != 0).map(|(at, _)| at);
+                let frictions: Vec<usize> = sliding.collect();
+                let gap = margin.checked_sub(frictions.len()).and_then(|at| plant.gaps.get(at));
+                match (frictions.get(margin), gap) {
+                    (Some(at), _) => format!("joint.{}.friction", plant.frictions[*at].name),
+                    (None, Some(gap)) => format!("joint.{}.gap = {:e}", gap.name, 2.0 * gap.half),
+                    (None, None) => {
+                        let sticking = margin - frictions.len() - plant.gaps.len();
+                        let frictions =
+                            plant.frictions.iter().zip(&self.mode.frictions).filter(|(f, sign)| **sign == 0 && f.bristle.is_none());
+                        frictions.map(|(f, _)| f).nth(sticking).map_or_else(|| "drive".into(), |f| format!("joint.{}.friction", f.name))
+                    }
+                }
+            }
+        }
     }
 
     fn advance_halves(&mut self, unit: u8, level: u8, time_s: f64) -> Result<(), MotionError> {
@@ -168,9 +247,10 @@ impl Runner {
     }
 
     /// Whether a mode ends within the step: a margin is negative at its middle or end, or in between by the parabola through the three.
-    fn mode_ends(&mut self, start: &[(f64, f64)]) -> bool {
+    /// Returns the number of the first margin that ends.
+    fn mode_ends(&mut self, start: &[(f64, f64)]) -> Option<usize> {
         let (half, end) = (self.margins(StepPosition::Half), self.margins(StepPosition::End));
-        let ends = start.iter().zip(&half).zip(&end).any(|(((a, _), (m, _)), (b, grain))| {
+        let ends = start.iter().zip(&half).zip(&end).position(|(((a, _), (m, _)), (b, grain))| {
             // Minimum of the parabola through the three values, inside the step.
             let (slope, bend) = (4.0 * m - 3.0 * a - b, 2.0 * (a - 2.0 * m + b));
             let at = -slope / (2.0 * bend);
@@ -195,7 +275,10 @@ impl Runner {
         let fastest =
             |friction: usize| plant.frictions[friction].along.iter().map(|&(i, c)| c.abs() * self.scale[plant.size + i]).sum::<f64>();
         self.stepper.sliding_rates(&self.mode, &y, |friction, rate| margins.push((rate, ROUNDING * fastest(friction))));
-        self.stepper.gap_margins(&self.mode, &y, |gap, depth| margins.push((depth, ROUNDING * plant.gaps[gap].half)));
+        self.stepper.gap_margins(&self.mode, &y, |gap, depth| {
+            let coordinates: f64 = plant.gaps[gap].along.iter().map(|&(i, c)| (c * y[i]).abs()).sum();
+            margins.push((depth, (ROUNDING * plant.gaps[gap].half).max(COORDINATE_ROUNDING * coordinates)));
+        });
         let mut sticking = Vec::new();
         self.stepper.sticking_forces(self.number, &self.mode, &y, self.input, |friction, force| sticking.push((friction, force)));
         for (friction, force) in sticking {

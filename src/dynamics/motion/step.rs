@@ -211,13 +211,21 @@ impl Stepper {
     }
 
     /// Steps over 2^−level of a unit; leaves the middle in `half` and the end in `end`. Returns the error estimate of the parabola relative to
-    /// `scale`; infinite if it does not converge.
-    pub fn step(&mut self, number: usize, mode: &ContactMode, y: &[f64], input: Input, (unit, level): (u8, u8), scale: &[f64]) -> f64 {
+    /// `scale`, and the state of the largest error; infinite if it does not converge.
+    pub fn step(
+        &mut self,
+        number: usize,
+        mode: &ContactMode,
+        y: &[f64],
+        input: Input,
+        (unit, level): (u8, u8),
+        scale: &[f64],
+    ) -> (f64, usize) {
         self.prepare(number, unit, level);
         self.prepare(number, unit, level + 1);
         let equations = &self.equations[number];
         let (Some(whole), Some(part)) = (&equations.steps[step_index(unit, level)], &equations.steps[step_index(unit, level + 1)]) else {
-            return f64::INFINITY;
+            return (f64::INFINITY, 0);
         };
         let (mut half, mut end) = (std::mem::take(&mut self.half), std::mem::take(&mut self.end));
         let linear_step = |step: &Step, from: &[f64], to: &mut [f64]| {
@@ -229,7 +237,7 @@ impl Stepper {
         if self.linear {
             linear_step(part, &half, &mut end);
             (self.half, self.end) = (half, end);
-            return 0.0;
+            return (0.0, 0);
         }
         linear_step(whole, y, &mut end);
         let tau = self.units_s[usize::from(unit)] * 0.5_f64.powi(i32::from(level));
@@ -244,7 +252,7 @@ impl Stepper {
         add_columns(&whole.forced[0], start, &mut end);
         base_half.copy_from_slice(&half);
         base_end.copy_from_slice(&end);
-        let mut error = f64::INFINITY;
+        let (mut error, mut state) = (f64::INFINITY, 0);
         for _ in 0..ITERATIONS {
             nonlinear(&half, middle);
             nonlinear(&end, last);
@@ -254,11 +262,14 @@ impl Stepper {
                 f2[i] = 4.0 * (start[i] - 2.0 * middle[i] + last[i]) / (tau * tau);
             }
             let mut moved: f64 = 0.0;
+            let largest =
+                |of: &mut dyn Iterator<Item = f64>| of.enumerate().fold((0.0_f64, 0), |m, (i, x)| if x > m.0 { (x, i) } else { m });
             for (step, base, to) in [(part, &*base_half, &mut half), (whole, &*base_end, &mut end)] {
                 next.copy_from_slice(base);
                 add_columns(&step.forced[1], f1, next);
                 add_columns(&step.forced[2], f2, next);
-                moved = next.iter().zip(to.iter()).zip(scale).map(|((a, b), s)| (a - b).abs() / s).fold(moved, f64::max);
+                let (most, at) = largest(&mut next.iter().zip(to.iter()).zip(scale).map(|((a, b), s)| (a - b).abs() / s));
+                (moved, state) = (moved.max(most), at);
                 to.copy_from_slice(next);
             }
             if !moved.is_finite() {
@@ -267,12 +278,12 @@ impl Stepper {
             if moved < CONVERGED {
                 next.fill(0.0);
                 add_columns(&whole.forced[2], f2, next);
-                error = next.iter().zip(scale).map(|(x, s)| x.abs() / s).fold(0.0, f64::max);
+                (error, state) = largest(&mut next.iter().zip(scale).map(|(x, s)| x.abs() / s));
                 break;
             }
         }
         (self.half, self.end, self.force, self.scratch) = (half, end, force, scratch);
-        error
+        (error, state)
     }
 
     /// Computes the rate of each sliding friction in its direction of sliding.
