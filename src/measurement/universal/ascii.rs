@@ -3,6 +3,7 @@
 use std::io::{Read, Seek};
 
 use super::abscissa::Abscissa;
+use super::columns::{Field, data_columns, fields_of, is_overflown};
 use super::error::UniversalError;
 use super::evidence::SizeEvidence;
 use super::frame::{all_blank, is_loose_sentinel, is_sentinel};
@@ -38,12 +39,65 @@ struct ScanProgress {
     extra: Option<(FilePlace, usize)>,
     /// Whether missing values are read as NaN.
     accepts_missing: bool,
+    /// Widths of the fields of a line, by the format.
+    columns: &'static [usize],
 }
 
 impl ScanProgress {
     /// Whether the next number may be missing: an ordinate, where missing values are accepted.
     fn takes_missing(&self) -> bool {
         self.accepts_missing && !self.points.expects_abscissa()
+    }
+
+    /// Notes the notation of an exponent.
+    fn note_form(&mut self, form: Form, place: FilePlace) {
+        match form {
+            Form::Usual => {}
+            Form::LetterD => _ = self.letter_d.get_or_insert(place),
+            Form::Bare => _ = self.bare.get_or_insert(place),
+        }
+    }
+
+    /// Notes how many numbers a line holds.
+    fn end_line(&mut self, place: FilePlace, count: usize) {
+        if self.first_line == 0 {
+            self.first_line = count;
+        }
+        self.short_line = self.short_line.or(self.last_short.take());
+        self.last_short = (count < self.first_line).then_some((place, count));
+    }
+
+    /// Reads a line with overflown fields by the columns of the format, since these fields touch their neighbours. Returns whether it is
+    /// written in them; otherwise it takes nothing.
+    fn take_columns(&mut self, line: &SourceLine<'_>, bytes_left: u64) -> bool {
+        if !(self.accepts_missing && line.ended && line.text.contains(&b'*')) {
+            return false;
+        }
+        let Some(fields) = fields_of(line.text, self.columns) else { return false };
+        let width = self.points.width();
+        let is_abscissa = |at: usize| self.points.has_abscissa() && (self.points.filled() + at).is_multiple_of(width);
+        let accepted = fields.iter().enumerate().all(|(at, field)| match field {
+            Field::Number(value, _) => value.is_finite(),
+            Field::Overflown => !is_abscissa(at),
+        });
+        if !accepted {
+            return false;
+        }
+        for field in &fields {
+            if self.points.is_full() {
+                self.extra.get_or_insert((line.place, 0)).1 += 1;
+                continue;
+            }
+            match *field {
+                Field::Number(value, form) => {
+                    self.note_form(form, line.place);
+                    self.points.push(value, bytes_left);
+                }
+                Field::Overflown => self.points.push(f64::NAN, bytes_left),
+            }
+        }
+        self.end_line(line.place, fields.len());
+        true
     }
 }
 
@@ -63,6 +117,7 @@ pub(super) fn read_values<R: Read + Seek>(
         last_short: None,
         extra: None,
         accepts_missing,
+        columns: data_columns(header),
     };
     let end = read_lines(source, header, &mut progress)?;
     let ScanProgress { points, letter_d, bare, first_line, short_line, extra, .. } = progress;
@@ -135,6 +190,9 @@ fn read_lines<R: Read + Seek>(
 
 /// Reads the numbers of a line. Where the file ends in the line, a number that touches the end may be cut and is dropped.
 fn read_numbers(line: &SourceLine<'_>, bytes_left: u64, progress: &mut ScanProgress) -> Result<(), UniversalError> {
+    if progress.take_columns(line, bytes_left) {
+        return Ok(());
+    }
     let mut offset = 0;
     let mut count = 0;
     loop {
@@ -149,11 +207,7 @@ fn read_numbers(line: &SourceLine<'_>, bytes_left: u64, progress: &mut ScanProgr
                 if !value.is_finite() && !progress.takes_missing() {
                     return Err(not_finite(line, offset, end, progress));
                 }
-                match form {
-                    Form::Usual => {}
-                    Form::LetterD => _ = progress.letter_d.get_or_insert(line.place),
-                    Form::Bare => _ = progress.bare.get_or_insert(line.place),
-                }
+                progress.note_form(form, line.place);
                 progress.points.push(value, bytes_left);
                 count += 1;
                 offset = end;
@@ -162,9 +216,10 @@ fn read_numbers(line: &SourceLine<'_>, bytes_left: u64, progress: &mut ScanProgr
                 let found = excerpt(&line.text[start..end]);
                 let lower = found.to_lowercase();
                 let has_word = ["nan", "inf", "ind", "qnan", "snan"].iter().any(|word| lower.contains(word));
-                // A field too narrow for its number is filled with asterisks.
-                let is_overflown = !lower.is_empty() && lower.bytes().all(|byte| byte == b'*');
-                if (has_word || is_overflown) && progress.takes_missing() {
+                // More asterisks than a field has are several fields.
+                let widest = progress.columns.iter().copied().max().unwrap_or(0);
+                let is_missing = has_word || (is_overflown(&line.text[start..end]) && end - start <= widest);
+                if is_missing && progress.takes_missing() {
                     progress.points.push(f64::NAN, bytes_left);
                     count += 1;
                     offset = end;
@@ -177,11 +232,7 @@ fn read_numbers(line: &SourceLine<'_>, bytes_left: u64, progress: &mut ScanProgr
             }
         }
     }
-    if progress.first_line == 0 {
-        progress.first_line = count;
-    }
-    progress.short_line = progress.short_line.or(progress.last_short.take());
-    progress.last_short = (count < progress.first_line).then_some((line.place, count));
+    progress.end_line(line.place, count);
     Ok(())
 }
 

@@ -149,11 +149,21 @@ pub(super) fn read_units<R: Read + Seek>(
     Ok(units)
 }
 
-/// Reads dataset 15 (4I10,3E13.5 per line) or 2411 (4I10 and a line of 3D25.16). Stops before the closing sentinel.
+/// Fields of a node: of its first line, and of the positions in dataset 15 and in dataset 2411.
+const NODE_FIELDS: [(usize, usize, &str); 4] =
+    [(0, 10, "node label"), (10, 20, "definition coordinate system"), (20, 30, "displacement coordinate system"), (30, 40, "color")];
+/// See [`NODE_FIELDS`].
+const SHORT_POSITION: [(usize, usize, &str); 3] = [(40, 53, NODE_COORDINATE), (53, 66, NODE_COORDINATE), (66, 79, NODE_COORDINATE)];
+/// See [`NODE_FIELDS`].
+const LONG_POSITION: [(usize, usize, &str); 3] = [(0, 25, NODE_COORDINATE), (25, 50, NODE_COORDINATE), (50, 75, NODE_COORDINATE)];
+const NODE_COORDINATE: &str = "node coordinate";
+
+/// Reads dataset 15 (4I10,3E13.5 per line) or 2411 (4I10 and a line of 3D25.16). Stops before the closing sentinel. Where missing values are
+/// accepted, a node with a field of asterisks is left out.
 pub(super) fn read_nodes<R: Read + Seek>(
     source: &mut ByteSource<R>,
     dataset: u32,
-    length_factor: Option<f64>,
+    (length_factor, accepts_missing): (Option<f64>, bool),
     warnings: &mut Vec<Warning>,
 ) -> Result<Vec<Node>, UniversalError> {
     let begin = source.position();
@@ -163,15 +173,21 @@ pub(super) fn read_nodes<R: Read + Seek>(
         if line.text.is_empty() {
             continue;
         }
+        let mut overflown = line.overflown(&NODE_FIELDS).or_else(|| line.overflown(&SHORT_POSITION).filter(|_| dataset == 15));
+        let second = if dataset == 15 { None } else { Some(header_line(source, dataset, 1, warnings)?) };
+        overflown = overflown.or_else(|| second.as_ref()?.overflown(&LONG_POSITION));
+        if let Some(field) = overflown.filter(|_| accepts_missing) {
+            warnings.push(Warning::Overflown { place: line.place, field, taken: "the node is left out" });
+            continue;
+        }
         let label = line.integer(0, 10, "node label")?;
         let definition_system = line.integer(10, 20, "definition coordinate system")?;
         let displacement_system = line.integer(20, 30, "displacement coordinate system")?;
         line.integer(30, 40, "color")?;
         let mut coordinates = Vec::with_capacity(3);
-        if dataset == 15 {
-            line.text = line.text.chars().skip(40).collect();
-        } else {
-            line = header_line(source, dataset, 1, warnings)?;
+        match second {
+            None => line.text = line.text.chars().skip(40).collect(),
+            Some(second) => line = second,
         }
         numbers(&line, "node coordinate", &mut coordinates)?;
         let &[x, y, z] = coordinates.as_slice() else {

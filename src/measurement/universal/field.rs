@@ -1,5 +1,6 @@
 //! Reads fields in the fixed columns of header lines.
 
+use super::columns::is_overflown;
 use super::error::UniversalError;
 use super::number::{self, Scan};
 use super::place::FilePlace;
@@ -54,6 +55,26 @@ impl HeaderLine {
             return Ok(0);
         }
         parse_integer(text).ok_or_else(|| self.fault(field, text, "write an integer in its columns"))
+    }
+
+    /// Reads an integer in columns, which may be asterisks: then it is unknown, and 0.
+    pub fn integer_or_unknown(
+        &mut self,
+        (from, to): (usize, usize),
+        field: &'static str,
+        warnings: &mut Vec<Warning>,
+    ) -> Result<i64, UniversalError> {
+        if !is_overflown(self.columns(from, to).as_bytes()) {
+            return self.integer(from, to, field);
+        }
+        warnings.push(Warning::Overflown { place: self.place, field, taken: "taken as 0" });
+        Ok(0)
+    }
+
+    /// Returns the first of some fields that is asterisks.
+    pub fn overflown(&self, fields: &[(usize, usize, &'static str)]) -> Option<&'static str> {
+        let at = |(from, to, _): &&(usize, usize, &str)| is_overflown(self.columns(*from, *to).as_bytes());
+        fields.iter().find(at).map(|(_, _, field)| *field)
     }
 
     /// Reads a number in columns; blank is 0, as in Fortran.

@@ -129,7 +129,7 @@ fn next_wanted<R: Read + Seek>(
 ///
 /// # Errors     the file cannot be read, or the first refused header
 pub fn read_headers_path(path: impl AsRef<Path>) -> Result<UniversalFile<RecordHeader>, UniversalError> {
-    collect(UniversalReader::open(path)?, UniversalReader::next_header, &mut Err)
+    collect(UniversalReader::open(path)?.accept_missing(), UniversalReader::next_header, &mut Err)
 }
 
 /// Collects all datasets that `next` reads; `refused` decides whether a refused part ends the reading.

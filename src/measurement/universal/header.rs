@@ -52,7 +52,7 @@ pub(super) fn header_line<R: Read + Seek>(
 pub(super) fn read_header<R: Read + Seek>(
     source: &mut ByteSource<R>,
     first: HeaderLine,
-    binary: bool,
+    (binary, accepts_missing): (bool, bool),
     units: Option<Arc<Units>>,
 ) -> Result<(RecordHeader, Option<u64>), UniversalError> {
     let mut header = RecordHeader { place: first.place, units, ..RecordHeader::default() };
@@ -72,7 +72,7 @@ pub(super) fn read_header<R: Read + Seek>(
     for id_line in &mut header.id_lines {
         *id_line = next(&mut warnings)?.text;
     }
-    let location_place = location_record(next(&mut warnings)?, &mut header, &mut warnings)?;
+    let location_place = location_record(next(&mut warnings)?, &mut header, (&mut warnings, accepts_missing))?;
     data_form(next(&mut warnings)?, &mut header, &mut warnings)?;
     for name in [AxisName::Abscissa, AxisName::Ordinate, AxisName::Denominator, AxisName::Z] {
         let line = next(&mut warnings)?;
@@ -128,12 +128,21 @@ fn first_line(mut line: HeaderLine, warnings: &mut Vec<Warning>) -> Result<(Byte
 }
 
 /// Reads record 6, 2(I5,I10),2(1X,10A1,I10,I4).
-fn location_record(mut line: HeaderLine, header: &mut RecordHeader, warnings: &mut Vec<Warning>) -> Result<FilePlace, UniversalError> {
-    let read = |line: &mut HeaderLine, header: &mut RecordHeader| {
+fn location_record(
+    mut line: HeaderLine,
+    header: &mut RecordHeader,
+    (warnings, accepts_missing): (&mut Vec<Warning>, bool),
+) -> Result<FilePlace, UniversalError> {
+    let mut overflown = Vec::new();
+    let mut read = |line: &mut HeaderLine, header: &mut RecordHeader| {
         header.function_type = line.integer(0, 5, "function type")?;
-        header.function_id = line.integer(5, 15, "function identification number")?;
-        header.version = line.integer(15, 20, "version number")?;
-        header.load_case = line.integer(20, 30, "load case")?;
+        let mut counter = |line: &mut HeaderLine, columns: (usize, usize), field: &'static str| match accepts_missing {
+            true => line.integer_or_unknown(columns, field, &mut overflown),
+            false => line.integer(columns.0, columns.1, field),
+        };
+        header.function_id = counter(line, (5, 15), "function identification number")?;
+        header.version = counter(line, (15, 20), "version number")?;
+        header.load_case = counter(line, (20, 30), "load case")?;
         header.response.entity = line.columns(30, 41).to_owned();
         header.response.node = line.integer(41, 51, "response node")?;
         header.response.direction = line.integer(51, 55, "response direction")?;
@@ -143,7 +152,10 @@ fn location_record(mut line: HeaderLine, header: &mut RecordHeader, warnings: &m
         Ok(())
     };
     match read(&mut line, header) {
-        Ok(()) => line.report_blanks(warnings),
+        Ok(()) => {
+            warnings.append(&mut overflown);
+            line.report_blanks(warnings);
+        }
         Err(fault) => {
             let tokens: Vec<&str> = line.text.split_whitespace().collect();
             let numbers: Vec<i64> = tokens.iter().filter_map(|token| parse_integer(token)).collect();

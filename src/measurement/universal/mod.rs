@@ -35,6 +35,7 @@ mod abscissa;
 mod ascii;
 mod binary;
 mod check;
+mod columns;
 mod companion;
 mod error;
 mod evidence;

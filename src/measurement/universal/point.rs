@@ -61,6 +61,21 @@ impl Points {
         self.taken >= self.declared
     }
 
+    /// Whether abscissas are among the numbers.
+    pub fn has_abscissa(&self) -> bool {
+        !self.even
+    }
+
+    /// Returns how many numbers make one value.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Returns the number of numbers of the value that is not whole yet.
+    pub fn filled(&self) -> usize {
+        self.filled
+    }
+
     /// Whether the next number is an abscissa.
     pub fn expects_abscissa(&self) -> bool {
         !self.even && self.filled == 0

@@ -99,7 +99,8 @@ impl<R: Read + Seek> UniversalReader<R> {
         })
     }
 
-    /// Reads a missing value (NaN, infinite, or a field of asterisks) as NaN, instead of refusing its record.
+    /// Reads a missing value (NaN, infinite, or a field of asterisks) as NaN, instead of refusing its record. Asterisks in a counter of a header are
+    /// 0, and cost a node only itself.
     pub fn accept_missing(mut self) -> Self {
         self.accepts_missing = true;
         self
@@ -184,7 +185,10 @@ impl<R: Read + Seek> UniversalReader<R> {
             (58, _) => return function(self, frame).map(|record| Some(Dataset::Function(Box::new(record)))),
             (151, false) => companion::read_file_header(&mut self.source, place, &mut warnings).map(Dataset::Header),
             (164, false) => companion::read_units(&mut self.source, place, &mut warnings).map(Dataset::Units),
-            (15 | 2411, false) => companion::read_nodes(&mut self.source, frame.number, length_factor, &mut warnings).map(Dataset::Nodes),
+            (15 | 2411, false) => {
+                let how = (length_factor, self.accepts_missing);
+                companion::read_nodes(&mut self.source, frame.number, how, &mut warnings).map(Dataset::Nodes)
+            }
             (82, false) => companion::read_trace_lines(&mut self.source, &mut warnings).map(Dataset::TraceLines),
             (number, _) => {
                 self.find_next()?;
@@ -205,7 +209,7 @@ impl<R: Read + Seek> UniversalReader<R> {
     }
 
     fn read_record(&mut self, frame: Frame) -> Result<UniversalRecord, UniversalError> {
-        let (mut header, byte_count) = read_header(&mut self.source, frame.line, frame.binary, self.units.clone())?;
+        let (mut header, byte_count) = read_header(&mut self.source, frame.line, (frame.binary, self.accepts_missing), self.units.clone())?;
         let (abscissa, ordinate) = match header.encoding {
             Encoding::Ascii => ascii::read_values(&mut self.source, &mut header, self.accepts_missing)?,
             Encoding::Binary(order) => {
@@ -222,7 +226,7 @@ impl<R: Read + Seek> UniversalReader<R> {
     }
 
     fn read_record_header(&mut self, frame: Frame) -> Result<RecordHeader, UniversalError> {
-        let (mut header, byte_count) = read_header(&mut self.source, frame.line, frame.binary, self.units.clone())?;
+        let (mut header, byte_count) = read_header(&mut self.source, frame.line, (frame.binary, self.accepts_missing), self.units.clone())?;
         match header.encoding {
             Encoding::Ascii => ascii::skip_values(&mut self.source, &mut header)?,
             Encoding::Binary(_) => {

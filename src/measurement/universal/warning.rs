@@ -175,6 +175,16 @@ pub enum Warning {
         /// First blank field.
         field: &'static str,
     },
+    /// A field filled with asterisks, since it is too narrow for its number.
+    #[error("{place}: {field} is asterisks, since its field is too narrow; {taken}")]
+    Overflown {
+        /// The line.
+        place: FilePlace,
+        /// The field.
+        field: &'static str,
+        /// What is taken instead.
+        taken: &'static str,
+    },
     /// Bytes beyond ASCII in a header line.
     #[error("{place}: characters beyond ASCII in the header; read as {read_as}")]
     NonAscii {

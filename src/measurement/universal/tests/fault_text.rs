@@ -93,6 +93,60 @@ fn text_that_is_not_a_number_is_refused_with_its_column() {
     assert!(matches!(refusal, UniversalError::NotANumber { .. }), "{refusal}");
 }
 
+/// Reads the only record of a file, with missing values as NaN.
+fn with_missing(bytes: &[u8]) -> UniversalRecord {
+    let (mut file, refused) = read_sound(bytes).unwrap();
+    assert!(refused.is_empty() && file.functions.len() == 1, "{refused:?}");
+    file.functions.remove(0)
+}
+
+#[test]
+fn overflown_fields_that_touch_cost_their_values_alone() {
+    let stars = "*".repeat(13);
+    let sample = |data: String, count: usize| Sample { form: form(2, count, 1), ..Sample::data(&data) }.bytes();
+    for (line, missing) in [
+        (format!("  1.00000E+00{stars}  3.00000E+00\n"), vec![1]),
+        (format!("{stars}  2.00000E+00{stars}\n"), vec![0, 2]),
+        (format!("  1.00000E+00{stars}{stars}\n"), vec![1, 2]),
+        (format!("{stars}{stars}{stars}  \r\n"), vec![0, 1, 2]),
+    ] {
+        let record = with_missing(&sample(line.clone(), 3));
+        for (at, value) in real(&record).iter().enumerate() {
+            let expected = if missing.contains(&at) { f64::NAN } else { 1.0 + at as f64 };
+            assert!(*value == expected || (value.is_nan() && expected.is_nan()), "{line}: {:?}", real(&record));
+        }
+        assert!(read(&sample(line, 3)).is_err(), "without missing values");
+    }
+    // 26 asterisks outside the columns may be one field or two.
+    let (file, refused) = read_sound(&sample(format!("1.0 {}{} 3.0\n", stars, stars), 4)).unwrap();
+    assert!(file.functions.is_empty() && refused[0].to_string().contains("is not a number"), "{refused:?}");
+    // Double precision: fields of 20.
+    let double = format!("  1.000000000000E+00{}  3.000000000000E+00\n", "*".repeat(20));
+    let record = with_missing(&Sample { form: form(4, 3, 1), ..Sample::data(&double) }.bytes());
+    assert!(real(&record)[1].is_nan() && real(&record)[2] == 3.0, "{:?}", real(&record));
+    // Uneven: an abscissa of 13 before each value of 20.
+    let uneven = format!("  1.00000E+00{}  2.00000E+00  4.000000000000E+00\n", "*".repeat(20));
+    let record = with_missing(&Sample { form: form(4, 2, 0), ..Sample::data(&uneven) }.bytes());
+    assert!(real(&record)[0].is_nan() && real(&record)[1] == 4.0, "{:?}", real(&record));
+}
+
+#[test]
+fn asterisks_in_a_header_cost_their_field_alone() {
+    let locations = format!("    4{} table             12   3 nut                3  -1\n", "*".repeat(25));
+    let sample = Sample { locations, ..Sample::default() };
+    let record = with_missing(&sample.bytes());
+    assert_eq!((record.header.version, record.header.response.node, record.header.response.direction), (0, 12, 3));
+    let said: Vec<String> = record.header.warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(said.iter().filter(|text| text.contains("is asterisks")).count(), 3, "{said:?}");
+    assert!(read(&sample.bytes()).is_err());
+    // A node without a position leaves the others.
+    let node = |label: &str, x: &str| format!("{label:>10}         0         0        11{x:>13}  0.00000E+00  0.00000E+00\n");
+    let nodes = format!("    -1\n    15\n{}{}    -1\n", node("1", &"*".repeat(13)), node("2", "5.00000E-01"));
+    let (file, refused) = read_sound(nodes.as_bytes()).unwrap();
+    assert!(refused.is_empty() && file.nodes.len() == 1 && file.nodes[0].label == 2, "{file:?}");
+    assert!(file.warnings.iter().any(|w| w.to_string().contains("the node is left out")), "{:?}", file.warnings);
+}
+
 #[test]
 fn values_that_are_not_finite_are_refused_by_name() {
     for (text, found) in [("NaN", "NaN"), ("-Infinity", "-Infinity"), ("1.#QNAN", "1.#QNAN"), ("1.0E+400", "1.0E+400")] {
