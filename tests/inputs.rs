@@ -376,3 +376,104 @@ fn a_set_is_replaced_on_request_alone() {
     assert!(out.join("frf/b.csv").exists() && !out.join("frf/a.csv").exists());
     assert_eq!(read_set(out.to_str().unwrap()).unwrap().frfs.len(), 1);
 }
+
+/// Replacing removes the tables that the manifest lists in `frf/` of the folder, and nothing else.
+#[test]
+fn replacing_a_set_removes_its_own_tables_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let (out, outside) = (folder.path().join("set"), folder.path().join("outside.csv"));
+    let import = |text: &str, extra: &[&str]| {
+        let path = folder.path().join("new.csv");
+        fs::write(&path, text).unwrap();
+        Command::cargo_bin("jointid").unwrap().arg("import").arg(path).arg("--out").arg(&out).args(extra).output().unwrap()
+    };
+    let table = "f,re (m/N),im (m/N)\n10,1,1\n20,1,1\n";
+    let kept = ["frf/own-notes.csv", "frf/deep/x.csv", "modes.csv", "frf/a.txt"];
+    let listed = [
+        "frf/old.csv",
+        "frf/old.csv",
+        "frf/../modes.csv",
+        "../outside.csv",
+        "frf/deep/x.csv",
+        "/etc/hostname",
+        "frf/a.txt",
+        "frf/is-folder.csv",
+        "frf/missing.csv",
+    ];
+    let prepare = || {
+        fs::create_dir_all(out.join("frf/deep")).unwrap();
+        fs::create_dir_all(out.join("frf/is-folder.csv")).unwrap();
+        for name in kept.iter().chain(&["frf/old.csv"]) {
+            fs::write(out.join(name), "x").unwrap();
+        }
+        fs::write(&outside, "x").unwrap();
+        let entry = |name: &&str| format!("[[frf]]\nfile = \"{name}\"\n");
+        fs::write(out.join("manifest.toml"), listed.iter().map(entry).collect::<String>()).unwrap();
+    };
+    let all_kept = || kept.iter().all(|name| out.join(name).exists()) && outside.exists() && out.join("frf/is-folder.csv").is_dir();
+    prepare();
+    // A refused import leaves the old set as it is.
+    for (text, extra) in [("f,re (bananas),im (bananas)\n10,1,1\n20,1,1\n", ["--replace"]), (table, ["--title=x"])] {
+        assert_eq!(import(text, &extra).status.code(), Some(2));
+        assert!(all_kept() && out.join("frf/old.csv").exists() && !out.join("frf/new.csv").exists());
+    }
+    let output = import(table, &["--replace"]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success() && said.contains("is-folder.csv"), "{said}");
+    assert!(all_kept() && !out.join("frf/old.csv").exists() && out.join("frf/new.csv").exists());
+    assert_eq!(read_set(out.to_str().unwrap()).unwrap().frfs.len(), 1);
+    // A manifest that is no TOML lists nothing.
+    prepare();
+    fs::write(out.join("manifest.toml"), "no [ toml").unwrap();
+    assert!(import(table, &["--replace"]).status.success());
+    assert!(all_kept() && out.join("frf/old.csv").exists());
+    // The name of an old table that the new set also has is its new content.
+    assert!(import("f,re (m/N),im (m/N)\n10,7,1\n20,1,1\n", &["--replace"]).status.success());
+    assert!(fs::read_to_string(out.join("frf/new.csv")).unwrap().contains('7'));
+}
+
+/// A link in place of the folder of tables is not followed when a set is replaced.
+#[test]
+#[cfg(unix)]
+fn replacing_a_set_removes_nothing_behind_a_link() {
+    let folder = tempfile::tempdir().unwrap();
+    let (out, other) = (folder.path().join("set"), folder.path().join("other"));
+    fs::create_dir_all(&out).unwrap();
+    fs::create_dir_all(&other).unwrap();
+    fs::write(other.join("old.csv"), "x").unwrap();
+    fs::write(out.join("manifest.toml"), "[[frf]]\nfile = \"frf/old.csv\"\n").unwrap();
+    std::os::unix::fs::symlink(&other, out.join("frf")).unwrap();
+    let path = folder.path().join("new.csv");
+    fs::write(&path, "f,re (m/N),im (m/N)\n10,1,1\n20,1,1\n").unwrap();
+    let output = Command::cargo_bin("jointid").unwrap().arg("import").arg(&path).arg("--out").arg(&out).arg("--replace").output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(other.join("old.csv").exists() && fs::read_dir(&other).unwrap().count() == 1);
+}
+
+/// Fields of asterisks that touch their neighbours cost their lines alone, in a file of real origin's columns.
+#[test]
+fn limit_overflown_fields_cost_their_lines_alone() {
+    let lines = |bad: &[usize]| {
+        let text = Universal::default().text();
+        let mut data = 0;
+        let line = |line: &str| {
+            let is_data = line.len() == 40 && line.contains('e');
+            data += usize::from(is_data);
+            match is_data && bad.contains(&data) {
+                true => format!("{}{}\n", &line[..20], "*".repeat(20)),
+                false => format!("{line}\n"),
+            }
+        };
+        text.lines().map(line).collect::<String>()
+    };
+    let imported = import_text(&lines(&[7, 8, 400]), &[]);
+    let set = imported.set.as_ref().unwrap_or_else(|| panic!("{}", imported.said));
+    let frf = &set.frfs[0];
+    assert_eq!(frf.lines.len() + frf.rejected.len(), 397, "{}", imported.said);
+    for line in &frf.lines {
+        let expected = truth(line.frequency_hz);
+        assert!((line.value - expected).norm() < 1e-9 * expected.norm(), "{} Hz: {}", line.frequency_hz, line.value);
+    }
+    assert_said(&imported, &["3 lines without a finite value are left out, at 3.5 Hz, 4 Hz, 200 Hz"]);
+    assert!(import_text(&lines(&[7]), &["--strict"]).set.is_none());
+}

@@ -3,8 +3,10 @@
 use numeric::unit::{Unit, parse};
 
 /// Content of a column.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Content {
+    /// A column without name and without values, as where lines end in a separator.
+    Empty,
     Frequency,
     Real,
     Imaginary,
@@ -96,14 +98,12 @@ fn without_bracket(name: &str) -> (String, Option<String>) {
         // An unclosed bracket, as where a program cuts long names.
         return (name[..open].trim().into(), Some(name[open + 1..].trim().into()));
     }
-    let Some(last) = name.char_indices().rev().find(|(_, c)| ")]".contains(*c)).map(|(at, _)| at) else { return whole() };
+    let Some((last, close)) = name.char_indices().rev().find(|(_, c)| ")]".contains(*c)) else { return whole() };
+    // Brackets of the other kind belong to the content.
+    let open = if close == ')' { '(' } else { '[' };
     let mut depth = 0;
     for (at, character) in name[..=last].char_indices().rev() {
-        match character {
-            ')' | ']' => depth += 1,
-            '(' | '[' => depth -= 1,
-            _ => {}
-        }
+        depth += i32::from(character == close) - i32::from(character == open);
         if depth == 0 {
             let inside = name[at + 1..last].trim();
             if inside.is_empty() || inside.chars().all(|c| c.is_ascii_digit()) {
@@ -189,6 +189,8 @@ mod tests {
             ("coherence", Content::Coherence, None, ""),
             ("real_p1", Content::Real, None, "p1"),
             ("Real (m/N", Content::Real, unit("m/N"), ""),
+            ("Real ([31m/N)", Content::Real, unit("[31m/N"), ""),
+            ("Real [(m/s^2)/N]", Content::Real, unit("(m/s^2)/N"), ""),
         ] {
             assert_eq!(of(name), (content, expected, label.to_string()), "{name}");
         }

@@ -43,6 +43,9 @@ pub struct ImportedFrf {
     pub warnings: Vec<String>,
 }
 
+/// Number of lines left out that a warning names.
+const MOST_NAMED: usize = 5;
+
 impl ImportedFrf {
     /// Drops the line at 0 Hz and lines without a finite value, clamps coherences that rounding puts above 1, and refuses invalid data.
     ///
@@ -68,14 +71,17 @@ impl ImportedFrf {
         }
         let is_bad = |v: &Complex64| !v.re.is_finite() || !v.im.is_finite();
         let bad = |at: usize| self.frequency_hz[at] > 0.0 && is_bad(&self.values[at]);
-        let first_bad = (0..self.values.len()).find(|at| bad(*at));
-        if let Some(at) = first_bad {
-            let count = (0..self.values.len()).filter(|at| bad(*at)).count();
-            let at_first = format!("the value at {} Hz (line {}) is not finite", self.frequency_hz[at], at + 1);
+        let all_bad: Vec<usize> = (0..self.values.len()).filter(|at| bad(*at)).collect();
+        if let Some(&at) = all_bad.first() {
+            let count = all_bad.len();
             if strict || count == self.frequency_hz.iter().filter(|f| **f > 0.0).count() {
-                return Err(fault(at_first));
+                return Err(fault(format!("the value at {} Hz (line {}) is not finite", self.frequency_hz[at], at + 1)));
             }
-            self.warnings.push(format!("{}: {count} lines without a finite value are left out; {at_first}", self.name));
+            let named: Vec<String> = all_bad.iter().take(MOST_NAMED).map(|at| format!("{} Hz", self.frequency_hz[*at])).collect();
+            let more = if count > MOST_NAMED { " …" } else { "" };
+            let text =
+                if count == 1 { "1 line without a finite value is".into() } else { format!("{count} lines without a finite value are") };
+            self.warnings.push(format!("{}: {text} left out, at {}{more}", self.name, named.join(", ")));
         }
         if let Some(sd) = self.relative_sd.iter().flatten().find(|sd| **sd <= 0.0 || **sd > LARGEST_NUMBER) {
             return Err(fault(format!("a relative_sd is {sd}; write a number above 0, or leave the column out")));

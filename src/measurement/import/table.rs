@@ -1,5 +1,7 @@
 //! Import of FRFs from tables: frequency with real and imaginary parts, or with magnitudes and phases, of one or several FRFs.
 
+use std::collections::{HashMap, HashSet};
+
 use num_complex::Complex64;
 
 use super::ImportedFrf;
@@ -121,7 +123,12 @@ fn columns(layout: &Layout, request: &TableRequest) -> Result<Vec<Column>, Fault
         }
     };
     let mut columns = Vec::new();
-    for name in &names {
+    for (at, name) in names.iter().enumerate() {
+        // Lines that end in a separator have a last column without name.
+        if name.is_empty() && at + 1 == names.len() {
+            columns.push(Column { name: String::new(), content: Content::Empty, unit: None, decibels: false, label: String::new() });
+            continue;
+        }
         columns.push(column(name).ok_or_else(|| {
             let known = "frequency_hz, real, imag, magnitude, phase_deg, phase_rad, coherence, relative_sd";
             let all = names.join(", ");
@@ -135,20 +142,22 @@ fn columns(layout: &Layout, request: &TableRequest) -> Result<Vec<Column>, Fault
 fn groups(columns: &[Column], requested: Option<Quantity>) -> Result<Vec<Group>, Fault> {
     let all = || columns.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
     let mut labels: Vec<&str> = Vec::new();
-    for column in columns.iter().filter(|c| matches!(c.content, Content::Real | Content::Imaginary | Content::Magnitude | Content::Phase)) {
-        if !labels.contains(&column.label.as_str()) {
+    let mut places: HashMap<(Content, &str), Vec<usize>> = HashMap::new();
+    let mut labelled: HashSet<&str> = HashSet::new();
+    for (at, column) in columns.iter().enumerate() {
+        places.entry((column.content, column.label.as_str())).or_default().push(at);
+        let is_value = matches!(column.content, Content::Real | Content::Imaginary | Content::Magnitude | Content::Phase);
+        if is_value && labelled.insert(&column.label) {
             labels.push(&column.label);
         }
     }
-    let of = |content: Content, label: &str| -> Vec<usize> {
-        (0..columns.len()).filter(|at| columns[*at].content == content && columns[*at].label == label).collect()
-    };
+    let of = |content: Content, label: &str| -> Vec<usize> { places.get(&(content, label)).cloned().unwrap_or_default() };
     let every = |content: Content| (0..columns.len()).filter(|at| columns[*at].content == content).collect::<Vec<_>>();
     let frequencies = every(Content::Frequency);
     if frequencies.is_empty() {
         return Err(format!("no frequency column among «{}»; name one frequency_hz", all()));
     }
-    let mut used = vec![false; columns.len()];
+    let mut used: Vec<bool> = columns.iter().map(|column| column.content == Content::Empty).collect();
     let mut groups = Vec::new();
     for label in &labels {
         let (real, imaginary, magnitude, phase) =
@@ -223,8 +232,11 @@ fn group(
                 let (factor, other) = value_unit(b, unit)?;
                 if let Some(found) = found.filter(|found| *found != other) {
                     return Err(format!(
-                        "«{}» and «{}» measure different quantities: {found:?}, {other:?}; correct their units",
-                        a.name, b.name
+                        "«{}» and «{}» measure different quantities, {} and {}; correct their units",
+                        a.name,
+                        b.name,
+                        found.name(),
+                        other.name()
                     ));
                 }
                 (Some(factor), Some(other))
@@ -241,10 +253,9 @@ fn group(
         (Some(stated), Some(requested)) if stated != requested => {
             let unit = a.unit.as_ref().or(b.unit.as_ref()).map_or("", |unit| unit.as_str());
             return Err(format!(
-                "the unit «{unit}» is that of a {}, not of a {}; set the quantity to {}",
-                stated.word(),
-                requested.word(),
-                stated.word()
+                "the unit «{unit}» means {stated}, not {requested}; set the quantity to {stated}",
+                stated = stated.word(),
+                requested = requested.word()
             ));
         }
         (stated, requested) => stated
@@ -346,6 +357,10 @@ fn read_line(line: &str, layout: &Layout, columns: &[Column], numbers: &mut [f64
     let mut read = |text: &str| {
         if let Some(number) = numbers.get_mut(count) {
             *number = match cell(text, layout.comma) {
+                _ if columns[count].content == Content::Empty && !text.is_empty() => {
+                    let shown: String = text.chars().take(40).collect();
+                    return Err(format!("the column without a name holds «{shown}»; name it in the header, or remove it"));
+                }
                 Cell::Number(number) => number,
                 Cell::Missing => f64::NAN,
                 Cell::Text => {

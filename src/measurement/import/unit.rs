@@ -21,6 +21,22 @@ pub(super) enum Measures {
     Other,
 }
 
+impl Measures {
+    /// Returns its name in a message.
+    pub fn name(self) -> String {
+        match self {
+            Measures::Motion(quantity) => format!("the motion of {}", quantity.word()),
+            Measures::Force => "force".into(),
+            Measures::Torque => "torque".into(),
+            Measures::Ratio(quantity, false) => quantity.word().into(),
+            Measures::Ratio(quantity, true) => format!("{} by a torque", quantity.word()),
+            Measures::Inverse(quantity, false) => format!("the reciprocal of {}", quantity.word()),
+            Measures::Inverse(quantity, true) => format!("the reciprocal of {} by a torque", quantity.word()),
+            Measures::Other => "another quantity".into(),
+        }
+    }
+}
+
 fn quantity(time: i32) -> Option<Quantity> {
     match time {
         0 => Some(Quantity::Receptance),

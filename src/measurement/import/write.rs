@@ -4,6 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
+use file_access::{MOST_TEXT_BYTES, read_text};
+
 use super::ImportedFrf;
 use super::place::direction_name;
 
@@ -48,15 +50,16 @@ fn table_paths(frfs: &[(ImportedFrf, Placement)]) -> Vec<String> {
 /// Returns the paths of FRF tables in a set's folder that its manifest lists and a set of these FRFs does not: they are left behind where it
 /// replaces the other. Only files in `frf/` of the folder itself count.
 pub fn left_behind(frfs: &[(ImportedFrf, Placement)], folder: &Path) -> Vec<PathBuf> {
-    let manifest = std::fs::read_to_string(folder.join("manifest.toml")).ok().and_then(|text| text.parse::<toml::Table>().ok());
+    let manifest = read_text(&folder.join("manifest.toml"), MOST_TEXT_BYTES).ok().and_then(|text| text.parse::<toml::Table>().ok());
     if !folder.join("frf").symlink_metadata().is_ok_and(|m| m.is_dir()) {
         return Vec::new();
     }
     let entries = manifest.as_ref().and_then(|m| m.get("frf")?.as_array()).map(Vec::as_slice).unwrap_or_default();
     let listed = entries.iter().filter_map(|entry| entry.get("file")?.as_str());
-    let kept = table_paths(frfs);
+    let kept: BTreeSet<String> = table_paths(frfs).into_iter().collect();
     let in_folder = |name: &&str| name.strip_prefix("frf/").is_some_and(|file| !file.contains(['/', '\\']) && file.ends_with(".csv"));
-    listed.filter(in_folder).filter(|name| !kept.iter().any(|k| k == name)).map(|name| folder.join(name)).collect()
+    let left: BTreeSet<&str> = listed.filter(in_folder).filter(|name| !kept.contains(*name)).collect();
+    left.into_iter().map(|name| folder.join(name)).collect()
 }
 
 /// Returns path and content of every file of the set, each generated on demand.

@@ -92,6 +92,33 @@ fn a_missing_value_costs_its_line_alone() {
 }
 
 #[test]
+fn lines_may_end_in_a_separator() {
+    let frf = one("f,re,im,\n1,1,2,\n2,3,4,\n");
+    assert_eq!(frf.values, [Complex64::new(1.0, 2.0), Complex64::new(3.0, 4.0)]);
+    assert!(refusal("f,re,im,\n1,1,2,\n2,3,4,5\n").contains("the column without a name holds «5»"));
+    assert!(refusal("f,,re,im\n1,1,2,3\n").contains("no known meaning"));
+}
+
+#[test]
+fn columns_of_different_quantities_are_named_in_words() {
+    let text = refusal("f (Hz),re (g/N),im (m/N)\n1,1,1\n");
+    assert!(text.contains("accelerance and receptance") && !text.contains("Ratio"), "{text}");
+    assert!(refusal("f (Hz),re (\u{1b}[31m/N),im (m/N)\n1,1,1\n").contains("no unit"));
+}
+
+/// The columns of several thousand FRFs are sorted in linear time.
+#[test]
+fn limit_many_columns() {
+    let count = 20_000;
+    let header: String = (0..count).map(|at| format!(",re {at} (m/N),im {at} (m/N)")).collect();
+    let line = |f: u32| format!("{f}{}\n", ",1,2".repeat(count));
+    let text = format!("f (Hz){header}\n{}{}", line(1), line(2));
+    let begun = std::time::Instant::now();
+    let found = frfs_from_table("a.csv", "a", &text, &TableRequest::default()).unwrap();
+    assert!(found.len() == count && begun.elapsed() < std::time::Duration::from_secs(20), "{:?}", begun.elapsed());
+}
+
+#[test]
 fn refuse_what_is_no_table() {
     assert!(refusal("f,re,im\n1,1,1\n1.5,x,1\n").contains("line 3"));
     assert!(refusal("f,re,im\n1,1,1\n2,1\n").contains("line 3"));
