@@ -380,7 +380,7 @@ fn mechanisms_agree_with_uses_and_units() {
                 "m" => vec![Mechanism::Length, Mechanism::Period(PeriodAlong::Travel)],
                 "s" => vec![Mechanism::Delay],
                 "1" => vec![Mechanism::Ratio, Mechanism::LossFactor, Mechanism::LeadExpansion],
-                _ => vec![Mechanism::Velocity, Mechanism::Gain, Mechanism::Other],
+                _ => vec![Mechanism::Velocity, Mechanism::Other],
             };
             assert!(of_unit.contains(&p.mechanism), "{path}, {}: {:?} in {}", p.id, p.mechanism, p.unit);
             assert_eq!(p.mechanism.is_period(), p.id.ends_with("period"), "{}", p.id);

@@ -40,7 +40,7 @@ const STIFFNESS: &[(&str, f64)] = &[("N/µm", 1e6), ("N/mm", 1e3)];
 /// Kinds by the key of a number.
 ///
 /// # Source  materials from polymers to ceramics; screws of 2 mm to 0.5 m, tables of 10 g to 50 t; catalogues of motors and couplings.
-const BY_KEY: [Kind; 16] = [
+const BY_KEY: [Kind; 30] = [
     kind(&["youngs_modulus_pa"], "Pa", [1.0, 1e15], [1e8, 1.5e12], [4e10, 5e11], PASCAL),
     kind(&["shear_modulus_pa"], "Pa", [1.0, 1e15], [3e7, 7e11], [1.5e10, 2.5e11], PASCAL),
     kind(&["pressure_limit_pa"], "Pa", [1.0, 1e15], [1e7, 1e11], [5e8, 1e10], PASCAL),
@@ -55,6 +55,20 @@ const BY_KEY: [Kind; 16] = [
     kind(&["preload_n", "coulomb_n", "static_n"], "N", [1e-15, 1e15], [1e-4, 1e6], [0.1, 1e5], &[("kN", 1e3), ("mN", 1e-3)]),
     kind(&["loss_factor"], "", [1e-15, 100.0], [1e-7, 3.0], [1e-4, 1.0], &[("%", 0.01)]),
     kind(&["stiffness_proportional_damping_s"], "s", [1e-15, 1e3], [1e-9, 1.0], [1e-7, 0.1], &[("ms", 1e-3), ("µs", 1e-6)]),
+    kind(&["coulomb", "stribeck", "offset"], "N or N·m", [1e-15, 1e15], [1e-6, 1e6], [1e-3, 1e5], &[("kN", 1e3), ("mN", 1e-3)]),
+    kind(&["stribeck_velocity"], "m/s or rad/s", [1e-12, 1e6], [1e-7, 100.0], [1e-5, 10.0], &[("mm/s", 1e-3)]),
+    kind(&["stribeck_exponent"], "", [1e-3, 1e3], [0.1, 10.0], [0.1, 10.0], &[]),
+    kind(&["presliding_stiffness"], "N/m or N·m/rad", [1e-9, 1e18], [0.1, 1e12], [1.0, 1e11], STIFFNESS),
+    kind(&["presliding_damping"], "N·s/m or N·m·s/rad", [1e-15, 1e15], [1e-9, 1e10], [1e-6, 1e7], &[]),
+    kind(&["load_share", "feed_forward"], "", [1e-12, 1e6], [1e-6, 5.0], [1e-3, 2.0], &[("%", 0.01)]),
+    kind(&["gap"], "m or rad", [1e-15, 1e3], [1e-8, 0.1], [1e-7, 5e-3], METRE),
+    kind(&["growth"], "", [1e-15, 1.0], [1e-9, 0.02], [1e-6, 5e-3], &[("µm/m", 1e-6)]),
+    kind(&["delay_s", "integral_time_s", "over_s"], "s", [1e-15, 1e12], [1e-9, 1e4], [1e-6, 10.0], &[("ms", 1e-3), ("µs", 1e-6)]),
+    kind(&["encoder_step"], "m or rad", [1e-15, 10.0], [1e-12, 0.01], [1e-10, 1e-3], METRE),
+    kind(&["limits_m"], "m or rad", [1e-9, 1e9], [1e-6, 1e4], [1e-3, 60.0], METRE),
+    kind(&["resistance_ohm"], "Ω", [1e-9, 1e9], [1e-4, 1e4], [0.01, 1e3], &[("mΩ", 1e-3)]),
+    kind(&["inductance_h", "inductance_d_h"], "H", [1e-12, 1e6], [1e-7, 10.0], [1e-6, 1.0], &[("mH", 1e-3), ("µH", 1e-6)]),
+    kind(&["dc_link_v", "saturation"], "", [1e-12, 1e12], [1e-6, 1e6], [0.1, 1e4], &[]),
     kind(&["gain", "gain_per_s", "constant", "position_gain_per_s", "velocity_gain"], "", [1e-15, 1e15], [1e-12, 1e12], [1e-12, 1e12], &[]),
     kind(&["gravity_m_s2"], "m/s²", [1e-6, 1e3], [1.0, 30.0], [9.0, 10.0], &[("mm/s²", 1e-3)]),
 ];
@@ -256,6 +270,29 @@ mod tests {
         ] {
             let message = refusal(set);
             assert!(message.contains("magnitude") || message.contains("is outside"), "{set}: {message}");
+        }
+    }
+
+    /// Numbers on which only motion depends, of an axis with a drive.
+    #[test]
+    fn numbers_of_motion_are_judged() {
+        let read = |set: &str| {
+            let path = "configs/hybrid-axis.toml";
+            read_machine_text(path, embedded_config(path).unwrap(), &[set.to_string()], &[])
+        };
+        for (set, remedy) in [
+            ("joint.shaft.gap=17", "17 looks like"),
+            ("drive.motor.inductance_h=23", "23 looks like mH; write 0.023"),
+            ("drive.delay_s=1e-10", "drive.delay_s: 1e-10 s is outside"),
+            ("drive.position.feed_forward=90", "90 looks like %; write 0.9"),
+            ("joint.guide.friction.presliding_stiffness=1e-3", "presliding_stiffness"),
+        ] {
+            let found = read(set).unwrap().warnings;
+            assert!(found.len() == 1 && found[0].contains(remedy), "{set}: {found:?}");
+        }
+        for set in ["drive.position.feed_forward=1e18", "drive.motor.resistance_ohm=1e18", "joint.guide.friction.stribeck_exponent=1e-18"] {
+            let message = read(set).map(|_| "accepted".to_string()).unwrap_or_else(|e| e.to_string());
+            assert!(message.contains("is outside"), "{set}: {message}");
         }
     }
 

@@ -19,8 +19,9 @@ fn fitting(mechanism: Mechanism) -> &'static [&'static str] {
         Mechanism::Length | Mechanism::Period(_) => &["m", "rad"],
         Mechanism::Velocity => &["m/s", "rad/s"],
         Mechanism::Delay => &["s"],
-        Mechanism::Ratio | Mechanism::LossFactor => &["1"],
-        _ => &[],
+        Mechanism::Ratio | Mechanism::LossFactor | Mechanism::LeadExpansion => &["1"],
+        Mechanism::Quantity(units) => units,
+        Mechanism::Other => &[],
     }
 }
 
@@ -58,8 +59,18 @@ pub(super) fn to_si(id: &str, label: &str, uses: &Patch) -> Result<(String, f64)
         );
         return Err(refused(format!("{text}; write {}", suggestion(&fits))));
     }
-    if SI.contains(&label) {
+    if SI.contains(&label) && !(fits == ["1/s"] && label == "Hz") {
         return Ok((label.into(), 1.0));
+    }
+    if fits == ["1/s"] {
+        // A rate counts neither turns nor radians: 60/min is 1/s, and no frequency is a rate.
+        let is_frequency = unit.angle != 0 || (unit.turns != 0 && !label.contains("min"));
+        if is_frequency || label.contains("rpm") || label.contains("r/min") {
+            return Err(refused(format!(
+                "«{label}» is the unit of a frequency, but the parameter is used where a rate is expected; write 1/s or 1/min"
+            )));
+        }
+        return Ok(("1/s".into(), unit.factor));
     }
     let known = fits.iter().chain(SI.iter()).find(|si| is_like(unit, si));
     Ok(match known.and_then(|si| Some((*si, unit.to(parse_for(si, |_| true).ok()?)?))) {
@@ -118,6 +129,52 @@ mod tests {
             for (value, si) in values.iter().zip(si) {
                 assert!((value / (factor * si) - 1.0).abs() < 1e-12, "{unit}: {value} {si}");
             }
+        }
+    }
+
+    #[test]
+    fn every_place_of_a_parameter_refuses_units_of_other_dimensions() {
+        // Keys, a unit that fits with the factor to SI, and one that does not.
+        for (config, set, unit, factor, other) in [
+            ("hybrid-axis", "drive.position.gain_per_s=\"p\"", "1/min", 1.0 / 60.0, "kg"),
+            ("hybrid-axis", "drive.constant=\"p\"", "N*cm/A", 0.01, "N/m"),
+            ("hybrid-axis", "drive.velocity.gain=\"p\"", "A/(mm/s)", 1e3, "1/s"),
+            ("hybrid-axis", "drive.velocity.integral_time_s=\"p\"", "ms", 1e-3, "Hz"),
+            ("hybrid-axis", "drive.current.gain=\"p\"", "V/mA", 1e3, "V"),
+            ("hybrid-axis", "drive.motor.resistance_ohm=\"p\"", "mOhm", 1e-3, "A"),
+            ("hybrid-axis", "drive.motor.inductance_h=\"p\"", "mH", 1e-3, "mOhm"),
+            ("hybrid-axis", "drive.saturation=\"p\"", "mA", 1e-3, "N"),
+            ("hybrid-axis", "joint.nut.lead_error.growth=\"p\"", "um/m", 1e-6, "m"),
+            ("hybrid-axis", "joint.guide.friction.load_share=\"p\"", "%", 0.01, "N"),
+            ("tian", "shaft.screw.youngs_modulus_pa=\"p\"", "GPa", 1e9, "N/m"),
+            ("tian", "shaft.screw.density_kg_m3=\"p\"", "g/cm^3", 1e3, "kg"),
+        ] {
+            let read = |unit: &str| {
+                let number = |key: &str, x: f64| format!("parameter.p.{key}={x}");
+                let start = 1.5 / factor;
+                let numbers = [number("start", start), number("lower", 0.5 * start), number("upper", 2.0 * start)];
+                let sets =
+                    [vec![set.to_string(), format!("parameter.p.unit=\"{unit}\""), "parameter.p.source=\"\"".into()], numbers.to_vec()];
+                let path = format!("configs/{config}.toml");
+                read_machine(&path, &sets.concat(), &[]).map_err(|error| error.to_string())
+            };
+            if set.contains("position.gain_per_s") {
+                for frequency in ["Hz", "rpm", "rad/s"] {
+                    assert!(read(frequency).unwrap_err().contains("a rate is expected"), "{frequency}");
+                }
+            }
+            let refused = read(other).map(|_| "accepted".to_string()).unwrap_or_else(|text| text);
+            assert!(refused.contains("parameter.p.unit") && refused.contains("is expected"), "{set} in {other}: {refused}");
+            let fitting = read(unit);
+            let value = match fitting {
+                Ok(config) => config.machine.parameters.iter().find(|p| p.id == "p").unwrap().start,
+                // The number may lie outside the range of its place; the unit is accepted.
+                Err(text) => {
+                    assert!(!text.contains("parameter.p.unit"), "{set} in {unit}: {text}");
+                    continue;
+                }
+            };
+            assert!((value / 1.5 - 1.0).abs() < 1e-9, "{set} in {unit}: {value}");
         }
     }
 

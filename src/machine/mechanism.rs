@@ -23,12 +23,12 @@ pub enum Mechanism {
     Period(PeriodAlong),
     /// Delay.
     Delay,
-    /// Gain of a loop, or force constant.
-    Gain,
     /// Relative expansion of a lead.
     LeadExpansion,
     /// Another dimensionless number: a factor, a relative change, an exponent, a share or a lever arm between like motions.
     Ratio,
+    /// Another quantity of a known place, with its SI units: a gain, a modulus, a density, a resistance.
+    Quantity(&'static [&'static str]),
     /// Any other quantity.
     Other,
 }

@@ -1,6 +1,9 @@
 //! What the parameters of a patch are used for: the mechanism of each.
 
-use super::{DriveFile, FrictionForceFile, LeadErrorFile, Mechanism, NumberSource, Patch, PeriodAlong, Rescale, Target, WaveFile};
+use super::{
+    CurrentFile, DriveFile, FrictionForceFile, LeadErrorFile, Mechanism, MotorFile, NumberSource, Patch, PeriodAlong, Rescale, Target,
+    WaveFile,
+};
 
 impl Mechanism {
     /// Returns the mechanism of a number of friction, by its configuration key.
@@ -26,10 +29,18 @@ impl Mechanism {
         }
     }
 
-    /// Returns the mechanism of a number of the drive, by its configuration key.
+    /// Returns the mechanism of a number of the drive, by its configuration key. The output of the velocity loop is a voltage or a current.
     fn of_drive(key: &str) -> Self {
         match key {
-            "constant" | "position.gain_per_s" | "velocity.gain" | "current.gain" => Mechanism::Gain,
+            "constant" => Mechanism::Quantity(&["N/V", "N*m/V", "N/A", "N*m/A"]),
+            "saturation" => Mechanism::Quantity(&["V", "A"]),
+            "position.gain_per_s" => Mechanism::Quantity(&["1/s"]),
+            "velocity.gain" => Mechanism::Quantity(&["V*s/m", "A*s/m", "V*s/rad", "A*s/rad"]),
+            "velocity.acceleration_feed_forward" => Mechanism::Quantity(&["V*s^2/m", "A*s^2/m", "V*s^2/rad", "A*s^2/rad"]),
+            "velocity.integral_time_s" | "current.integral_time_s" => Mechanism::Quantity(&["s"]),
+            "current.gain" | "motor.resistance_ohm" => Mechanism::Quantity(&["V/A"]),
+            "motor.inductance_h" | "motor.inductance_d_h" => Mechanism::Quantity(&["V*s/A"]),
+            "motor.dc_link_v" => Mechanism::Quantity(&["V"]),
             "force_factor" | "position.feed_forward" => Mechanism::Ratio,
             "delay_s" => Mechanism::Delay,
             "ripple.cosine" | "ripple.sine" => Mechanism::Force,
@@ -46,7 +57,8 @@ impl Mechanism {
             Target::JointStiffness(_) => Mechanism::Stiffness,
             Target::JointDamping(_) => Mechanism::Damping,
             Target::JointLossFactor(_) | Target::ShaftLossFactor(_) => Mechanism::LossFactor,
-            Target::JointIntegralRate(_) | Target::ShaftModulus(_) | Target::ShaftShearModulus(_) => Mechanism::Other,
+            Target::JointIntegralRate(_) => RATE,
+            Target::ShaftModulus(_) | Target::ShaftShearModulus(_) => MODULUS,
             Target::Gap(_) | Target::ShaftDiameter(_) => Mechanism::Length,
             Target::Friction(_, key) => Mechanism::of_friction(key),
             Target::LeadError(_, key) => Mechanism::of_lead_error(key),
@@ -71,6 +83,13 @@ impl Mechanism {
         }
     }
 }
+
+/// Rate of an integral action.
+const RATE: Mechanism = Mechanism::Quantity(&["1/s"]);
+/// Young's or shear modulus.
+const MODULUS: Mechanism = Mechanism::Quantity(&["Pa"]);
+/// Density.
+const DENSITY: Mechanism = Mechanism::Quantity(&["kg/m^3"]);
 
 /// A number of a patch and its mechanism.
 type Use<'p> = (&'p NumberSource, Mechanism);
@@ -119,14 +138,20 @@ fn of_drive_file(drive: &DriveFile) -> Vec<Use<'_>> {
     let others = stated(
         [
             ("delay_s", &drive.delay_s),
+            ("saturation", &drive.saturation),
             ("position.encoder_step", &drive.position.encoder_step),
             ("position.feed_forward", &drive.position.feed_forward),
             ("velocity.encoder_step", &drive.velocity.encoder_step),
+            ("velocity.integral_time_s", &drive.velocity.integral_time_s),
+            ("velocity.acceleration_feed_forward", &drive.velocity.acceleration_feed_forward),
         ],
         Mechanism::of_drive,
     );
+    let motor = drive.motor.iter().flat_map(MotorFile::sources).map(|(key, source)| (source, Mechanism::of_drive(key)));
+    let current = drive.current.iter().flat_map(CurrentFile::sources).map(|(key, source)| (source, Mechanism::of_drive(key)));
     let keys = ["ripple.cosine", "ripple.sine", "ripple.period"];
-    [always.to_vec(), others, of_wave(&drive.ripple, keys, Mechanism::of_drive)].concat()
+    let ripple = of_wave(&drive.ripple, keys, Mechanism::of_drive);
+    always.into_iter().chain(others).chain(motor).chain(current).chain(ripple).collect()
 }
 
 impl NumberSource {
@@ -149,7 +174,7 @@ impl Patch {
                 (&j.stiffness, Mechanism::Stiffness),
                 (&j.damping, Mechanism::Damping),
                 (&j.loss_factor, Mechanism::LossFactor),
-                (&j.integral_rate, Mechanism::Other),
+                (&j.integral_rate, RATE),
                 (&j.gap, Mechanism::Length),
             ];
             let relaxation = j.relaxation_stiffness.iter().map(|stiffness| (stiffness, Mechanism::Stiffness));
@@ -159,9 +184,9 @@ impl Patch {
             let own = [
                 (&s.length_m, Mechanism::Length),
                 (&s.diameter_m, Mechanism::Length),
-                (&s.youngs_modulus_pa, Mechanism::Other),
-                (&s.shear_modulus_pa, Mechanism::Other),
-                (&s.density_kg_m3, Mechanism::Other),
+                (&s.youngs_modulus_pa, MODULUS),
+                (&s.shear_modulus_pa, MODULUS),
+                (&s.density_kg_m3, DENSITY),
             ];
             let bore = s.bore_ratio.iter().map(|ratio| (ratio, Mechanism::Ratio));
             own.into_iter().chain(bore).chain(s.loss_factor.iter().map(|loss| (loss, Mechanism::LossFactor)))

@@ -160,8 +160,12 @@ impl Machine {
         // A holding servo also integrates; its position loop has a gain of 10 to 50 1/s.
         for joint in self.joints.iter().filter(|j| is_servo(j)).filter(|j| j.stiffness.depends_on().next().is_some()) {
             let prior = (0.0, Prior::Normal(INTEGRAL_RATE));
-            let rate =
-                tolerance(format!("integral action of {}", joint.name), (Mechanism::Other, "1/s"), prior, [0.0, STOP * INTEGRAL_RATE]);
+            let rate = tolerance(
+                format!("integral action of {}", joint.name),
+                (Mechanism::Quantity(&["1/s"]), "1/s"),
+                prior,
+                [0.0, STOP * INTEGRAL_RATE],
+            );
             add(Target::JointIntegralRate(joint.name.clone()), Rescale::Added, rate);
         }
         for (motion, what, sd) in [(PointMotion::Translation, "mass", known.mass), (PointMotion::Rotation, "inertia", known.inertia)] {

@@ -29,9 +29,11 @@ const NUMBER: Dimension = Dimension::mechanical(0, 0, 0);
 const CURRENT: Dimension = Dimension { length: 0, mass: 0, time: 0, current: 1, temperature: 0 };
 const TEMPERATURE: Dimension = Dimension { length: 0, mass: 0, time: 0, current: 0, temperature: 1 };
 const VOLTAGE: Dimension = Dimension { length: 2, mass: 1, time: -3, current: -1, temperature: 0 };
+const RESISTANCE: Dimension = Dimension { length: 2, mass: 1, time: -3, current: -2, temperature: 0 };
+const INDUCTANCE: Dimension = Dimension { length: 2, mass: 1, time: -2, current: -2, temperature: 0 };
 
 /// Units that take SI prefixes, by their symbols and their names.
-const PREFIXED: [(&str, &str, Unit); 13] = [
+const PREFIXED: [(&str, &str, Unit); 17] = [
     ("m", "metre", Unit::of(1.0, LENGTH)),
     ("m", "meter", Unit::of(1.0, LENGTH)),
     ("N", "newton", Unit::of(1.0, Dimension::FORCE)),
@@ -42,6 +44,10 @@ const PREFIXED: [(&str, &str, Unit); 13] = [
     ("Pa", "pascal", Unit::of(1.0, PRESSURE)),
     ("A", "ampere", Unit::of(1.0, CURRENT)),
     ("V", "volt", Unit::of(1.0, VOLTAGE)),
+    ("Ohm", "ohm", Unit::of(1.0, RESISTANCE)),
+    ("\u{3a9}", "Ohm", Unit::of(1.0, RESISTANCE)),
+    ("\u{2126}", "Ohm", Unit::of(1.0, RESISTANCE)),
+    ("H", "henry", Unit::of(1.0, INDUCTANCE)),
     ("J", "joule", Unit::of(1.0, Dimension::TORQUE)),
     ("K", "kelvin", Unit::of(1.0, TEMPERATURE)),
     ("gn", "g_n", Unit::of(FREE_FALL, ACCELERATION)),
