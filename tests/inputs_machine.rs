@@ -281,6 +281,37 @@ mod unix {
         assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
         assert!(!Path::new(&out).join(".jointid-lock").exists());
     }
+
+    /// Ctrl-C ends a command within a second, with or without a result, and leaves neither locks nor unfinished files.
+    #[test]
+    fn an_interrupt_ends_every_command_soon() {
+        let folder = tempfile::tempdir().unwrap();
+        let set = folder.path().join("long");
+        fs::create_dir(&set).unwrap();
+        let table: String = (1..1_500_000).map(|line| format!("{line},{}e-9,-1e-9\n", line % 7 + 1)).collect();
+        fs::write(folder.path().join("long.csv"), format!("frequency_hz,real,imag\n{table}")).unwrap();
+        let long = folder.path().join("long.csv").display().to_string();
+        let hybrid = ["--config", "configs/hybrid-axis.toml"];
+        let commands: [(&[&str], u64); 6] = [
+            (&["diagnose", "--positions", "l1,l3,l5", "--no-cache"], 900),
+            (&["simulate", "motion", hybrid[0], hybrid[1], "--reference", "sine", "--periods", "60"], 1500),
+            (&["simulate", "bode", hybrid[0], hybrid[1]], 500),
+            (&["simulate", "machine"], 400),
+            (&["import", &long, "--quantity", "receptance"], 150),
+            (&["withheld", "--cases", "5"], 1000),
+        ];
+        for (at, (command, after)) in commands.into_iter().enumerate() {
+            let out = folder.path().join(format!("out{at}"));
+            let out = out.display().to_string();
+            let (time, output) = interrupted(&[command, &["--out", &out]].concat(), Duration::from_millis(after));
+            // The deadline of the command is 0.85 s; the rest is for a busy processor.
+            assert!(time < Duration::from_secs(2), "{command:?}: {time:?}");
+            assert!([0, 3].contains(&output.status.code().unwrap()), "{command:?}: {:?} {}", output.status, stderr(&output));
+            let left = fs::read_dir(&out).into_iter().flatten().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+            let left: Vec<String> = left.filter(|name| name.starts_with('.')).collect();
+            assert!(left.is_empty(), "{command:?}: {left:?}");
+        }
+    }
 }
 
 /// Text from a file reaches terminal, messages, documents and page escaped.

@@ -8,7 +8,7 @@ use crate::message::shown;
 use crate::outcome::{CommandResult, deliver, prepare, warn};
 use crate::progress::WorkProgress;
 use report::hybrid::hybrid_text;
-use study::{HybridRequest, StudyError, hybrid};
+use study::{HybridRequest, hybrid};
 
 /// Arguments of `hybrid`.
 #[derive(Debug, clap::Args)]
@@ -48,7 +48,7 @@ pub fn run(given: &HybridArguments) -> CommandResult {
     let document = hybrid(&study, second_axis.as_ref(), &request);
     progress.end();
     let document = match document {
-        Err(StudyError::Stopped) => return Ok(finish(&given.output, study.control(), false)),
+        Err(error) if error.is_stop() => return Ok(finish(&given.output, study.control(), false)),
         made => made.map_err(shown)?,
     };
     warn(&given.output, &document.stamp.warnings);

@@ -38,7 +38,10 @@ pub fn run(given: &IdentifyArguments) -> CommandResult {
     let study = resumable(study, &given.output, folder.as_ref(), &progress, "identify")?;
     let ran = on_threads(given.search.threads, || study.identify())?;
     progress.end();
-    let document = ran.map_err(shown)?;
+    let document = match ran {
+        Err(error) if error.is_stop() => return Ok(finish(&given.output, study.control(), false)),
+        made => made.map_err(shown)?,
+    };
     warn(&given.output, &document.stamp.warnings);
     let derived: Vec<String> = study.machine().derived.iter().map(|d| d.name.clone()).collect();
     let text = identification_text(&study.machine().title, &document, &derived);

@@ -106,6 +106,8 @@ pub fn import(given: &ImportArguments) -> CommandResult {
         let remedy = "name an empty folder with --out, or replace the set in it with --replace";
         return Err(format!("{}: already holds a manifest.toml; {remedy}", out.display()));
     }
+    // Checked before the files are read, which may take long.
+    OutputFolder::prepare(out).map_err(to_message)?;
     let imported = study::import(&request).map_err(shown)?;
     let folder = OutputFolder::claim(out).map_err(to_message)?;
     let left_behind = imported.left_behind(out);

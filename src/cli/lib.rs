@@ -43,6 +43,7 @@ pub fn run() -> ExitCode {
     std::sync::LazyLock::force(&terminal::BEGUN);
     let parsed = command().try_get_matches().and_then(|matches| Arguments::from_arg_matches(&matches));
     let arguments = parsed.unwrap_or_else(|error| terminal::refuse(&error));
+    long_work::watch_ctrl_c();
     long_work::start_threads();
     let outcome = match arguments.command {
         Command::Identify(given) => identify::run(&given),

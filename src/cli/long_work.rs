@@ -1,7 +1,7 @@
 //! Long computations: their threads, Ctrl-C, and the journal of finished work from which the same command resumes.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, LazyLock};
 use std::time::Duration;
 
 use crate::arguments::OutputArguments;
@@ -53,39 +53,46 @@ pub fn finish(output: &OutputArguments, control: &Control, complete: bool) -> Ou
 /// Name of the journal in the result folder. The file exists until the run is complete.
 const JOURNAL: &str = "unfinished.jsonl";
 
-/// Time after Ctrl-C within which the work must notice the stop; later the process ends without a result.
-const NOTICE: Duration = Duration::from_millis(700);
-/// Time after Ctrl-C within which work that has noticed the stop must deliver what it has found.
-const DELIVERY: Duration = Duration::from_secs(5);
+/// Time after Ctrl-C within which the work must stop and deliver what it has found. Ctrl-C ends a command within a second.
+const DELIVERY: Duration = Duration::from_millis(850);
 
-/// Ends the process where the work does not stop by itself: a single step of a machine with implausible numbers may take hours.
-fn end_in_time() {
-    std::thread::sleep(NOTICE);
-    if Control::stop_seen() && !terminal::warns_of_numbers() {
-        std::thread::sleep(DELIVERY - NOTICE);
-    }
-    terminal::say("stopped within a step of the work, without a result; nothing is written\n");
+/// Flag that Ctrl-C sets.
+static STOP: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
+/// Whether work looks at the flag.
+static LOOKS: AtomicBool = AtomicBool::new(false);
+
+/// Ends the process without a result.
+fn end() -> ! {
     release_claims();
+    terminal::say("stopped without a result; nothing is written\n");
     std::process::exit(3);
 }
 
-/// Returns a flag that Ctrl-C sets. A second Ctrl-C ends the process at once.
-///
-/// Only one flag per process works: Ctrl-C keeps setting the first one.
-pub fn stop_flag() -> Arc<AtomicBool> {
-    let flag = Arc::new(AtomicBool::new(false));
-    let handled = Arc::clone(&flag);
+/// Lets Ctrl-C end the command: work that looks at [`stop_flag`] stops and delivers what it has found, within [`DELIVERY`]; other work ends at once,
+/// and so does any at a second Ctrl-C.
+pub fn watch_ctrl_c() {
     // Where no handler can be set, Ctrl-C ends the process as usual.
-    let _ = ctrlc::set_handler(move || {
-        if handled.swap(true, Ordering::Relaxed) {
+    let _ = ctrlc::set_handler(|| {
+        if STOP.swap(true, Ordering::Relaxed) {
             release_claims();
             // 128 + 2, the usual exit code of a process ended by SIGINT.
             std::process::exit(130);
         }
+        if !LOOKS.load(Ordering::Relaxed) {
+            end();
+        }
         // Without a further thread the second Ctrl-C remains.
-        let _ = std::thread::Builder::new().spawn(end_in_time);
+        let _ = std::thread::Builder::new().spawn(|| {
+            std::thread::sleep(DELIVERY);
+            end();
+        });
     });
-    flag
+}
+
+/// Returns the flag that Ctrl-C sets, for work that looks at it.
+pub fn stop_flag() -> Arc<AtomicBool> {
+    LOOKS.store(true, Ordering::Relaxed);
+    Arc::clone(&STOP)
 }
 
 /// Runs a computation on the given number of threads; without one, on all cores or as many as `RAYON_NUM_THREADS` states.
@@ -103,10 +110,19 @@ pub fn on_threads<T: Send>(threads: Option<u16>, work: impl FnOnce() -> T + Send
     }
 }
 
+/// Largest number of threads, as `--threads` has it.
+const MOST_THREADS: usize = 1024;
+
 /// Starts the threads of this process: one per core, or as many as `RAYON_NUM_THREADS` states. Where the system refuses them, all work runs on
 /// the main thread.
 pub fn start_threads() {
-    if let Err(error) = rayon::ThreadPoolBuilder::new().build_global() {
+    let requested = std::env::var("RAYON_NUM_THREADS").ok().and_then(|text| text.parse::<usize>().ok());
+    let mut builder = rayon::ThreadPoolBuilder::new();
+    if let Some(count) = requested.filter(|count| *count > MOST_THREADS) {
+        terminal::warning(&format!("RAYON_NUM_THREADS is {count}; at most {MOST_THREADS} threads are started"));
+        builder = builder.num_threads(MOST_THREADS);
+    }
+    if let Err(error) = builder.build_global() {
         // The pool for all cannot be asked for twice; one of this thread takes its place until the process ends.
         if let Ok(alone) = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build() {
             std::mem::forget(alone);

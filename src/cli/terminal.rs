@@ -31,11 +31,6 @@ pub fn keep_warnings(warnings: Vec<String>) {
     }
 }
 
-/// Whether warnings about implausible numbers are kept.
-pub fn warns_of_numbers() -> bool {
-    KEPT.lock().is_ok_and(|kept| !kept.is_empty())
-}
-
 /// Forgets the kept warnings, which the result contains.
 pub fn forget_warnings() {
     keep_warnings(Vec::new());

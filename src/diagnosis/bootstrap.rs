@@ -48,6 +48,7 @@ pub fn closed_interval(
     let key = fitter.cache_key("closed", chosen.0, &[found.nominal.1.clone(), chosen.1.clone()]);
     let drawn: Vec<f64> = (0..DRAWS)
         .into_par_iter()
+        .filter(|_| !control.stopped())
         .filter_map(|draw| {
             let closed = control.cached(&format!("{key} {draw} {seed}"), || one(draw));
             step();

@@ -23,6 +23,9 @@ const PRIOR_PRECISION: f64 = 12.0;
 /// # Errors  as [`Fitter::objective`].
 pub fn cross_validation(fitter: &Fitter<'_>, hypothesis: &Hypothesis, fitted: &Fitted, control: &Control) -> Result<f64, ObjectiveError> {
     let blocks = fitter.blocks();
+    if control.stopped() {
+        return Ok(f64::INFINITY);
+    }
     // With a single record nothing remains to fit.
     if blocks.len() < 2 {
         return Ok(0.0);
@@ -41,6 +44,9 @@ fn cross_validation_from_all_starts(
     let parts: Result<Vec<f64>, ObjectiveError> = blocks
         .into_par_iter()
         .map(|(kept, left)| {
+            if control.stopped() {
+                return Ok(f64::INFINITY);
+            }
             let kept = fitter.on(kept);
             let objective = kept.objective(hypothesis)?;
             let part = kept.descend(&objective, fitted, STEPS, control);

@@ -147,6 +147,9 @@ impl<'s> Fitter<'s> {
 
     /// Minimises χ² up to a number of steps or until a step reduces it by less than a share: joints in series form long valleys.
     pub(super) fn descend_until(&self, objective: &DomainObjective<'_>, from: &Fitted, end: (u64, f64), control: &Control) -> Fitted {
+        if control.stopped() {
+            return from.clone();
+        }
         let place = coordinates_of(objective, from);
         let polished = objective.squares(|squares| least_squares_within(squares, &place, &[], end, control.stop()));
         read_back(objective, from, &Place(polished.place), polished.normal.chi_square)

@@ -82,7 +82,8 @@ impl NullDistribution {
 
     /// Returns the share of draws whose largest statistic is at least as large, by a lognormal distribution beyond the draws.
     pub fn p_value(&self, statistic: f64) -> f64 {
-        upper_tail(&self.largest, statistic)
+        // Without draws, after a stop, nothing is significant.
+        if self.largest.is_empty() { 1.0 } else { upper_tail(&self.largest, statistic) }
     }
 }
 
@@ -216,6 +217,9 @@ pub fn simulate(
     let directions = candidates
         .par_iter()
         .map(|(hypothesis, end)| -> Result<Directions, ObjectiveError> {
+            if control.stopped() {
+                return Ok(Directions { each: Vec::new(), about_end: Vec::new() });
+            }
             Ok(Directions::of(&projection, &fitter.objective(hypothesis)?, hypothesis, base, end, &here))
         })
         .or_first_error()?;
@@ -264,6 +268,7 @@ pub fn simulate(
     let key = format!("{} {}", fitter.cache_key("null", nominal, std::slice::from_ref(base)), ids.join(" "));
     let drawn: Vec<(Vec<f64>, f64)> = (0..draws)
         .into_par_iter()
+        .filter(|_| !control.stopped())
         .filter_map(|draw| control.cached(&format!("{key} {draw} {seed}"), || one(draw)))
         .inspect(|_| step())
         .collect();

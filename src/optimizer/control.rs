@@ -138,21 +138,9 @@ impl Control {
 
     /// Whether a stop was requested.
     pub fn stopped(&self) -> bool {
-        let stopped = self.stop.load(Ordering::Relaxed);
-        if stopped {
-            STOP_SEEN.store(true, Ordering::Relaxed);
-        }
-        stopped
-    }
-
-    /// Whether some work of this process has noticed a requested stop.
-    pub fn stop_seen() -> bool {
-        STOP_SEEN.load(Ordering::Relaxed)
+        self.stop.load(Ordering::Relaxed)
     }
 }
-
-/// Set when a work first notices a requested stop.
-static STOP_SEEN: AtomicBool = AtomicBool::new(false);
 
 /// Least time between two kept states of a search (1 s): the work lost when the process is killed.
 const BETWEEN_STATES: Duration = Duration::from_secs(1);

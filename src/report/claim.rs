@@ -1,9 +1,10 @@
 //! Locks a result folder for one run, so that two runs at a time do not mix their results.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File, TryLockError};
 use std::io::{ErrorKind, Read, Seek, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use file_access::open_lock;
 
@@ -13,8 +14,8 @@ use super::error::ReportError;
 const NAME: &str = ".jointid-lock";
 /// Text before the process id in the file.
 const HOLDER: &str = "process ";
-/// Files of the locks of this process, for [`release_claims`].
-static HELD: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+/// Files of this process that its end removes: of its locks, and under temporary names. For [`release_claims`].
+static HELD: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 /// Number of attempts to lock a file that other runs remove at the same time.
 const ATTEMPTS: usize = 100;
 
@@ -64,9 +65,7 @@ impl Claim {
             let own_id = format!("{HOLDER}{}", std::process::id());
             let written = file.set_len(0).and_then(|()| file.rewind()).and_then(|()| file.write_all(own_id.as_bytes()));
             claim.file = Some(file);
-            if let Ok(mut held) = HELD.lock() {
-                held.push(claim.path.clone());
-            }
+            held_files().insert(claim.path.clone());
             written.map_err(&cannot_write)?;
             // A run that has just ended may have removed the file. A lock on a removed file would exclude nobody.
             match open_lock(&claim.path).map(|mut file| holder(&mut file)) {
@@ -88,22 +87,26 @@ fn holder(file: &mut File) -> Option<String> {
     (text.is_empty() || is_id).then_some(text)
 }
 
-/// Removes the files of all locks of this process, for an end of the process that drops nothing.
+/// Returns the files that an end of this process removes. As long as they are kept locked, this end waits.
+pub(super) fn held_files() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    HELD.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes the locks of this process and its unfinished files, for an end of the process that drops nothing. Afterwards no file gets its final
+/// name any more, so that files that belong together are all written or none.
 pub fn release_claims() {
-    if let Ok(mut held) = HELD.lock() {
-        for path in held.drain(..) {
-            let _ = fs::remove_file(path);
-        }
+    let mut held = held_files();
+    for path in std::mem::take(&mut *held) {
+        let _ = fs::remove_file(path);
     }
+    std::mem::forget(held);
 }
 
 impl Claim {
     /// Forgets the lock, whose file another run has removed.
     fn release(&mut self) {
         self.file = None;
-        if let Ok(mut held) = HELD.lock() {
-            held.retain(|path| *path != self.path);
-        }
+        held_files().remove(&self.path);
     }
 }
 

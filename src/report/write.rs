@@ -8,7 +8,7 @@ use std::sync::Arc;
 use file_access::{create_exclusive, escape_json};
 use serde::Serialize;
 
-use super::claim::{Claim, make_folder, remove_folders};
+use super::claim::{Claim, held_files, make_folder, remove_folders};
 use super::error::ReportError;
 
 /// Formats a document as JSON text with a line end.
@@ -129,6 +129,7 @@ impl Batch {
     fn add(&mut self, target: &Path, content: &[u8]) -> std::io::Result<()> {
         self.made.extend(make_folder(target.parent().unwrap_or(Path::new("")))?);
         let (mut file, temporary) = create_exclusive(target)?;
+        held_files().insert(temporary.clone());
         self.files.push((temporary, target.into()));
         file.write_all(content).and_then(|()| file.sync_all())
     }
@@ -138,8 +139,10 @@ impl Batch {
         if let Some((_, folder)) = self.files.iter().find(|(_, target)| target.is_dir() && !target.is_symlink()) {
             return Err(ReportError::target(folder, "is a folder, but a file of this name is to be written; remove it"));
         }
+        let mut held = held_files();
         while let Some((temporary, target)) = self.files.first() {
             fs::rename(temporary, target).map_err(ReportError::unwritable(target))?;
+            held.remove(temporary);
             self.files.remove(0);
         }
         self.made.clear();
@@ -150,6 +153,7 @@ impl Batch {
 impl Drop for Batch {
     fn drop(&mut self) {
         for (temporary, _) in &self.files {
+            held_files().remove(temporary);
             let _ = fs::remove_file(temporary);
         }
         remove_folders(&self.made);

@@ -71,6 +71,11 @@ fn preceded(given: &str) -> String {
 }
 
 impl StudyError {
+    /// Whether the work was stopped before there was a result.
+    pub fn is_stop(&self) -> bool {
+        matches!(self, StudyError::Stopped | StudyError::Inverse(InverseError::Stopped))
+    }
+
     /// Returns the name of the setting that is wrong, with which the text begins.
     pub fn setting_key(&self) -> Option<&str> {
         match self {

@@ -187,6 +187,10 @@ pub fn diagnose_motion(
             "with any part left out, these records do not determine the machine's parameters; record longer or more motions".to_string();
         return Ok(insufficient(&context.rigid, nominal, fit_motions, held_out, why));
     };
+    if control.stopped() {
+        let why = "stopped before the candidates were compared".to_string();
+        return Ok(MotionDiagnosis { complete: false, ..insufficient(&context.rigid, nominal, fit_motions, held_out, why) });
+    }
     let mut names = EffectIds::default();
     let mut chosen = base.clone();
     // Prediction error at left-out parts with the chosen effects, over that of the machine as described.

@@ -232,6 +232,7 @@ impl MotionScreening {
                 let nodes: Vec<(GridNode, f64)> = grid_points
                     .par_iter()
                     .enumerate()
+                    .filter(|_| !control.stopped())
                     .flat_map_iter(|(at, values)| [(at, values, false), (at, values, true)])
                     .filter(|(_, _, slopes)| straight || !slopes)
                     .filter_map(|(at_place, values, slopes)| {
@@ -275,6 +276,9 @@ impl MotionScreening {
                         Some((GridNode { values, linear, design }, visible))
                     })
                     .collect();
+                if control.stopped() {
+                    return without(hypothesis.id(), Status::Failed("stopped before this candidate was fitted".into()));
+                }
                 let visible = nodes.iter().map(|(_, visible)| *visible).fold(0.0, f64::max);
                 let nodes: Vec<GridNode> = nodes.into_iter().map(|(node, _)| node).collect();
                 if visible < LEAST_INDEPENDENT || nodes.is_empty() {

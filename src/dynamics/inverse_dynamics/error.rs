@@ -5,6 +5,9 @@ use thiserror::Error;
 /// A fault that prevents inverse dynamics.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum InverseError {
+    /// The work was stopped before there was a result.
+    #[error("stopped before there was a result")]
+    Stopped,
     /// The record is too short for filtering and decimation.
     #[error("{path}: has {samples} samples; filtering and decimation need {needed}; record a longer motion")]
     Short {

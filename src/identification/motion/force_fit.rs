@@ -96,7 +96,7 @@ pub(super) fn coordinates(machine: &Machine, free: &[usize], inverse: &[bool]) -
 pub(super) fn unidentifiable(machine: &Machine, free: &[usize], error: GaussNewtonError<InverseError>) -> InverseError {
     match error {
         GaussNewtonError::Model(error) => error,
-        GaussNewtonError::Stopped => InverseError::Data("stopped before the first simulation ended".into()),
+        GaussNewtonError::Stopped => InverseError::Stopped,
         GaussNewtonError::Dependent(moving, derivatives) => {
             let moving: Vec<usize> = moving.into_iter().map(|at| free[at]).collect();
             dependent(machine, &moving, &derivatives)
