@@ -94,6 +94,26 @@ pub struct ContourRow {
     pub physics_off_m: Option<f64>,
 }
 
+/// The machine with the diagnosed effects as identified, and where it comes from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct PhysicsRow {
+    /// Path of the identification.json.
+    pub result: String,
+    /// Title of its machine.
+    pub machine: String,
+    /// Path of the machine's configuration.
+    pub config: String,
+    /// Measurement set whose records it predicts.
+    pub measurements: String,
+}
+
+impl PhysicsRow {
+    fn text(&self, column: &str) -> String {
+        let PhysicsRow { result, machine, config, measurements } = self;
+        format!("{column}: result {result}, machine «{machine}» ({config}), predicts {measurements}\n")
+    }
+}
+
 /// Prediction of travel by a model, with and without a neural network (`hybrid.json`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HybridDocument {
@@ -106,6 +126,12 @@ pub struct HybridDocument {
     pub records: BTreeMap<String, HybridRow>,
     /// Neural network of the first axis; the second axis has its own.
     pub network: NeuralResidualRow,
+    /// Machine with the diagnosed effects, where a result is given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub physics: Option<PhysicsRow>,
+    /// The same of the second axis.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub second_physics: Option<PhysicsRow>,
     /// Median over held-out records of RMSE(with network)/RMSE(model) (1); absent where none is held out.
     pub median_ratio: Option<f64>,
     /// Median over held-out records of RMSE(with diagnosed effects)/RMSE(with network) (1).
@@ -138,6 +164,12 @@ pub fn hybrid_text(document: &HybridDocument) -> String {
         cells
     };
     let mut text = format!("travel of «{}», predicted from the command\n", document.point);
+    if let Some(result) = &document.physics {
+        text += &result.text("with physics");
+    }
+    if let Some(result) = &document.second_physics {
+        text += &result.text("second axis with physics");
+    }
     text += &columns(&heads, document.records.iter().map(cells));
     let heads: Vec<String> =
         ["record", "model MAE µm", "with network", "paper", "model RE %", "with network", "paper"].map(String::from).to_vec();

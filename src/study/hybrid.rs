@@ -16,7 +16,7 @@ use numeric::parallel::OrFirstError;
 use numeric::statistics::quantile;
 use optimizer::Control;
 use report::document::Input;
-use report::hybrid::{ContourRow, HybridDocument, HybridRow, NeuralResidualRow, Score};
+use report::hybrid::{ContourRow, HybridDocument, HybridRow, NeuralResidualRow, PhysicsRow, Score};
 
 /// Stride of the training examples among the samples of a record.
 const EXAMPLE_STRIDE: usize = 4;
@@ -73,7 +73,9 @@ pub fn hybrid(study: &Study, second_axis: Option<&Study>, request: &HybridReques
     let contours = second.as_ref().map(|second| contours(&first, second)).unwrap_or_default();
     let mut stamp = study.stamp("hybrid", request.seed, !study.control.stopped(), Vec::new());
     stamp.inputs.extend(second_axis.iter().flat_map(|axis| axis.inputs()));
-    stamp.inputs.extend(physics.into_iter().chain(second_physics).map(|p| p.input));
+    let named = |physics: Option<Physics>, axis: Option<&Study>| Some((physics?, &axis?.set.path)).map(|(p, set)| p.named(set));
+    let (physics, second_physics) = (named(physics, Some(study)), named(second_physics, second_axis));
+    stamp.inputs.extend([&physics, &second_physics].into_iter().flatten().map(|(_, input)| input.clone()));
     if second.is_some() && contours.is_empty() {
         stamp.warnings.push("no record has the same name and length in both sets: there is no circle".into());
     }
@@ -88,6 +90,8 @@ pub fn hybrid(study: &Study, second_axis: Option<&Study>, request: &HybridReques
         },
         median_ratio: quantile(held_out().map(|r| r.hybrid.rmse_m / r.analytical.rmse_m), 0.5),
         median_physics_to_hybrid: quantile(held_out().filter_map(|r| Some(r.physics?.rmse_m / r.hybrid.rmse_m)), 0.5),
+        physics: physics.map(|(row, _)| row),
+        second_physics: second_physics.map(|(row, _)| row),
         contours,
         stamp,
         records,
@@ -117,6 +121,7 @@ struct Physics {
     machine: Machine,
     values: ParameterValues,
     input: Input,
+    config: String,
 }
 
 impl Physics {
@@ -131,7 +136,18 @@ impl Physics {
         };
         let described = Study::new(config, axis.set.clone());
         let values = described.identified_values(path, &found)?;
-        Ok(Physics { machine: described.config.machine, values, input })
+        Ok(Physics { machine: described.config.machine, values, input, config: described.config.path })
+    }
+
+    /// Returns what it is, for the document, and its file.
+    fn named(self, measurements: &str) -> (PhysicsRow, Input) {
+        let row = PhysicsRow {
+            result: self.input.path.clone(),
+            machine: self.machine.title,
+            config: self.config,
+            measurements: measurements.into(),
+        };
+        (row, self.input)
     }
 }
 
