@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use num_complex::Complex64;
 use numeric::digest::digest_of;
 
-use super::frf::SortedLines;
+use super::frf::{FrfNoise, SortedLines};
+use super::noise_estimate::{drop_coherence_of_one, estimate_unstated_noise, single_average_warning};
 use super::{
     ChannelTolerance, Condition, DriveEffort, Frf, Gain, MeasurementError, MeasurementSet, MotionRecord, Position, Quantity, SourceFile,
 };
@@ -103,7 +104,8 @@ impl FrfArrays {
         if name.is_empty() { format!("frfs[{at}]") } else { format!("frfs[{at}] ({name})") }
     }
 
-    fn read(&self, source: &str, set: &SetArrays, positions: &[Position]) -> Result<Frf, MeasurementError> {
+    /// Returns the FRF, and whether its coherence is 1 at every line.
+    fn read(&self, source: &str, set: &SetArrays, positions: &[Position]) -> Result<(Frf, bool), MeasurementError> {
         let fault = |text: String| MeasurementError::file(source, text);
         let of = ("frequency_hz", self.frequency_hz.len());
         same_length(source, ("value", self.value.len()), of)?;
@@ -116,21 +118,23 @@ impl FrfArrays {
         finite(source, "frequency_hz", self.frequency_hz.iter().copied())?;
         finite(source, "value", self.value.iter().flat_map(|h| [h.re, h.im]))?;
         let averages = self.averages.or(set.averages);
-        if self.coherence.is_some() && averages.is_none_or(|averages| averages < 2) {
-            return Err(fault("has a coherence but no averages; state how many records were averaged, two or more".into()));
-        }
         let mut sorted = SortedLines::default();
         for (at, (frequency_hz, value)) in self.frequency_hz.iter().zip(&self.value).enumerate() {
             let cell = |array: &Option<Vec<f64>>| array.as_ref().map(|array| array[at]);
             let added = sorted.add(*frequency_hz, *value, cell(&self.coherence), cell(&self.relative_sd));
             added.map_err(|text| fault(format!("entry {at}: {text}")))?;
         }
-        let (lines, rejected) = sorted.finish(self.coherence.is_some()).map_err(fault)?;
+        let (mut lines, rejected) = sorted.finish(self.coherence.is_some()).map_err(fault)?;
+        let is_single = drop_coherence_of_one(&mut lines);
+        let has_coherence = lines.iter().any(|line| matches!(line.noise, Some(FrfNoise::Coherence(_))));
+        if has_coherence && averages.is_none_or(|averages| averages < 2) {
+            return Err(fault("has a coherence but no averages; state how many records were averaged, two or more".into()));
+        }
         let point = |own: &Option<String>, of_set: &Option<String>, key: &str| {
             let name = own.clone().or_else(|| of_set.clone());
             name.ok_or_else(|| fault(format!("has no {key}, nor has the set; name the point of the machine")))
         };
-        Ok(Frf {
+        let frf = Frf {
             position: self.position.as_ref().and_then(|name| positions.iter().position(|p| p.name == *name)),
             record: self.record.clone(),
             response: point(&self.response, &set.response, "response")?,
@@ -144,7 +148,8 @@ impl FrfArrays {
             source: source.into(),
             lines,
             rejected,
-        })
+        };
+        Ok((frf, is_single))
     }
 }
 
@@ -196,11 +201,16 @@ impl MeasurementSet {
                 positions.push(Position { name: name.clone(), nut_m: None });
             }
         }
-        let (mut frfs, mut motions) = (Vec::new(), Vec::new());
+        let (mut frfs, mut motions, mut singles) = (Vec::new(), Vec::new(), Vec::new());
         for (at, frf) in arrays.frfs.iter().enumerate() {
             let source = frf.source(at);
-            frfs.push(frf.read(&source, arrays, &positions)?);
+            let (frf, is_single) = frf.read(&source, arrays, &positions)?;
+            if is_single {
+                singles.push(source);
+            }
+            frfs.push(frf);
         }
+        estimate_unstated_noise(&mut frfs);
         for motion in &arrays.motions {
             if motion.name.is_empty() {
                 return Err(fault("a motion record has no name; give each record its own".into()));
@@ -223,6 +233,7 @@ impl MeasurementSet {
             motions,
             tolerance: arrays.tolerance,
             split: arrays.split.clone(),
+            warnings: single_average_warning(&singles).into_iter().collect(),
             // In place of files: a digest of everything that was given.
             files: vec![SourceFile { path: format!("arrays of {path}"), bytes: digest_of(arrays).into_bytes() }],
             ..MeasurementSet::none()

@@ -12,6 +12,32 @@ pub enum FrfNoise {
     Coherence(f64),
     /// Standard deviation of the complex mean (both components together) over |H| (1).
     RelativeSd(f64),
+    /// Not stated; standard deviation of one component of ln H (1), estimated from the spread of repeated measurements.
+    Repeats(f64),
+    /// Not stated; standard deviation of one component of ln H (1), estimated from neighbouring lines.
+    Neighbours(f64),
+}
+
+/// Origin of the noise of an FRF.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoiseSource {
+    /// Stated as coherence.
+    Coherence,
+    /// Stated as standard deviation.
+    RelativeSd,
+    /// Estimated from repeated measurements.
+    Repeats,
+    /// Estimated from neighbouring lines.
+    Neighbours,
+    /// Neither stated nor estimated: too few lines.
+    Unknown,
+}
+
+impl NoiseSource {
+    /// Whether the measurement states its noise.
+    pub fn is_stated(self) -> bool {
+        matches!(self, NoiseSource::Coherence | NoiseSource::RelativeSd)
+    }
 }
 
 /// One frequency line.
@@ -84,6 +110,18 @@ impl Frf {
                 Some(((1.0 - gamma2).max(LEAST_INCOHERENCE) / (2.0 * averages * gamma2)).sqrt())
             }
             FrfNoise::RelativeSd(sd) => Some(sd / std::f64::consts::SQRT_2),
+            FrfNoise::Repeats(sd) | FrfNoise::Neighbours(sd) => Some(sd),
+        }
+    }
+
+    /// Returns the origin of its noise: that of its first line with noise.
+    pub fn noise_source(&self) -> NoiseSource {
+        match self.lines.iter().find_map(|line| line.noise) {
+            Some(FrfNoise::Coherence(_)) => NoiseSource::Coherence,
+            Some(FrfNoise::RelativeSd(_)) => NoiseSource::RelativeSd,
+            Some(FrfNoise::Repeats(_)) => NoiseSource::Repeats,
+            Some(FrfNoise::Neighbours(_)) => NoiseSource::Neighbours,
+            None => NoiseSource::Unknown,
         }
     }
 
@@ -99,7 +137,7 @@ impl Frf {
         let freedom = |n: u32| f64::from(n) / f64::from(n.saturating_sub(1).max(1));
         let power = |line: &FrfLine| match line.noise? {
             FrfNoise::Coherence(_) => Some(self.component_sd(line)?.powi(2) * freedom(self.averages?) * line.value.norm_sqr()),
-            FrfNoise::RelativeSd(_) => None,
+            _ => None,
         };
         let mut all: Vec<(f64, bool, f64)> = Vec::with_capacity(self.lines.len() + self.rejected.len());
         for (lines, accepted) in [(&self.lines, true), (&self.rejected, false)] {

@@ -6,10 +6,11 @@ use std::path::Path;
 use file_access::{MOST_TABLE_BYTES, MOST_TEXT_BYTES, is_inside, is_physical, read_file};
 
 use super::embedded::embedded_file;
-use super::frf::{Condition, Fault, Frf, read_lines};
+use super::frf::{Condition, Fault, Frf, FrfNoise, read_lines};
 use super::manifest::{ChannelToleranceFile, FrfFile, GainFile, Manifest, parse};
 use super::modes::{ModeTable, read_modes};
 use super::motion::{MotionRecord, read_motion};
+use super::noise_estimate::{drop_coherence_of_one, estimate_unstated_noise, single_average_warning};
 use super::table::Table;
 use super::{MeasurementError, Position, Quantity, SourceFile};
 use numeric::unit::{Dimension, parse as parse_unit};
@@ -259,14 +260,19 @@ pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> 
         let (resolution_hz, least_prominence) = (manifest.frequency_resolution_hz, manifest.least_prominence);
         modes = Some(ModeTable { positions: table, resolution_hz, least_prominence });
     }
-    let mut frfs = Vec::new();
+    let (mut frfs, mut singles) = (Vec::new(), Vec::new());
     for (at, entry) in manifest.frf.iter().enumerate() {
         if manifest.frf[..at].iter().any(|other| other.file == entry.file) {
             return Err(fault(format!("[[frf]] {} is listed twice; it would count twice", entry.file)));
         }
-        let frf = read_frf(&mut folder, &manifest, entry, &positions)?;
+        let (frf, is_single) = read_frf(&mut folder, &manifest, entry, &positions)?;
+        if is_single {
+            singles.push(frf.source.clone());
+        }
         frfs.push(frf);
     }
+    warnings.extend(single_average_warning(&singles));
+    estimate_unstated_noise(&mut frfs);
     warnings.extend(length_warning(&manifest_path, &frfs));
     if modes.is_none() && frfs.is_empty() && manifest.motion.is_empty() {
         return Err(fault("holds no observation at all; write modes = \"…\", [[frf]] or [[motion]]".into()));
@@ -376,11 +382,18 @@ fn is_newton(label: &str) -> Result<bool, Fault> {
     Ok(true)
 }
 
-fn read_frf(folder: &mut OpenFolder<'_>, manifest: &Manifest, entry: &FrfFile, positions: &[Position]) -> Result<Frf, MeasurementError> {
+/// Reads an FRF. Returns also whether its coherence is 1 at every line.
+fn read_frf(
+    folder: &mut OpenFolder<'_>,
+    manifest: &Manifest,
+    entry: &FrfFile,
+    positions: &[Position],
+) -> Result<(Frf, bool), MeasurementError> {
     let manifest_path = folder.name("manifest.toml");
     let fault = |text: String| MeasurementError::key(&manifest_path, format!("[[frf]] {}", entry.file), text);
     let text = folder.text(&entry.file)?;
-    let (lines, rejected) = read_lines(&folder.name(&entry.file), &text)?;
+    let (mut lines, rejected) = read_lines(&folder.name(&entry.file), &text)?;
+    let is_single = drop_coherence_of_one(&mut lines);
     let position = match &entry.position {
         Some(name) => Some(positions.iter().position(|p| p.name == *name).ok_or_else(|| {
             let known: Vec<&str> = positions.iter().map(|p| p.name.as_str()).collect();
@@ -401,10 +414,10 @@ fn read_frf(folder: &mut OpenFolder<'_>, manifest: &Manifest, entry: &FrfFile, p
     if averages == Some(0) {
         return Err(fault("averages: is 0; write a whole number from 1".into()));
     }
-    if averages == Some(1) && lines.iter().any(|l| matches!(l.noise, Some(super::FrfNoise::Coherence(_)))) {
+    if averages == Some(1) && lines.iter().any(|l| matches!(l.noise, Some(FrfNoise::Coherence(_)))) {
         return Err(fault("averages: is 1, but the coherence of a single record is always 1; leave the column out, or average".into()));
     }
-    if averages.is_none() && lines.iter().any(|l| matches!(l.noise, Some(super::FrfNoise::Coherence(_)))) {
+    if averages.is_none() && lines.iter().any(|l| matches!(l.noise, Some(FrfNoise::Coherence(_)))) {
         return Err(fault("has a coherence but no `averages`; write how many records were averaged".into()));
     }
     for (key, number) in [("force_n", entry.force_n), ("speed_m_s", entry.speed_m_s), ("acceleration_m_s2", entry.acceleration_m_s2)] {
@@ -412,7 +425,7 @@ fn read_frf(folder: &mut OpenFolder<'_>, manifest: &Manifest, entry: &FrfFile, p
             return Err(fault(format!("{key}: is {x}; write a finite number")));
         }
     }
-    Ok(Frf {
+    let frf = Frf {
         position,
         record: entry.record.clone(),
         response: named(&entry.response, &manifest.response, "response")?,
@@ -426,7 +439,8 @@ fn read_frf(folder: &mut OpenFolder<'_>, manifest: &Manifest, entry: &FrfFile, p
         source: folder.name(&entry.file),
         lines,
         rejected,
-    })
+    };
+    Ok((frf, is_single))
 }
 
 fn read_published(path: &str, text: &str) -> Result<Published, MeasurementError> {

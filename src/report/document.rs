@@ -145,7 +145,7 @@ pub struct PositionRow {
     /// Gap: root mean square of ln(measured/predicted) over log-magnitude and phase (1); for motion records the relative force error (1).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<f64>,
-    /// Gap due to measurement noise alone (1), where the noise is known.
+    /// Gap due to measurement noise alone (1), where the noise is stated or estimated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise_floor: Option<f64>,
 }
@@ -180,8 +180,11 @@ pub struct FrfRow {
     pub role: String,
     /// Gap: root mean square of ln(measured/predicted) over log-magnitude and phase (1).
     pub gap: f64,
-    /// Gap due to measurement noise alone (1), where the noise is known.
+    /// Gap due to measurement noise alone (1), where the noise is stated or estimated.
     pub noise_floor: Option<f64>,
+    /// Origin of the noise: `coherence` or `relative_sd` where stated, else estimated from `repeats` or `neighbouring lines`, or `unknown`.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub noise_source: String,
     /// Number of frequency lines compared.
     pub lines: usize,
     /// Share of the recorded frequency lines whose coherence is accepted (1).

@@ -133,7 +133,7 @@ pub fn positions_table(positions: &BTreeMap<String, PositionRow>, leave_one_out:
 
 /// FRFs with their gaps.
 pub fn frfs_table(frfs: &[FrfRow], leave_one_out: bool) -> String {
-    let mut out = table(["FRF", "Response/excitation", "Role", "Lines", "Gap", "Noise floor"]);
+    let mut out = table(["FRF", "Response/excitation", "Role", "Lines", "Gap", "Noise floor", "Noise from"]);
     for row in frfs {
         let names: Vec<&str> = [&row.position, &row.record].into_iter().flatten().map(String::as_str).collect();
         let role = role_text(&row.role, leave_one_out);
@@ -144,6 +144,7 @@ pub fn frfs_table(frfs: &[FrfRow], leave_one_out: bool) -> String {
             row.lines.to_string(),
             figure(row.gap),
             row.noise_floor.map_or_else(|| "–".into(), figure),
+            row.noise_source.clone(),
         ]);
     }
     table_text(&out)

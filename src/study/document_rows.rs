@@ -6,8 +6,8 @@ use crate::Study;
 use identification::objective::{FrfGap, GAIN_RANGE, MISSING, PositionPrediction};
 use identification::{Combination, CombinationKind, Drawn, Identification, ToleranceEstimate};
 use machine::{Machine, Prior};
-use measurement::{FrfLine, MeasurementSet};
-use numeric::statistics::{root_mean_square, root_mean_square_of_parts, root_sum_square};
+use measurement::{Frf, FrfLine, MeasurementSet, NoiseSource};
+use numeric::statistics::{median, root_mean_square, root_mean_square_of_parts, root_sum_square};
 use numeric::unit::omega_rad_s;
 use report::certainty::{BasinRow, BootstrapRow, CombinationRow, PriorRow, ToleranceRow};
 use report::document::{FrfRow, LonePeak, OrderRow, ParameterRow, PositionRow};
@@ -154,11 +154,41 @@ pub(crate) fn frfs(set: &MeasurementSet, gaps: &[FrfGap], role: &str) -> Vec<Frf
                 role: role.into(),
                 gap: gap.gap,
                 noise_floor: gap.noise_floor,
+                noise_source: noise_word(frf.noise_source()).into(),
                 lines: gap.lines,
                 accepted_share: frf.lines.len() as f64 / (frf.lines.len() + frf.rejected.len()) as f64,
             }
         })
         .collect()
+}
+
+/// Returns the name of the origin of an FRF's noise, as documents state it.
+fn noise_word(source: NoiseSource) -> &'static str {
+    match source {
+        NoiseSource::Coherence => "coherence",
+        NoiseSource::RelativeSd => "relative_sd",
+        NoiseSource::Repeats => "repeats",
+        NoiseSource::Neighbours => "neighbouring lines",
+        NoiseSource::Unknown => "unknown",
+    }
+}
+
+/// Returns warnings about FRFs whose noise is not stated: how it was estimated, its size, and what to measure.
+pub(crate) fn noise_warnings(set: &MeasurementSet) -> Vec<String> {
+    let sd = |frf: &Frf| median(frf.component_sds().into_iter().flatten()).unwrap_or(0.0);
+    let of = |source: NoiseSource| -> Vec<&Frf> { set.frfs.iter().filter(|f| f.noise_source() == source).collect() };
+    let warning = |source: NoiseSource| {
+        let frfs = of(source);
+        let names = frfs.iter().map(|f| f.source.as_str()).collect::<Vec<_>>().join(", ");
+        let (least, most) = frfs.iter().map(|f| 100.0 * sd(f)).fold((f64::INFINITY, 0.0_f64), |(a, b), x| (a.min(x), b.max(x)));
+        let estimate = match source {
+            NoiseSource::Unknown => "unknown: they have too few lines to estimate it, and intervals count the model error alone".to_string(),
+            _ => format!("estimated from {}: {least:.2} to {most:.2} % of |H| (median line of each)", noise_word(source)),
+        };
+        let remedy = "measure several blows and state coherence and averages";
+        (!frfs.is_empty()).then(|| format!("the noise of {} FRFs is not stated; it is {estimate}; {remedy}: {names}", frfs.len()))
+    };
+    [NoiseSource::Repeats, NoiseSource::Neighbours, NoiseSource::Unknown].into_iter().filter_map(warning).collect()
 }
 
 /// Returns the names of one side of a split: positions; for whole FRFs a position with all of its FRFs on that side, else single records.

@@ -175,7 +175,9 @@ fn fit(frf: &Frf, options: &CurveOptions, request: &PeaksRequest) -> Result<Moda
     let lines: Vec<_> = frf.lines.iter().zip(frf.component_sds()).filter(|(l, _)| is_used(l)).collect();
     let frequency_hz: Vec<f64> = lines.iter().map(|(l, _)| l.frequency_hz).collect();
     let receptance: Vec<_> = lines.iter().map(|(l, _)| l.value / frf.quantity.from_receptance(omega_rad_s(l.frequency_hz))).collect();
+    // Where no noise is stated, the residual of the modal fit shows it better than neighbouring lines.
     let component_sd: Option<Vec<f64>> = lines.iter().map(|(_, sd)| *sd).collect();
+    let component_sd = component_sd.filter(|_| frf.noise_source().is_stated());
     let curve = FrfCurve {
         frequency_hz: &frequency_hz,
         receptance: &receptance,

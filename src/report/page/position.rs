@@ -131,7 +131,7 @@ pub fn gaps(caption: &str, positions: &BTreeMap<String, PositionRow>) -> String 
 
 /// Formats the table of compared FRFs.
 pub fn frfs(rows: &[FrfRow]) -> String {
-    let header = ["FRF", "Response/excitation", "", "Lines", "Accepted", "Gap", "Noise alone"];
+    let header = ["FRF", "Response/excitation", "", "Lines", "Accepted", "Gap", "Noise alone", "Noise from"];
     let mut table = TextTable::new("FRFs, with their gap: the root mean square of ln(measured/predicted), per component", 3, header);
     for row in rows {
         let names: Vec<&str> = [&row.position, &row.record].into_iter().flatten().map(String::as_str).collect();
@@ -143,6 +143,7 @@ pub fn frfs(rows: &[FrfRow]) -> String {
             percent(row.accepted_share),
             figure(row.gap),
             cell(row.noise_floor, figure),
+            row.noise_source.clone(),
         ]);
     }
     table.html()

@@ -84,6 +84,7 @@ fn to_document(
     let before = gap_over(&found.held_out);
     let map = residual_map(study, (fit, held_out), found)?;
     let mut warnings: Vec<String> = found.tolerances.iter().filter_map(ToleranceEstimate::warning).collect();
+    warnings.extend(whole.then(|| document_rows::noise_warnings(&study.set)).into_iter().flatten());
     if !whole {
         warnings.push("natural frequencies and amplitudes say little about damping and mode shapes: effects that whole FRFs distinguish may remain ambiguous".into());
     }

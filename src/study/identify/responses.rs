@@ -30,6 +30,7 @@ impl Study {
         warnings.extend(document_rows::pairing_warnings(&positions));
         warnings.extend(found.combinations.iter().map(|c| c.text.clone()));
         warnings.extend(document_rows::passivity_warnings(machine, &self.set));
+        warnings.extend(whole.then(|| document_rows::noise_warnings(&self.set)).into_iter().flatten());
         let mut derived = document_rows::derived(&positions, &frfs, leave_one_out);
         derived.extend(found.derived.iter().map(|d| (d.name.clone(), d.value)));
         derived.insert("chi_square".into(), found.chi_square);
