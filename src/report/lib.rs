@@ -16,6 +16,7 @@ mod loops_text;
 pub mod motion;
 mod motion_row;
 mod motion_text;
+pub mod order;
 pub mod page;
 mod provenance;
 pub mod record;

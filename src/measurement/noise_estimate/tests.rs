@@ -12,8 +12,9 @@ const MODES: [(f64, f64); 4] = [(60.0, 1.0), (180.0, 0.5), (420.0, 1.0), (700.0,
 
 /// Receptance with four modes whose half-power bandwidths are `bandwidth_hz` wide.
 fn receptance(frequency_hz: f64, bandwidth_hz: f64) -> Complex64 {
-    let mode =
-        |(f, share): (f64, f64)| share / Complex64::new(f * f - frequency_hz * frequency_hz, bandwidth_hz * frequency_hz * frequency_hz / f);
+    let mode = |(f, share): (f64, f64)| {
+        share / Complex64::new(f * f - frequency_hz * frequency_hz, bandwidth_hz * frequency_hz * frequency_hz / f)
+    };
     MODES.into_iter().map(mode).sum()
 }
 
