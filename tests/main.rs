@@ -40,4 +40,5 @@ mod servo;
 mod study;
 mod template;
 mod transmission;
+mod unstated;
 mod withheld;

@@ -15,8 +15,10 @@ const WINDOW_STEP: usize = 20;
 const LEAST_SAMPLES: usize = 8;
 /// Ratio of a squared difference to its expectation at which it is cut (1): 5 % of the differences of normal noise exceed it.
 const CUT: f64 = 3.0;
-/// Number of multiplicative updates of the variance components.
+/// Largest number of multiplicative updates of the variance components.
 const UPDATES: usize = 60;
+/// Largest relative change by an update at which the components have settled (1): far below their scatter.
+const SETTLED: f64 = 3e-3;
 /// Largest standard deviation of one component of ln H (1). A line with more noise carries no information.
 const LARGEST_SD: f64 = 1.0;
 /// Smallest variance of one component of ln H (1): rounding of the logarithm.
@@ -220,8 +222,13 @@ fn variance_components(samples: &[&Sample], freedom: usize) -> [f64; COMPONENTS]
                 below[i] += sample.share[i] / expected;
             }
         }
+        let mut change = 0.0_f64;
         for i in (0..COMPONENTS).filter(|i| below[*i] > 0.0) {
             components[i] *= above[i] / below[i];
+            change = change.max((above[i] / below[i] - 1.0).abs());
+        }
+        if change < SETTLED {
+            break;
         }
     }
     components
