@@ -81,6 +81,7 @@ impl Study {
             friction_curve: Vec::new(),
         })
     }
+
     /// Fits the set with misplaced modes at the orders they fit; `None` where there are none.
     fn renumbered(&self, misplaced: &[MisplacedMode], made: &IdentificationSettings) -> StudyResult<Option<RenumberedRow>> {
         if misplaced.is_empty() {
