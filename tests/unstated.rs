@@ -32,7 +32,7 @@ fn warnings(document: &Value) -> Vec<&str> {
 /// Writes FRFs of the bench at l1, l3 and l5 with noise of 0.5 % of |H| and of the response (m/N), with an appendix to each line.
 fn write_frfs(folder: &Path, step_hz: &str, (response_m_per_n, columns, cells): (f64, &str, &str)) {
     let frf = ["simulate", "frf", "--from-hz", "5", "--to-hz", "800", "--step-hz", step_hz, "--response", "table", "--excitation", "table"];
-    let exact = json(&[&frf[..], &["--position", "l1,l3,l5"][..]].concat(), folder);
+    let exact = json(&[&frf[..], &["--position", "l1,l3,l5"]].concat(), folder);
     let mut random = Xoshiro256PlusPlus::seed_from_u64(17);
     let mut manifest = String::from("quantity = \"receptance\"\nresponse = \"table\"\nexcitation = \"table\"\n");
     for (name, nut_m) in [("l1", 0.6), ("l3", 1.0), ("l5", 1.6)] {
