@@ -4,14 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use assert_cmd::Command;
-use num_complex::Complex64;
-use numeric::distribution::clopper_pearson;
-use numeric::random::normal;
-use numeric::statistics::median;
-use rand::{RngExt, SeedableRng};
-use rand_xoshiro::Xoshiro256PlusPlus;
 use serde_json::Value;
-use test_data::draws;
 
 use crate::support::axis_template::{BENCH, POSITIONS, fill, fill_in_measurements};
 
@@ -60,94 +53,6 @@ fn a_template_is_refused_until_it_is_filled_in_and_then_identified() {
         serde_json::from_str(&fs::read_to_string(folder.path().join("axis/results/identification.json")).unwrap()).unwrap();
     assert_eq!(document["held_out_positions"], serde_json::json!(["p2"]));
     assert!(document["derived"]["largest_frequency_error_fit"].as_f64().unwrap() < 0.05);
-}
-
-/// Coverage of the dampings of the right bearing and of screw and nut, with and without the guide's damping in the model and in the truth.
-///
-/// The truth is the template's machine with drawn joints. With the guide in the model the intervals hold with either truth. A model without it
-/// puts the damping of the guide into other joints.
-#[test]
-#[ignore = "long"]
-fn recover_dampings_with_the_guide_of_the_template() {
-    let folder = tempfile::tempdir().unwrap();
-    jointid().current_dir(folder.path()).args(["init", "axis"]).assert().success();
-    let machine = folder.path().join("axis/machine.toml");
-    let text = fill(&fs::read_to_string(&machine).unwrap(), &BENCH);
-    fs::write(&machine, &text).unwrap();
-    let mut generator = Xoshiro256PlusPlus::seed_from_u64(8_123);
-    let mut held = [[(0, 0); 2]; 2];
-    let mut widths = [[Vec::new(), Vec::new()], [Vec::new(), Vec::new()]];
-    for _ in 0..draws(4, 40) {
-        let mut between = |low: f64, high: f64| low * f64::powf(high / low, generator.random::<f64>());
-        let drawn = [
-            ("k_al", between(3e7, 3e8)),
-            ("k_ar", between(3e7, 3e8)),
-            ("k_n", between(2e8, 1e9)),
-            ("k_m", between(1e3, 1e4)),
-            ("c_al", between(500.0, 5e3)),
-            ("c_ar", between(500.0, 5e3)),
-            ("c_n", between(3e3, 3e4)),
-            ("c_m", between(0.05, 0.5)),
-        ];
-        for (in_truth, guide) in [(0, 1.0), (1, between(1e3, 1e4))] {
-            let set = |(id, value): (&str, f64)| ["--set".to_string(), format!("parameter.{id}.start={value}")];
-            let values: Vec<String> = drawn.iter().copied().chain([("c_g", guide)]).flat_map(set).collect();
-            write_frfs(folder.path(), &values, &mut generator);
-            for (in_model, frozen) in [(1, ""), (0, "c_g")] {
-                let mut command = jointid();
-                command.current_dir(folder.path()).args(["identify", "--config", "axis/machine.toml", "--measurements", "taps", "--json"]);
-                if !frozen.is_empty() {
-                    command.args(["--freeze", frozen, "--set", "parameter.c_g.start=1"]);
-                }
-                let document: Value = serde_json::from_slice(&command.arg("--quiet").output().unwrap().stdout).unwrap();
-                for (at, id, truth) in [(0, "c_ar", drawn[5].1), (1, "c_n", drawn[6].1)] {
-                    let end = |end: usize| document["parameters"][id]["interval95"][end].as_f64().unwrap();
-                    let (holds, all) = &mut held[in_truth][in_model];
-                    (*holds, *all) = (*holds + usize::from((end(0)..=end(1)).contains(&truth)), *all + 1);
-                    widths[in_model][at].push((end(1) / end(0)).ln());
-                }
-            }
-        }
-    }
-    let middle = |of: &Vec<f64>| median(of.iter().copied()).unwrap();
-    println!(
-        "c_ar and c_n held: without guide in the truth {:?} without, {:?} with guide in the model; with it {:?} and {:?}; median ln width of \
-         c_ar {:.3} without, {:.3} with; of c_n {:.3} and {:.3}",
-        held[0][0],
-        held[0][1],
-        held[1][0],
-        held[1][1],
-        middle(&widths[0][0]),
-        middle(&widths[1][0]),
-        middle(&widths[0][1]),
-        middle(&widths[1][1])
-    );
-    for truth in held {
-        let (holds, all) = truth[1];
-        assert!(clopper_pearson(holds, all, 0.95).unwrap()[1] >= 0.95, "{truth:?}");
-    }
-}
-
-/// Writes FRFs of the template's machine at three positions with 1 % of stated noise.
-fn write_frfs(folder: &Path, values: &[String], generator: &mut Xoshiro256PlusPlus) {
-    fs::create_dir_all(folder.join("taps")).unwrap();
-    let mut manifest = String::from("quantity = \"receptance\"\nresponse = \"table\"\nexcitation = \"table\"\n");
-    for (at, nut_m) in ["0.6", "1.0", "1.6"].iter().enumerate() {
-        manifest += &format!("[[position]]\nname = \"p{at}\"\nnut_m = {nut_m}\n[[frf]]\nposition = \"p{at}\"\nfile = \"p{at}.csv\"\n");
-        let frf = ["simulate", "frf", "--config", "axis/machine.toml", "--from-hz", "4", "--to-hz", "900", "--step-hz", "2", "--quiet"];
-        let mut command = jointid();
-        let output = command.current_dir(folder).args(frf).args(["--nut-m", nut_m]).args(values).output().unwrap();
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        let mut table = String::from("frequency_hz,real,imag,relative_sd\n");
-        for line in String::from_utf8(output.stdout).unwrap().lines().skip(1) {
-            let cells: Vec<f64> = line.split(',').skip(1).take(3).map(|cell| cell.parse().unwrap()).collect();
-            let noise = Complex64::new(normal(generator), normal(generator)) * 0.01;
-            let h = Complex64::new(cells[1], cells[2]) * (1.0 + noise);
-            table += &format!("{},{:e},{:e},{}\n", cells[0], h.re, h.im, 0.01 * std::f64::consts::SQRT_2);
-        }
-        fs::write(folder.join(format!("taps/p{at}.csv")), table).unwrap();
-    }
-    fs::write(folder.join("taps/manifest.toml"), manifest).unwrap();
 }
 
 #[test]

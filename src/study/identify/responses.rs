@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use crate::{Study, StudyResult, document_rows};
-use identification::validation::cross_validation;
 use identification::{IdentificationSettings, identify};
+use identification::validation::cross_validation;
 use measurement::{MisplacedMode, misplaced_modes, with_fitting_orders};
 use report::certainty::{RepeatRow, SearchRow};
 use report::document::IdentificationDocument;
@@ -96,7 +96,7 @@ impl Study {
         let row = RenumberedRow { modes: misplaced.iter().map(of).collect(), cost: None, parameters: BTreeMap::new() };
         let set = with_fitting_orders(&self.set, misplaced);
         let (fit, held_out) = set.split(self.fit.as_deref(), &self.hold_out)?;
-        if self.control.stopped() || !misplaced.iter().any(|m| fit.positions().contains(&m.position)) {
+        if !misplaced.iter().any(|m| fit.positions().contains(&m.position)) {
             return Ok(Some(row));
         }
         let machine = &self.config.machine;
