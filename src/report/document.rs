@@ -7,7 +7,6 @@ use serde::{Deserialize, Serialize};
 
 use super::certainty::{BasinRow, BootstrapRow, CombinationRow, RepeatRow, SearchRow, ToleranceRow};
 use super::motion_row::{CurveRow, MotionRecordRow, PreprocessingRow};
-use super::order::RenumberedRow;
 pub use super::provenance::{Input, MachineText, Stamp};
 
 /// Settings of an identification, sufficient to repeat it with the seed of the stamp.
@@ -217,9 +216,6 @@ pub struct IdentificationDocument {
     /// Minima whose χ² lies within the 95 % limit of the lowest, in ascending χ²; absent for a single minimum.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub basins: Vec<BasinRow>,
-    /// Modes under a wrong order, and the fit with the orders that they fit; absent where all orders fit.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub renumbered: Option<RenumberedRow>,
     /// Derived quantities by name: those of the machine description, largest errors and gaps, χ² and its degrees of freedom.
     pub derived: BTreeMap<String, f64>,
     /// 95 % confidence intervals of the derived quantities of the machine description, by name.

@@ -16,7 +16,6 @@ mod loops_text;
 pub mod motion;
 mod motion_row;
 mod motion_text;
-pub mod order;
 pub mod page;
 mod provenance;
 pub mod published;

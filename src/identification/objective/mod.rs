@@ -3,20 +3,17 @@
 mod calibration;
 mod error;
 mod frf;
-mod mode_settings;
 mod modes;
 mod pairing;
 mod record;
 mod settings;
 mod setup;
 mod squares;
-mod visibility;
 
 pub use calibration::Channel;
 pub use error::ObjectiveError;
 pub use frf::{FrfGap, FrfObjective};
-pub use mode_settings::{ModeSettings, Objective};
-pub use modes::{AmplitudeFit, Deviation, ModeObjective, PositionPrediction};
+pub use modes::{AmplitudeFit, Deviation, ModeObjective, ModeSettings, Objective, PositionPrediction};
 pub use pairing::{MISSING, VISIBLE};
 pub use record::{FrfRecord, operating};
 pub use settings::FrfSettings;

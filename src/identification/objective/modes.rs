@@ -4,15 +4,44 @@ use nalgebra::{DMatrix, DVector};
 use std::sync::{Arc, Mutex};
 
 use super::ObjectiveError;
-use super::mode_settings::{ModeSettings, Objective};
-use super::pairing::{MISSING, ModePair, Sought, VISIBLE, pair_into};
+use super::pairing::{MISSING, ModePair, VISIBLE, pair_into};
 use super::setup::{GAIN_RANGE, free_parameters, keep_rods, point_named};
-use super::visibility::Visibility;
 use crate::Place;
-use dynamics::model::{AssembledModel, FrequencyGrid, Peak, PeakSearch, Structure, Workspace, peaks_into};
+use dynamics::model::{AssembledModel, FrequencyGrid, Peak, PeakSearch, RodModel, Structure, Workspace, peaks_into};
 use machine::{Chain, FitRule, Machine, Operating, ParameterValues};
 use measurement::{FitSet, Gain, HoldOutSet, MeasurementSet, ModeObservation};
 use numeric::unit::omega_rad_s;
+
+/// The function of the deviations to minimise.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Objective {
+    /// Σ r²: relative frequency errors over σ_f and ln-amplitude errors over σ_lnA.
+    LeastSquares,
+    /// √Σ[(Δf/f)² + (ΔA/A)²] as printed. Source: Tian et al., Eq. 26.
+    Eq26,
+    /// [`Objective::LeastSquares`] on the frequencies alone.
+    Frequencies,
+}
+
+/// Weights and options of a mode objective.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ModeSettings {
+    /// Function of the deviations.
+    pub objective: Objective,
+    /// Relative standard deviation of a frequency by model error (1).
+    pub frequency_model_error: f64,
+    /// Standard deviation of ln(amplitude) (1).
+    pub amplitude_sd: f64,
+    /// How rods are represented.
+    pub rods: RodModel,
+}
+
+impl Default for ModeSettings {
+    /// σ_f² = (0.29·resolution/f)² + (1 %)² and σ_lnA = 0.13: rounding and model error, from the scatter of the published bench.
+    fn default() -> Self {
+        ModeSettings { objective: Objective::LeastSquares, frequency_model_error: 0.01, amplitude_sd: 0.13, rods: RodModel::Exact }
+    }
+}
 
 /// Deviation of one mode order.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,8 +52,6 @@ pub struct Deviation {
     pub predicted: Option<Peak>,
     /// Whether this is a peak without a partner that should have been visible.
     pub unexpected: bool,
-    /// χ² of a peak without a partner by its absence from the measurement, 0 for others.
-    pub absence: f64,
 }
 
 /// Prediction and measurement of a position.
@@ -55,7 +82,7 @@ struct ModeScratch {
     predictions: Vec<PositionPrediction>,
     /// Predicted frequencies.
     predicted_hz: Vec<f64>,
-    /// χ² of each predicted peak if it has no partner.
+    /// Relative frequency error assigned to each predicted peak without a partner.
     alone: Vec<f64>,
     least: Vec<f64>,
     pairs: Vec<ModePair>,
@@ -65,10 +92,7 @@ struct PositionData {
     index: usize,
     operating: Operating,
     observed: Vec<ModeObservation>,
-    /// Orders to pair with peaks: observed ones, and those known from other positions about which this one states nothing.
-    sought: Vec<Sought>,
-    /// Index in `observed` of each order sought.
-    observation: Vec<Option<usize>>,
+    measured_hz: Vec<f64>,
     /// Initial frequencies of the peak search, with precomputed rods that no free parameter changes.
     lines: FrequencyGrid,
 }
@@ -81,7 +105,7 @@ pub struct ModeObjective<'m> {
     positions: Vec<PositionData>,
     gain: Gain,
     resolution_hz: f64,
-    visibility: Visibility,
+    least_prominence: f64,
     search: PeakSearch,
     /// Lowest and highest measured frequency of these positions (Hz).
     pub band_hz: (f64, f64),
@@ -105,7 +129,7 @@ impl<'m> ModeObjective<'m> {
             )));
         }
         let objective = Self::for_positions(machine, fit.set(), fit.positions(), settings, frozen, None)?;
-        if objective.positions.iter().all(|p| p.observed.is_empty()) {
+        if objective.positions.iter().all(|p| p.measured_hz.is_empty()) {
             return Err(ObjectiveError::Data("no mode was observed at the positions to fit; name other positions".into()));
         }
         Ok(objective)
@@ -172,33 +196,17 @@ impl<'m> ModeObjective<'m> {
         let named = |name: &Option<String>, key: &str| point_named(machine, &set.path, key, name.as_deref().unwrap_or_default());
         let (response, excitation) = (named(&set.response, "response")?, named(&set.excitation, "excitation")?);
         let structure = Arc::new(Structure::new(machine, response, excitation, settings.rods)?);
-        // Orders observed at any of these positions: held-out data must not influence the fit.
-        let rows = || positions.iter().flat_map(|index| &table.positions[*index]);
-        let mut known: Vec<u32> = rows().filter(|m| m.frequency_hz.is_some()).map(|m| m.order).collect();
-        known.sort_unstable();
-        known.dedup();
-        let resolution_hz = table.resolution_hz.unwrap_or(0.0);
         let mut data = Vec::new();
         for &index in positions {
             let operating = Operating::at(set.positions[index].nut_m);
             machine.check_operating(&format!("{}: position {}", set.path, set.positions[index].name), &operating)?;
-            let stated = &table.positions[index];
-            let observed: Vec<ModeObservation> = stated.iter().filter(|m| m.frequency_hz.is_some()).copied().collect();
-            let unstated = |order: &u32| stated.iter().all(|m| m.order != *order);
-            let seen = observed.iter().enumerate().map(|(at, m)| (m.order, m.frequency_hz, Some(at)));
-            let mut orders: Vec<_> = seen.chain(known.iter().copied().filter(unstated).map(|order| (order, None, None))).collect();
-            orders.sort_by_key(|(order, _, _)| *order);
-            let sd = |frequency_hz: f64| (frequency_hz, settings.frequency_sd(resolution_hz, frequency_hz));
-            let sought = orders.iter().map(|(_, frequency_hz, _)| Sought { measured: frequency_hz.map(sd) }).collect();
-            let observation = orders.into_iter().map(|(_, _, at)| at).collect();
-            data.push(PositionData { index, operating, observed, sought, observation, lines: FrequencyGrid::new(&[]) });
+            let observed: Vec<ModeObservation> = table.positions[index].iter().filter(|m| m.frequency_hz.is_some()).copied().collect();
+            let measured_hz = observed.iter().filter_map(|m| m.frequency_hz).collect();
+            data.push(PositionData { index, operating, observed, measured_hz, lines: FrequencyGrid::new(&[]) });
         }
         // The band follows from these positions alone: held-out data must not influence the fit.
-        let all = || {
-            data.iter()
-                .flat_map(|p: &PositionData| p.observed.iter().filter_map(|m| m.frequency_hz))
-                .chain(wider.into_iter().flat_map(|(a, b)| [a, b]))
-        };
+        let all =
+            || data.iter().flat_map(|p: &PositionData| p.measured_hz.iter().copied()).chain(wider.into_iter().flat_map(|(a, b)| [a, b]));
         let band_hz = (all().fold(f64::INFINITY, f64::min), all().fold(0.0, f64::max));
         let search = PeakSearch {
             from_hz: 0.5 * band_hz.0,
@@ -213,8 +221,8 @@ impl<'m> ModeObjective<'m> {
             settings,
             positions: data,
             gain: set.gain,
-            resolution_hz,
-            visibility: Visibility::new(settings, table.least_prominence.unwrap_or(VISIBLE), band_hz),
+            resolution_hz: table.resolution_hz.unwrap_or(0.0),
+            least_prominence: table.least_prominence.unwrap_or(VISIBLE),
             search,
             band_hz,
             free,
@@ -309,16 +317,24 @@ impl<'m> ModeObjective<'m> {
         predicted_hz.clear();
         predicted_hz.extend(peaks.iter().map(|p| p.frequency_hz));
         alone.clear();
-        alone.extend(peaks.iter().map(|peak| self.visibility.absence(peak)));
-        pair_into(&p.sought, predicted_hz, alone, least, pairs);
+        alone.extend(peaks.iter().map(|p| if self.unexpected(p) { MISSING } else { 0.0 }));
+        pair_into(&p.measured_hz, predicted_hz, alone, least, pairs);
         deviations.clear();
-        let paired = |ModePair { measured, predicted }: &ModePair| Deviation {
-            observed: measured.and_then(|i| p.observation[i]).map(|i| p.observed[i]),
+        deviations.extend(pairs.iter().map(|ModePair { measured, predicted }| Deviation {
+            observed: measured.map(|i| p.observed[i]),
             predicted: predicted.map(|i| peaks[i]),
-            unexpected: measured.is_none() && predicted.is_some_and(|i| self.visibility.is_expected(&peaks[i])),
-            absence: if measured.is_none() { predicted.map_or(0.0, |i| alone[i]) } else { 0.0 },
-        };
-        deviations.extend(pairs.iter().map(paired).filter(|d| d.observed.is_some() || d.predicted.is_some()));
+            unexpected: measured.is_none() && predicted.is_some_and(|i| self.unexpected(&peaks[i])),
+        }));
+    }
+
+    /// Whether a predicted peak without a partner should have been visible.
+    fn unexpected(&self, peak: &Peak) -> bool {
+        peak.prominence >= self.least_prominence && peak.frequency_hz >= 0.9 * self.band_hz.0 && peak.frequency_hz <= 1.1 * self.band_hz.1
+    }
+
+    /// Returns the standard deviation of a relative frequency error.
+    fn frequency_sd(&self, frequency_hz: f64) -> f64 {
+        ((0.29 * self.resolution_hz / frequency_hz).powi(2) + self.settings.frequency_model_error.powi(2)).sqrt()
     }
 
     /// Computes the best gain for the predictions in the sense of the objective.
@@ -343,7 +359,7 @@ impl<'m> ModeObjective<'m> {
         AmplitudeFit { gain, count }
     }
 
-    /// Returns the weighted residuals in a fixed order: for each position frequencies, amplitudes, and one residual for peaks without a partner.
+    /// Returns the weighted residuals in a fixed order: for each position frequencies, amplitudes, and one residual for unexpected peaks.
     pub fn residuals(&self, predictions: &[PositionPrediction], gain: f64) -> Vec<f64> {
         let mut residuals = Vec::new();
         self.each_residual(predictions, gain, |residual| residuals.push(residual));
@@ -351,18 +367,20 @@ impl<'m> ModeObjective<'m> {
     }
 
     fn each_residual(&self, predictions: &[PositionPrediction], gain: f64, mut each: impl FnMut(f64)) {
+        let missing = MISSING / self.settings.frequency_model_error.max(1e-6);
         for deviations in predictions.iter().map(|p| &p.deviations) {
             for (observed, predicted) in deviations.iter().filter_map(|d| Some((d.observed?, d.predicted))) {
-                let measured_hz = observed.frequency_hz.unwrap_or(f64::NAN);
-                let error = predicted.map_or(MISSING, |peak| peak.frequency_hz / measured_hz - 1.0);
-                each(error / self.settings.frequency_sd(self.resolution_hz, measured_hz));
+                each(predicted.map_or(missing, |peak| {
+                    let measured_hz = observed.frequency_hz.unwrap_or(peak.frequency_hz);
+                    (peak.frequency_hz / measured_hz - 1.0) / self.frequency_sd(measured_hz)
+                }));
             }
             if self.settings.objective != Objective::Frequencies {
                 for (amplitude, predicted) in deviations.iter().filter_map(|d| Some((d.observed?.amplitude?, d.predicted))) {
                     each(predicted.map_or(0.0, |peak| (gain * peak.amplitude / amplitude).ln() / self.settings.amplitude_sd));
                 }
             }
-            each(deviations.iter().map(|d| d.absence).sum::<f64>().sqrt());
+            each(missing * f64::sqrt(deviations.iter().filter(|d| d.unexpected).count() as f64));
         }
     }
 
@@ -415,7 +433,7 @@ impl<'m> ModeObjective<'m> {
     pub fn rows(&self) -> Vec<usize> {
         let counts_amplitudes = self.settings.objective != Objective::Frequencies;
         let amplitudes = |p: &PositionData| p.observed.iter().filter(|m| counts_amplitudes && m.amplitude.is_some()).count();
-        self.positions.iter().map(|p| p.observed.len() + amplitudes(p) + 1).collect()
+        self.positions.iter().map(|p| p.measured_hz.len() + amplitudes(p) + 1).collect()
     }
 
     /// Whether the sum of squared residuals is a likelihood, so that intervals can be computed.
