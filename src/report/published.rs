@@ -78,8 +78,6 @@ impl FigureVerdict {
 pub struct FigureCount {
     /// Figures with a printed number.
     pub printed: usize,
-    /// Of these, computed by this program.
-    pub computed: usize,
     /// Of these, within 2 % with the equations and numbers as printed.
     pub as_printed: usize,
     /// Of these, within 2 % once the cause is mended.
@@ -109,7 +107,6 @@ pub fn count(figures: &[PublishedFigure]) -> BTreeMap<String, FigureCount> {
         for key in [figure.paper.as_str(), "all"] {
             let row = count.entry(key.into()).or_default();
             row.printed += 1;
-            row.computed += usize::from(figure.verdict != FigureVerdict::NotComputed);
             row.as_printed += usize::from(as_printed);
             row.mended += usize::from(figure.verdict == FigureVerdict::Within2Percent);
             row.within_rounding += usize::from(figure.verdict == FigureVerdict::WithinRounding);

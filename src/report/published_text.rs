@@ -63,12 +63,12 @@ fn counts(document: &PublishedDocument, bullet: &str) -> String {
     let mut papers: Vec<&str> = document.figures.iter().map(|f| f.paper.as_str()).collect();
     papers.dedup();
     let line = |name: &str| {
-        let FigureCount { printed, computed, as_printed, mended, within_rounding } = document.count.get(name).copied().unwrap_or_default();
+        let FigureCount { printed, as_printed, mended, within_rounding } = document.count.get(name).copied().unwrap_or_default();
         let share = if printed > 0 { 100.0 * mended as f64 / printed as f64 } else { 0.0 };
         let head = if name == "all" { "all papers" } else { name };
         format!(
-            "{bullet}{head}: {printed} figures with a printed number, {computed} of them computed; within 2 % as printed {as_printed}, mended \
-             {mended} ({share:.0} %), and {within_rounding} more within rounding\n"
+            "{bullet}{head}: {printed} figures with a printed number; within 2 % as printed {as_printed}, mended {mended} ({share:.0} %), and \
+             {within_rounding} more within rounding\n"
         )
     };
     papers.into_iter().chain(["all"]).map(line).collect()

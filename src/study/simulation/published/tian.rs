@@ -152,7 +152,7 @@ impl Bench {
             let twist = (place == "Tab. 6" && row.order == 1 && fit.contains('+'))
                 .then_some(". Tab. 6 prints 23 Hz with an error of 0 against 24 Hz measured: 24 here");
             Ok(figure.because(format!(
-                "peak of the table's FRF. Printed: free rotor. Mended: no rotor, one spring of {:.2e} N/m between table and ground{}",
+                "peak of the table's |H|. Printed: free rotor. Mended: no rotor, one spring of {:.2e} N/m between table and ground{}",
                 self.spring_n_per_m(),
                 twist.unwrap_or_default()
             )))
@@ -160,7 +160,7 @@ impl Bench {
         rows.iter().map(figure).collect()
     }
 
-    /// Computes the overall errors (Eq. 27) from the printed frequencies, and from ours, rounded to 1 Hz as the paper rounds its own.
+    /// Computes the overall errors (Eq. 27): from the printed frequencies, and from ours, rounded to 1 Hz as the paper rounds its own.
     fn overall_errors(&self) -> StudyResult<Vec<PublishedFigure>> {
         let measured = |position: &str, order: u32| -> Option<f64> {
             let at = self.set.positions.iter().position(|p| p.name == position)?;
@@ -182,11 +182,10 @@ impl Bench {
             let ours = over(&|row| Ok(self.computed_hz(row)?.map(f64::round)))?;
             let name = format!("overall error at {position}, parameters of {}", fit.replace('+', ", "));
             let figure = at(table(fit, position)).figure(name, "%").printed(100.0 * printed, 0.01);
-            Ok(figure.as_printed(100.0 * arithmetic).because(format!(
-                "Eq. 27 on the printed frequencies. On ours of the rows above, rounded to 1 Hz as the paper rounds: {:.2} %; an error is a small \
-                 difference, and 1 Hz more or less changes it by up to 4 %",
-                100.0 * ours
-            )))
+            Ok(figure.as_printed(100.0 * arithmetic).mended(100.0 * ours).because(
+                "Eq. 27. Printed: from the printed frequencies. Mended: from ours of the rows above, rounded to 1 Hz: an error is a small \
+                 difference of rounded numbers, and 1 Hz more or less changes it by up to 4 %",
+            ))
         };
         OVERALL.iter().map(row).collect()
     }

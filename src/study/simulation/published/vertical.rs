@@ -127,11 +127,12 @@ fn ends(printed: &Machine, physics: &Machine) -> StudyResult<Vec<PublishedFigure
         figures.push(
             at("Eq. 12")
                 .figure(format!("share of the lower bearings at a = {a} m/s², z = {z} m"), "1")
+                .printed(0.5, 0.1)
                 .as_printed(lower(printed, &condition)?)
-                .mended(lower(physics, &condition)?)
                 .because(format!(
-                    "«equally divided at the ends of the lead screw»; no number printed. Mended: compatibility of both ends at the nut, ours by \
-                     default: first frequency {:.1} Hz in place of {:.1} Hz with halves",
+                    "«equally divided at the ends of the lead screw». By compatibility of both ends at the nut, ours by default: {:.3}; first \
+                     frequency {:.1} Hz in place of {:.1} Hz with halves",
+                    lower(physics, &condition)?,
                     first_hz(physics, &condition)?,
                     first_hz(&halves, &condition)?,
                 )),
