@@ -152,7 +152,7 @@ impl Bench {
             let twist = (place == "Tab. 6" && row.order == 1 && fit.contains('+'))
                 .then_some(". Tab. 6 prints 23 Hz with an error of 0 against 24 Hz measured: 24 here");
             Ok(figure.because(format!(
-                "peak of the table's |H|. Printed: free rotor. Mended: no rotor, one spring of {:.2e} N/m between table and ground{}",
+                "peak of the table's FRF. Printed: free rotor. Mended: no rotor, one spring of {:.2e} N/m between table and ground{}",
                 self.spring_n_per_m(),
                 twist.unwrap_or_default()
             )))
