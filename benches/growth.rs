@@ -283,11 +283,6 @@ fn generations(table: &Table) {
     table.row("generation, modes", "positions", &[1, 3, 6, 12, 24], |n| {
         with_modes(&machine, &simulated_modes(&machine, n), |objective| generation_seconds(objective))
     });
-    // The population is proportional to the number of parameters.
-    table.row("generation, one FRF of 120 lines, 16 points", "free parameters", &[4, 8, 12, 16], |n| {
-        let machine = chain_of_masses(16, n);
-        with_frfs(&machine, &one_frf(&machine, 120), |objective| generation_seconds(objective))
-    });
 }
 
 fn identifications(table: &Table) {

@@ -141,7 +141,7 @@ fn quiet_omits_and_verbose_adds_messages() {
     assert!(normal.0 == quiet.0 && normal.0 == verbose.0, "the results differ");
     assert!(quiet.1.is_empty(), "{}", quiet.1);
     assert!(normal.1.contains("warning: ") && !normal.1.contains("SHA-256"), "{}", normal.1);
-    for part in ["read configs/tian.toml (SHA-256 ", "settings: ", "search with seed 1: cost ", " threads, seed 1"] {
+    for part in ["read configs/tian.toml (SHA-256 ", "settings: ", "round of searches with seed 1: cost ", " threads, seed 1"] {
         assert!(verbose.1.contains(part), "{part}: {}", verbose.1);
     }
     jointid().args(["identify", "-q", "-v"]).assert().code(2);

@@ -205,7 +205,8 @@ fn limit_screw_ends_share_a_load_by_compatibility() {
         assert!((displacement[0] / displacement[1] - 1.0).abs() < 1e-6, "{displacement:?}");
         let share = l.force_n / whole_n;
         match nut_m {
-            0.2 => assert!((share - 0.69).abs() < 0.005, "{share}"),
+            // An estimate with constant bearing stiffness gives 0.69.
+            0.2 => assert!((share - 0.696).abs() < 0.005, "{share}"),
             0.05 if a == 0.0 => assert!((share - 0.80).abs() < 0.005, "{share}"),
             0.7 => assert!(share < 0.5, "{share}"),
             _ => {}

@@ -314,7 +314,7 @@ fn refuse_screw_ends_that_do_not_belong_together() {
 #[test]
 fn published_parameters_stand_beside_ours() {
     let (_, out, _) = run(&["compare", "--positions", "l1,l3,l5", "--single", "l3,l5", "--repeats", "1", "-q"]);
-    for part in ["Published", "4.280e7", "3.120e7", "6.050e7", "fitted on l5", "published", "95 % interval"] {
+    for part in ["Published", "4.280e7", "3.120e7", "6.050e7", "fitted on l5", "published", "Identifiable"] {
         assert!(out.contains(part), "«{part}» is not in {out}");
     }
     let (_, out, _) = run(&["identify", "--positions", "l3", "--repeats", "1", "-q"]);

@@ -18,7 +18,7 @@ pub struct IdentifyArguments {
     #[command(flatten)]
     pub search: SearchArguments,
     /// Evaluate the objective and all errors at the start values, without fitting
-    #[arg(long, conflicts_with_all = ["freeze", "bootstrap", "repeats"])]
+    #[arg(long, conflicts_with_all = ["freeze", "bootstrap"])]
     pub evaluate: bool,
     #[command(flatten)]
     pub output: OutputArguments,

@@ -121,7 +121,6 @@ pub(super) fn estimate<P: Problem>(
     }
     let mut place = basins[0].place.clone();
     let (mut values, mut gain) = (problem.values(&place), problem.gain_at(&place));
-    // Eq. 26 is no likelihood: its minimum has no intervals.
     let has_intervals = problem.is_likelihood();
     let inflation = if inflated.is_some() { 1.0 } else { misfit * correlation_factor };
     let wider = if has_intervals && plan.profile { wider(&place)? } else { None };
@@ -153,8 +152,8 @@ pub(super) fn estimate<P: Problem>(
         .filter_map(|drawn| bootstrap(problem, &place, drawn, plan.bootstrap, plan.seed, control))
         .collect();
     let mut warnings = shortage(problem.observations(), unknowns);
-    let excess = misfit * correlation_factor;
-    let (estimates, at_bounds) = parameter_estimates(machine, &free, &place, &values, &regions, &certainty, (has_intervals, excess));
+    let kind = (has_intervals, misfit * correlation_factor);
+    let (estimates, at_bounds) = parameter_estimates(machine, &free, &place, &values, &regions, &certainty, kind);
     warnings.extend(at_bounds);
     let gain_column = problem.gain_column();
     let gain_interval95 = gain_column.filter(|_| has_intervals).map(|_| gain_interval(&regions[free.len()]));

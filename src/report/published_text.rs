@@ -66,10 +66,11 @@ fn counts(document: &PublishedDocument, bullet: &str) -> String {
         let FigureCount { printed, as_printed, mended, within_rounding } = document.count.get(name).copied().unwrap_or_default();
         let share = if printed > 0 { 100.0 * mended as f64 / printed as f64 } else { 0.0 };
         let head = if name == "all" { "all papers" } else { name };
-        format!(
+        let text = format!(
             "{bullet}{head}: {printed} figures with a printed number; within 2 % as printed {as_printed}, mended {mended} ({share:.0} %), and \
              {within_rounding} more within rounding\n"
-        )
+        );
+        if bullet.is_empty() { wrapped(text.trim_end()) } else { text }
     };
     papers.into_iter().chain(["all"]).map(line).collect()
 }

@@ -186,7 +186,9 @@ pub(crate) fn noise_warnings(set: &MeasurementSet) -> Vec<String> {
         let names = frfs.iter().map(|f| f.source.as_str()).collect::<Vec<_>>().join(", ");
         let (least, most) = frfs.iter().map(|f| 100.0 * sd(f)).fold((f64::INFINITY, 0.0_f64), |(a, b), x| (a.min(x), b.max(x)));
         let estimate = match source {
-            NoiseSource::Unknown => "unknown: they have too few lines to estimate it, and intervals count the model error alone".to_string(),
+            NoiseSource::Unknown => {
+                "unknown: they have too few lines to estimate it, and intervals count the model error alone".to_string()
+            }
             _ => format!("estimated from {}: {least:.2} to {most:.2} % of |H| (median line of each)", noise_word(source)),
         };
         let remedy = "measure several blows and state coherence and averages";

@@ -156,6 +156,14 @@ fn zero_order_hold(a: &DMatrix<f64>, b: &DVector<f64>, time_s: f64) -> Option<(D
     Some((exp.view((0, 0), (s, s)).into(), exp.view((0, s), (s, 1)).column(0).into()))
 }
 
+/// Refuses loops with more states than those of which poles are computed.
+fn too_many_states(states: usize, delayed: usize, readings: usize) -> MotionError {
+    MotionError::Input(format!(
+        "the loops have {states} states, {delayed} of them for drive.delay_s and {readings} for drive.velocity.over_s, more than the {MOST_STATES} for \
+         which poles are computed; shorten these times"
+    ))
+}
+
 impl LinearLoops {
     /// Builds the loops of a machine with the given parameters.
     ///
@@ -184,11 +192,7 @@ impl LinearLoops {
         };
         let states = plant.states + readings + whole_delay;
         if states > MOST_STATES {
-            let fault = format!(
-                "the loops have {states} states, {whole_delay} of them for drive.delay_s and {readings} for drive.velocity.over_s, more than the \
-                 {MOST_STATES} for which poles are computed; shorten these times"
-            );
-            return Err(MotionError::Input(fault));
+            return Err(too_many_states(states, whole_delay, readings));
         }
         let mut rows = Rows::unit(plant.states, readings, whole_delay + 1);
         let columns = rows.plant.ncols();

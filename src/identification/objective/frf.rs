@@ -14,11 +14,6 @@ use machine::{FitRule, Machine, ParameterValues};
 use measurement::{FitSet, Gain, HoldOutSet, MeasurementSet};
 use numeric::statistics::root_mean_square;
 
-/// Largest number of lines of one FRF in the first steps of a global search.
-const THIN_LINES: usize = 120;
-/// Standard deviation of ln H of all lines in the first steps of a global search (1): a misfit that noise does not reach.
-const COARSE_SD: f64 = 0.3;
-
 /// The gap of one FRF.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrfGap {
@@ -63,11 +58,11 @@ pub struct FrfObjective<'m> {
     pub free: Vec<usize>,
     /// Number of free parameters that are not tolerances: those the global search varies.
     pub own_count: usize,
-    base: ParameterValues,
+    pub(super) base: ParameterValues,
     pools: Vec<Mutex<Vec<FrfScratch>>>,
     /// The objectives of a global search: on thinned lines, and on these with equal weights and tolerances held.
-    thin: OnceLock<Box<FrfObjective<'m>>>,
-    coarse: OnceLock<Box<FrfObjective<'m>>>,
+    pub(super) thin: OnceLock<Box<FrfObjective<'m>>>,
+    pub(super) coarse: OnceLock<Box<FrfObjective<'m>>>,
 }
 
 impl<'m> FrfObjective<'m> {
@@ -173,7 +168,7 @@ impl<'m> FrfObjective<'m> {
     }
 
     /// Precomputes the rods of records that neither free parameters nor nut positions change.
-    fn with_precomputed_rods(&self, mut records: Vec<FrfRecord>) -> Vec<FrfRecord> {
+    pub(super) fn with_precomputed_rods(&self, mut records: Vec<FrfRecord>) -> Vec<FrfRecord> {
         let decoded = |u: f64| self.decode(&vec![u; self.free.len() + 1 + self.nuts + 2 * self.free_channels()]);
         let cases = [0.3, 0.7].map(decoded);
         for record in &mut records {
@@ -449,26 +444,6 @@ impl<'m> FrfObjective<'m> {
     #[must_use]
     pub fn thinned(&self, most: usize) -> FrfObjective<'m> {
         self.with_records(|record| record.thinned(most))
-    }
-
-    /// Returns the objective on thinned lines, for the steps of a global search.
-    pub(crate) fn thin(&self) -> &FrfObjective<'m> {
-        self.thin.get_or_init(|| Box::new(self.thinned(THIN_LINES)))
-    }
-
-    /// Returns the objective on thinned lines of equal weight, with tolerances, nut positions and channels as stated, for the first steps of a
-    /// global search.
-    pub(crate) fn coarse(&self) -> &FrfObjective<'m> {
-        self.coarse.get_or_init(|| {
-            let mut coarse = self.resampled(&[]);
-            coarse.free.truncate(self.own_count);
-            self.free[self.own_count..].iter().for_each(|i| coarse.base[*i] = self.machine.parameters[*i].search_start());
-            (coarse.nuts, coarse.settings) = (0, self.settings.as_stated());
-            let thinned = self.records.iter().map(|record| record.thinned(THIN_LINES)).collect();
-            coarse.records = coarse.with_precomputed_rods(thinned);
-            coarse.records.iter_mut().for_each(|record| record.weight.fill(COARSE_SD.powi(-2)));
-            Box::new(coarse)
-        })
     }
 
     /// Returns the objective with at most `most` lines of each record, dense where its curve bends, weighted by the lines they represent.

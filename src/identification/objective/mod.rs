@@ -1,6 +1,7 @@
 //! Objectives: the misfit between prediction and measurement.
 
 mod calibration;
+mod coarse;
 mod error;
 mod frf;
 mod modes;

@@ -3,10 +3,11 @@
 use std::io::{Read, Seek};
 
 use super::abscissa::Abscissa;
-use super::columns::{Field, data_columns, fields_of, is_overflown};
+use super::columns::{Field, data_columns, fields_of};
 use super::error::UniversalError;
 use super::evidence::SizeEvidence;
 use super::frame::{all_blank, is_loose_sentinel, is_sentinel};
+use super::number::is_overflown;
 use super::number::{Form, Scan, scan};
 use super::place::FilePlace;
 use super::point::{Points, numbers_per_value};

@@ -1,6 +1,6 @@
 //! Fixed columns of the data lines of a text record, for lines with overflown fields.
 
-use super::number::{Form, Scan, is_blank, scan};
+use super::number::{Form, Scan, is_blank, is_overflown, scan};
 use super::record::RecordHeader;
 
 /// Widths of the fields of a data line.
@@ -21,11 +21,6 @@ pub(super) fn data_columns(header: &RecordHeader) -> &'static [usize] {
         (true, false, false) => &[13, 20, 13, 20],
         (true, false, true) => &[13, 20, 20],
     }
-}
-
-/// Whether a field holds asterisks alone: Fortran fills a field with them that is too narrow for its number.
-pub(super) fn is_overflown(field: &[u8]) -> bool {
-    !field.is_empty() && field.iter().all(|&byte| byte == b'*')
 }
 
 /// A field of a data line.

@@ -1,8 +1,7 @@
 //! Reads fields in the fixed columns of header lines.
 
-use super::columns::is_overflown;
 use super::error::UniversalError;
-use super::number::{self, Scan};
+use super::number::{self, Scan, is_overflown};
 use super::place::FilePlace;
 use super::source::SourceLine;
 use super::warning::Warning;

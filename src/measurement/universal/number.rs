@@ -163,6 +163,11 @@ fn exact(number: &[u8], mantissa: &[u8], power: i32, form: Form) -> f64 {
     text.parse().unwrap_or(f64::NAN)
 }
 
+/// Whether a field holds asterisks alone: Fortran fills a field with them that is too narrow for its number.
+pub(super) fn is_overflown(field: &[u8]) -> bool {
+    !field.is_empty() && field.iter().all(|&byte| byte == b'*')
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -144,7 +144,7 @@ const STUCK: f64 = 0.999;
 /// Says at which frequencies the axis sticks, and in which joint.
 fn sticking_warning(request: &BodeRequest, machine: &Machine, found: &[SineResponse]) -> Option<String> {
     let stuck = || found.iter().filter_map(|f| Some((f.frequency_hz, f.stuck?))).filter(|(_, (_, share))| *share >= STUCK);
-    let (first, last) = (stuck().next()?, stuck().last()?);
+    let (first, last) = (stuck().next()?, stuck().next_back()?);
     Some(format!(
         "the axis sticks at an amplitude of {:e} at {} of {} frequencies from {:.4} to {:.4} Hz: the friction of «{}» does not slide, and the \
          simulated response is that of the held machine; raise the amplitude (amplitude_m)",

@@ -76,7 +76,7 @@ impl Comparison {
     }
 
     /// States ours from the equations and numbers as printed.
-    pub fn as_printed(self, ours: f64) -> Self {
+    pub fn ours_as_printed(self, ours: f64) -> Self {
         Comparison { as_printed: Some(ours), ..self }
     }
 

@@ -182,7 +182,7 @@ impl Bench {
             let ours = over(&|row| Ok(self.computed_hz(row)?.map(f64::round)))?;
             let name = format!("overall error at {position}, parameters of {}", fit.replace('+', ", "));
             let figure = at(table(fit, position)).figure(name, "%").printed(100.0 * printed, 0.01);
-            Ok(figure.as_printed(100.0 * arithmetic).mended(100.0 * ours).because(
+            Ok(figure.ours_as_printed(100.0 * arithmetic).mended(100.0 * ours).because(
                 "Eq. 27. Printed: from the printed frequencies. Mended: from ours of the rows above, rounded to 1 Hz: an error is a small \
                  difference of rounded numbers, and 1 Hz more or less changes it by up to 4 %",
             ))
@@ -199,7 +199,7 @@ impl Bench {
             let near = |hz: &&f64| nearest_hz(&peaks, **hz).is_some_and(|f| (f / **hz - 1.0).abs() < 0.03);
             Ok(predicted.iter().filter(near).count() as f64)
         };
-        Ok(vec![at("Tab. 3").figure("peaks within 3 % of the four predicted frequencies at l2", "1").printed(4.0, 1.0).as_printed(orders(false)?).mended(
+        Ok(vec![at("Tab. 3").figure("peaks within 3 % of the four predicted frequencies at l2", "1").printed(4.0, 1.0).ours_as_printed(orders(false)?).mended(
             orders(true)?,
         ).because(
             "printed: c_n = 2.25e5 N·s/m. Mended: 2.25e3, probably the number meant; the single positions of Tab. 5 have 4.25e3 and 2.55e3",

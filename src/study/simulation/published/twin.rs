@@ -52,12 +52,12 @@ fn joints() -> StudyResult<Vec<PublishedFigure>> {
         at("Tab. 1")
             .figure("balls of one nut, five turns", "1")
             .printed(98.0, 1.0)
-            .as_printed(five_turns)
+            .ours_as_printed(five_turns)
             .because("N = i·π·d/(d_b·cos λ) below Eq. 9"),
         at("4.1.1")
             .figure("nut, P/δ at 1.115 kN", "N/m")
             .printed(NUT_STIFFNESS_N_PER_M, 1e6)
-            .as_printed(nut_stiffness(&nut(NUT_BALLS))?)
+            .ours_as_printed(nut_stiffness(&nut(NUT_BALLS))?)
             .mended(nut_stiffness(&one_turn)?)
             .because(
                 "Eq. 7–9 with the curvatures corrected. Printed: N = 98 and conformity 0.52. Mended: one loaded turn (i = 1) and conformity \
@@ -66,7 +66,7 @@ fn joints() -> StudyResult<Vec<PublishedFigure>> {
         at("4.1.2")
             .figure("bearing pair in series, P/δ at 1 kN", "N/m")
             .printed(BEARING_PAIR_STIFFNESS_N_PER_M, 1e6)
-            .as_printed(eq_18)
+            .ours_as_printed(eq_18)
             .mended(0.5 * secant(&wider)?)
             .because(
                 "Eq. 18–20; the pitch diameter, not printed, is chosen. Printed: δ_n·sin α, which breaks the balance of work. Mended: \
@@ -110,7 +110,7 @@ fn friction() -> StudyResult<Vec<PublishedFigure>> {
             let remark = "recovered by `friction` from torques simulated with the printed curve, rounded to 1 mN·m: tests the fit, not the \
                           paper, whose torques are not printed";
             let figure = at("Tab. 2").figure(format!("{name} of axis {axis}"), unit);
-            figures.push(figure.printed(published, resolution).as_printed(ours).because(remark));
+            figures.push(figure.printed(published, resolution).ours_as_printed(ours).because(remark));
         }
     }
     Ok(figures)
@@ -155,7 +155,7 @@ fn velocity([printed, mended, physics]: [&Machine; 3]) -> StudyResult<Vec<Publis
         at("5.2, Fig. 12")
             .figure("velocity at which nut B unloads", "m/min")
             .printed(35.0, 1.0)
-            .as_printed(unloading_m_min(printed, "screw-nut-1")?)
+            .ours_as_printed(unloading_m_min(printed, "screw-nut-1")?)
             .mended(unloading_m_min(mended, "screw-nut-1")?)
             .because(format!(
                 "Eq. 10–17 with Tab. 2, axis 1. Mended: axial force P_T·f(v), P_T = 0.90 of Eq. 11. Axis 2: {:.1} m/min. {equilibrium}",
@@ -185,7 +185,7 @@ fn velocity([printed, mended, physics]: [&Machine; 3]) -> StudyResult<Vec<Publis
             .because("falls and then rises, as in Fig. 13, but later: each pair is softest where a side unloads"),
         at("Fig. 12")
             .figure("nut of axis 1 at 30 m/min over at rest", "1")
-            .as_printed(nut_1(printed, 0.5)? / nut_1(printed, 0.0)?)
+            .ours_as_printed(nut_1(printed, 0.5)? / nut_1(printed, 0.0)?)
             .mended(nut_1(physics, 0.5)? / nut_1(physics, 0.0)?)
             .holds(nut_1(physics, 0.5)? < nut_1(physics, 0.0)?)
             .because(

@@ -63,7 +63,7 @@ fn of_theory(printed: &Machine, computed: &Machine) -> StudyResult<Vec<Published
         .iter()
         .map(|(ratio, published, ..)| {
             let figure = at("Tab. 5").figure(format!("first frequency at x/L = {ratio}, theory"), "Hz").printed(*published, 0.1);
-            let figure = figure.as_printed(first_hz(printed, &theory(*ratio))?).mended(first_hz(computed, &theory(*ratio))?);
+            let figure = figure.ours_as_printed(first_hz(printed, &theory(*ratio))?).mended(first_hz(computed, &theory(*ratio))?);
             Ok(figure.because(format!(
                 "Eq. 6 with K_g = 0, printed K_b and Tab. 4: the screws turn against each other on bearing and screw; the table's centre \
                  rests. Printed: K_a of Eq. 22. Mended: the nut left out of K_a, K_n and yawing stiff. The stroke is not printed: \
@@ -94,7 +94,7 @@ fn of_experiment(computed: &Machine, physics: &Machine) -> StudyResult<Vec<Publi
         let held = if ratio == 0.25 || ratio == 0.75 { "held out" } else { "fitted" };
         let by_mass = 100.0 * (first(physics, &mass, ratio) / measured - 1.0);
         let figure = at("Tab. 5").figure(format!("first frequency at x/L = {ratio}, experiment"), "Hz").printed(measured, 0.1);
-        figures.push(figure.as_printed(theory).mended(first(computed, &screws, ratio)).because(format!(
+        figures.push(figure.ours_as_printed(theory).mended(first(computed, &screws, ratio)).because(format!(
             "{held}. As printed: the published theory. Mended: the same mode with printed K_b, stroke 0.44 m; yawing {:.1e} N·m/rad and \
              factor {:.3} on the screws fitted at x/L = 0, 0.5, 1. A moving mass of {mass_kg:.0} kg, screws held, gives {by_mass:+.1} %",
             value(computed, &screws, "k_yaw"),
@@ -103,7 +103,7 @@ fn of_experiment(computed: &Machine, physics: &Machine) -> StudyResult<Vec<Publi
     }
     let inertia_kg_m2: f64 = 2.0 * 2.545e-4;
     let reflected_kg = inertia_kg_m2 * (std::f64::consts::TAU / LEAD_M).powi(2);
-    figures.push(at("Tab. 4, 5").figure("mass that the level of Tab. 5 needs with the screws held, and reflected inertia", "kg").as_printed(mass_kg).mended(reflected_kg).because(
+    figures.push(at("Tab. 4, 5").figure("mass that the level of Tab. 5 needs with the screws held, and reflected inertia", "kg").ours_as_printed(mass_kg).mended(reflected_kg).because(
         "as printed: fitted to the experiment in place of M_w = 24.43 kg. Mended: 2·(J_m + J_b)·(2π/p)² of Tab. 4. Both explain the level; \
          the data of Tab. 5 cannot distinguish them, the inertia needs no mass that the paper does not state",
     ));
@@ -122,7 +122,7 @@ fn of_elements(computed: &Machine) -> StudyResult<Vec<PublishedFigure>> {
         .iter()
         .map(|(ratio, .., published)| {
             let figure = at("Tab. 5").figure(format!("first frequency at x/L = {ratio}, finite elements"), "Hz").printed(*published, 0.1);
-            Ok(figure.as_printed(first_hz(computed, &theory(*ratio))?).because(format!(
+            Ok(figure.ours_as_printed(first_hz(computed, &theory(*ratio))?).because(format!(
                 "cause unknown: as printed is the mode of Eq. 6 with the joints of the element model. Tried: a chain through both ends, \
                  whose 1/f² is linear in x: {:.1} Hz here; the elements' 1/f² grows with x²",
                 chain(*ratio)
@@ -139,7 +139,7 @@ fn of_both_directions(physics: &Machine) -> StudyResult<PublishedFigure> {
     let (near, far) = (stage(ENDS_M.0, ENDS_M.0)?, stage(ENDS_M.1, ENDS_M.1)?);
     let figure = at("Fig. 9, Eq. 23").figure("transmission stiffness of X and Y in series, smallest over largest", "1");
     Ok(figure
-        .as_printed(far / near)
+        .ours_as_printed(far / near)
         .holds(far < near)
         .because(format!("falls in both directions from {near:.3e} N/m with both nuts left to {far:.3e} N/m with both right")))
 }

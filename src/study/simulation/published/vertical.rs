@@ -49,7 +49,7 @@ pub fn figures() -> StudyResult<Vec<PublishedFigure>> {
         let f_paper = (by_paper / MASS_KG).sqrt() / std::f64::consts::TAU;
         let f = first_hz(&printed, &condition)?;
         let equal = (ours / by_paper - 1.0).abs() < 1e-9 && (f / f_paper - 1.0).abs() < 1e-8;
-        figures.push(at("Eq. 1, 26–29").figure(format!("first frequency at a = {a} m/s², z = {z} m"), "Hz").as_printed(f).mended(first_hz(&physics, &condition)?).holds(equal).because(
+        figures.push(at("Eq. 1, 26–29").figure(format!("first frequency at a = {a} m/s², z = {z} m"), "Hz").ours_as_printed(f).mended(first_hz(&physics, &condition)?).holds(equal).because(
             format!(
                 "no number printed. As printed: our model equals the equations written out, {f_paper:.2} Hz with k_e = {by_paper:.3e} N/m. \
                  Mended: pairs by equilibrium, ends by compatibility, no weights"
@@ -63,7 +63,7 @@ pub fn figures() -> StudyResult<Vec<PublishedFigure>> {
     figures.push(
         at("2.3")
             .figure("first frequency at 9 m/s² upward over at rest", "1")
-            .as_printed(first_hz(&printed, &here(9.0, 0.45))? / first_hz(&printed, &here(0.0, 0.45))?)
+            .ours_as_printed(first_hz(&printed, &here(9.0, 0.45))? / first_hz(&printed, &here(0.0, 0.45))?)
             .mended(up / rest)
             .because(
                 "by the printed rule (the larger of two sides) it rises at once; by equilibrium it falls until nut B unloads, then rises",
@@ -79,7 +79,7 @@ pub fn figures() -> StudyResult<Vec<PublishedFigure>> {
         at("Eq. 14, 17")
             .figure("weight of the bearings' stiffness", "1")
             .printed(0.9, 0.1)
-            .as_printed(0.9 * 0.9)
+            .ours_as_printed(0.9 * 0.9)
             .mended(0.9)
             .because("c_wb enters Eq. 14 and again Eq. 17–18: 0.81 in total. Mended: once. Ours by default: none"),
     );
@@ -94,7 +94,7 @@ fn unloading(printed: &Machine, physics: &Machine) -> StudyResult<Vec<PublishedF
     };
     let (by_print, by_equilibrium) = (unloads(printed)?, unloads(physics)?);
     Ok(vec![
-        at("Eq. 15").figure("force over preload where side B unloads", "1").printed(1.83, 0.01).as_printed(by_print.0).because(
+        at("Eq. 15").figure("force over preload where side B unloads", "1").printed(1.83, 0.01).ours_as_printed(by_print.0).because(
             "Eq. 15: m·(g + a) = 1.83·P follows as printed. It is the increment of side A's load, taken for the force; see the next row",
         ),
         at("Eq. 15")
@@ -128,7 +128,7 @@ fn ends(printed: &Machine, physics: &Machine) -> StudyResult<Vec<PublishedFigure
             at("Eq. 12")
                 .figure(format!("share of the lower bearings at a = {a} m/s², z = {z} m"), "1")
                 .printed(0.5, 0.1)
-                .as_printed(lower(printed, &condition)?)
+                .ours_as_printed(lower(printed, &condition)?)
                 .because(format!(
                     "«equally divided at the ends of the lead screw». By compatibility of both ends at the nut, ours by default: {:.3}; first \
                      frequency {:.1} Hz in place of {:.1} Hz with halves",
