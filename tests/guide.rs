@@ -32,10 +32,10 @@ fn commands(page: &str) -> Vec<String> {
     found
 }
 
-/// Shortens a long command: fewer searches, no cache, one blind case.
+/// Shortens a long command: a comparison with fewer searches, no cache, one blind case.
 fn shortened(command: &str) -> String {
     match command.split_whitespace().nth(1) {
-        Some("identify" | "compare") => format!("{command} --repeats 1"),
+        Some("compare") => format!("{command} --repeats 1"),
         Some("diagnose") => format!("{command} --no-cache"),
         Some("withheld") => command.replace("quick", "1"),
         _ => command.to_string(),

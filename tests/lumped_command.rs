@@ -261,10 +261,10 @@ fn published_page_equals_the_output_of_the_command() {
     }
     let equations = paper("Vertical").into_iter().filter(|f| f["place"] == "Eq. 1, 26–29");
     assert!(equations.clone().count() == 3 && equations.into_iter().all(|f| f["verdict"] == "holds"));
-    // All 49 predictions of Tab. 4 and 6–9 follow from the model that the authors computed; one of order 1 misses its rounding by 0.01 Hz.
+    // All 49 predictions of Tab. 4 and 6–9 follow from the model that the authors computed; two of order 1 miss their rounding by 0.01 Hz.
     let predicted: Vec<&Value> = paper("Tian").into_iter().filter(|f| f["quantity"].as_str().unwrap().contains(", order ")).collect();
     assert_eq!(predicted.len(), 49);
-    assert!(predicted.iter().filter(|f| close(f)).count() >= 48);
+    assert!(predicted.iter().filter(|f| close(f)).count() >= 47);
     let off: Vec<f64> = predicted
         .iter()
         .filter(|f| !f["quantity"].as_str().unwrap().contains("order 1,"))
@@ -314,7 +314,7 @@ fn refuse_screw_ends_that_do_not_belong_together() {
 #[test]
 fn published_parameters_stand_beside_ours() {
     let (_, out, _) = run(&["compare", "--positions", "l1,l3,l5", "--single", "l3,l5", "--repeats", "1", "-q"]);
-    for part in ["Published", "4.280e7", "3.120e7", "6.050e7", "fitted on l5", "published", "Identifiable"] {
+    for part in ["Published", "4.280e7", "3.120e7", "6.050e7", "fitted on l5", "published", "not fitted"] {
         assert!(out.contains(part), "«{part}» is not in {out}");
     }
     let (_, out, _) = run(&["identify", "--positions", "l3", "--repeats", "1", "-q"]);

@@ -1,6 +1,6 @@
 //! Nuisance parameters of a machine, its records and its scales, with their standard deviations: none of them is an effect.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use super::data::MotionData;
 use dynamics::inverse_dynamics::{ExtraChannel, MotionSignal, Rigid};
@@ -262,4 +262,9 @@ impl<'o> Influences<'o> {
 
 fn further<'m>(m: &'m MotionSignal, column: &str) -> Option<&'m ExtraChannel> {
     m.extra_channels.iter().find(|f| f.column == column)
+}
+
+/// Returns the columns of nuisance parameters side by side.
+pub(super) fn columns_of(nuisances: &[Nuisance]) -> DMatrix<f64> {
+    DMatrix::from_columns(&nuisances.iter().map(|n| n.column.clone()).collect::<Vec<_>>())
 }

@@ -11,7 +11,7 @@ use super::data::{MotionData, side_by_side};
 use super::design::{CandidateDesign, Forces, INDEPENDENT, SharedDesign, Solved};
 use super::free_function::free_functions;
 use super::grid::{LinearParameter, grid, small};
-use super::nuisance::{Nuisance, nuisances};
+use super::nuisance::{Nuisance, columns_of, nuisances};
 use super::null_distribution::{MotionNullDistribution, NullDraw, strength};
 use super::residual_bootstrap::ResidualBootstrap;
 use crate::{Hypothesis, HypothesisKind, Status};
@@ -453,10 +453,6 @@ impl MotionScreening {
         let of = |from: usize| control.cached(&format!("null simulations from {from} {seed}"), || solve_batch(from));
         chunks.into_par_iter().filter(|_| !control.stopped()).flat_map_iter(of).collect()
     }
-}
-
-fn columns_of(nuisances: &[Nuisance]) -> DMatrix<f64> {
-    DMatrix::from_columns(&nuisances.iter().map(|n| n.column.clone()).collect::<Vec<_>>())
 }
 
 fn without(id: String, status: Status) -> MotionCandidate {
