@@ -225,7 +225,7 @@ fn the_page_on_the_papers_states_what_its_commands_find() {
         text.lines().filter(|line| line.contains("| `jointid identify")).map(|line| line.split('|').map(str::trim).collect()).collect();
     assert_eq!(rows.len(), 3);
     for row in rows {
-        let arguments: Vec<&str> = row[5].trim_matches('`').split_whitespace().skip(1).collect();
+        let arguments: Vec<&str> = row[5].trim_matches('`').split_whitespace().skip(1).map(|a| a.trim_matches('\'')).collect();
         let output = assert_cmd::Command::cargo_bin("jointid").unwrap().args(&arguments).args(["--json", "--quiet"]).output().unwrap();
         let found: Value = serde_json::from_slice(&output.stdout).unwrap();
         assert_eq!(row[2], format!("{:.1}", found["cost"].as_f64().unwrap()), "{row:?}");
