@@ -2,14 +2,13 @@
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use super::bootstrap::{Bootstrap, Drawn, bootstrap};
 use super::combination::{Combination, combinations};
 use super::place::Place;
-use super::problem::{Problem, distance, quadratic_rise};
+use super::problem::{POLISH, Problem, Surroundings};
 use super::profile::{CHI_SQUARE_95, ProfileStart, Profiler, Profiles, Region, joined};
-use super::search::{MIN_DISTANCE, Minimum, SearchEffort, polished_from_nearby, searched};
+use super::search::{Basin, SearchEffort, polished_from_nearby, searched};
 use super::settings::{IdentificationSettings, Repeat};
 use super::uncertainty::{Certainty, NARROWING, RANGE_SD, certainty, counted};
 use crate::objective::{GAIN_RANGE, ObjectiveError};
@@ -60,19 +59,6 @@ pub(super) struct Estimation {
     pub warnings: Vec<String>,
 }
 
-/// A minimum of χ² that the data cannot distinguish from the least one.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Basin {
-    /// Its coordinates.
-    pub place: Place,
-    /// χ².
-    pub cost: f64,
-    /// Number of spread starts that ended in it; 0 if it was met on the way of a profile.
-    pub starts: usize,
-}
-
-/// Largest number of least-squares steps from a nearby start.
-const POLISH: u64 = 100;
 /// Least-squares steps from each of many starts, before the best are selected.
 const FIRST_STEPS: u64 = 10;
 /// Largest number of starts, those with the least χ², that are continued.
@@ -104,7 +90,7 @@ pub(super) fn estimate<P: Problem>(
         None => searched(problem, plan, control),
     };
     let (repeats, effort) = (found.rounds, found.effort);
-    let (best, least) = (found.minima[0].end.place.clone(), found.minima[0].end.cost);
+    let (best, least) = (found.minima[0].place.clone(), found.minima[0].cost);
     let unknowns = best.len();
     let freedom = problem.observations().saturating_sub(unknowns);
     let misfit_at = |place: &Place| {
@@ -115,9 +101,10 @@ pub(super) fn estimate<P: Problem>(
     let first = misfit_at(&best);
     let (_, misfit, correlation_factor) = first;
     let inflated = problem.with_inflated_variance(misfit * correlation_factor);
-    let mut basins = basins(found.minima, CHI_SQUARE_95 * misfit * correlation_factor);
+    let mut basins = found.minima;
+    basins.retain(|basin| basin.cost - least <= CHI_SQUARE_95 * misfit * correlation_factor);
     if let Some(inflated) = &inflated {
-        basins = control.cached("weakened", || refined_basins(inflated, basins, (free.len(), CHI_SQUARE_95), control));
+        basins = control.cached("weakened", || refined_basins(inflated, basins, CHI_SQUARE_95, control));
     }
     let mut place = basins[0].place.clone();
     let (mut values, mut gain) = (problem.values(&place), problem.gain_at(&place));
@@ -127,7 +114,7 @@ pub(super) fn estimate<P: Problem>(
     let wide = match &wider {
         Some((wider, from)) => {
             let starts = from.iter().map(|place| Basin { place: place.clone(), cost: 0.0, starts: 1 }).collect();
-            basins = control.cached("wider", || refined_basins(wider, starts, (wider.free().len(), CHI_SQUARE_95 * inflation), control));
+            basins = control.cached("wider", || refined_basins(wider, starts, CHI_SQUARE_95 * inflation, control));
             wider
         }
         None => inflated.as_ref().unwrap_or(problem),
@@ -232,7 +219,7 @@ fn intervals<P: Problem>(
 /// Refines minima and returns the distinct ones within a rise of χ² above the least, in rising order.
 ///
 /// The data variance of the problem covers the model error, so that priors keep their weight against the data.
-fn refined_basins<P: Problem>(problem: &P, basins: Vec<Basin>, (free, rise): (usize, f64), control: &Control) -> Vec<Basin> {
+fn refined_basins<P: Problem>(problem: &P, basins: Vec<Basin>, rise: f64, control: &Control) -> Vec<Basin> {
     let settle = |basin: Basin, end: (u64, f64)| {
         let polished = problem.squares(None, |squares| least_squares_within(squares, &basin.place, &[], end, control.stop()));
         Basin { place: Place(polished.place), cost: polished.normal.chi_square, ..basin }
@@ -247,15 +234,11 @@ fn refined_basins<P: Problem>(problem: &P, basins: Vec<Basin>, (free, rise): (us
     near.truncate(CONTINUED);
     let ends = all(near, (POLISH, 1e-7));
     let least = ends[0].cost;
-    let mut distinct: Vec<(Basin, Option<DMatrix<f64>>)> = Vec::new();
+    let mut distinct: Vec<(Basin, Surroundings)> = Vec::new();
     for end in ends.into_iter().filter(|end| end.cost - least <= rise) {
-        let is_known = |(other, information): &(Basin, Option<DMatrix<f64>>)| match information {
-            Some(information) => quadratic_rise(information, &other.place, &end.place) <= rise,
-            None => distance(&other.place[..free], &end.place) < MIN_DISTANCE,
-        };
-        if !distinct.iter().any(is_known) {
-            let information = problem.information(&end.place);
-            distinct.push((end, information));
+        if !distinct.iter().any(|(_, around)| around.hold(&end.place, rise)) {
+            let around = Surroundings { place: end.place.clone(), information: problem.information(&end.place) };
+            distinct.push((end, around));
         }
     }
     distinct.into_iter().map(|(basin, _)| basin).collect()
@@ -287,13 +270,6 @@ fn combined<P: Problem>(
     found
 }
 
-/// Returns the minima within a rise of χ² above the least.
-fn basins(minima: Vec<Minimum>, rise: f64) -> Vec<Basin> {
-    let least = minima[0].end.cost;
-    let near = minima.into_iter().filter(|m| m.end.cost - least <= rise);
-    near.map(|m| Basin { place: m.end.place, cost: m.end.cost, starts: m.starts }).collect()
-}
-
 /// Number of times that the profiles start again from a deeper minimum.
 const DEEPER: usize = 4;
 
@@ -306,7 +282,6 @@ fn confidence_regions<P: Problem>(
     inflation: f64,
     control: &Control,
 ) -> (Vec<Basin>, Option<Vec<Region>>) {
-    let free = problem.free().len();
     for _ in 0..DEEPER {
         let found = problem.squares(None, |squares| profiles(squares, &basins, (columns, shares), inflation, control));
         match found {
@@ -314,7 +289,7 @@ fn confidence_regions<P: Problem>(
             Profiles::Stopped => return (basins, None),
             Profiles::Deeper(place) => {
                 basins.insert(0, Basin { place: Place(place), cost: 0.0, starts: 0 });
-                basins = refined_basins(problem, basins, (free, CHI_SQUARE_95 * inflation), control);
+                basins = refined_basins(problem, basins, CHI_SQUARE_95 * inflation, control);
             }
         }
     }

@@ -19,11 +19,11 @@ pub mod validation;
 
 pub use bootstrap::{Bootstrap, Drawn};
 pub use combination::{Combination, CombinationKind};
-pub use estimate::{Basin, Estimate};
+pub use estimate::Estimate;
 pub use measurement_plan::{Choice, FrfPlan, PlanDesign, PlannedMeasurement};
 pub use place::{Place, Tail};
 pub use run::{DerivedEstimate, Identification, identify};
-pub use search::SearchEffort;
+pub use search::{Basin, SearchEffort};
 pub use settings::{IdentificationSettings, REPEATS, Repeat};
 pub use tolerance::{ToleranceEstimate, channels_of, held_at, tolerances_at};
 pub use uncertainty::{Certainty, NARROWING, RANGE_SD, certainty, counted};

@@ -11,9 +11,7 @@ use super::profile::CHI_SQUARE_95;
 use crate::objective::{FrfObjective, ModeObjective, ModeSquares};
 use machine::ParameterValues;
 use numeric::random::latin_hypercube;
-use optimizer::{
-    Control, Cost, LeastSquares, NormalEquations, SearchSettings, Strategy, least_squares, least_squares_within, search, simplex,
-};
+use optimizer::{Control, Cost, LeastSquares, Polished, SearchSettings, Strategy, least_squares, least_squares_within, search, simplex};
 
 /// Coarse simplex: edge length in the unit cube, and relative spread of the costs at which it stops.
 const COARSE_SIMPLEX: (f64, f64) = (0.02, 1e-6);
@@ -28,7 +26,7 @@ const THIN: (u64, f64) = (80, 1e-6);
 /// Largest number of steps on all data.
 const STEPS: u64 = 200;
 /// Largest number of least-squares steps from a nearby start.
-const POLISH: u64 = 100;
+pub(super) const POLISH: u64 = 100;
 
 /// The end of a search and its cost.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -129,36 +127,29 @@ fn per_freedom(chi_square: f64, observations: usize, unknowns: usize) -> f64 {
 }
 
 /// Returns the largest coordinate difference.
-pub(super) fn distance(a: &[f64], b: &[f64]) -> f64 {
+fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// A minimum of a sum of squares, and the ellipsoid about it in which another point belongs to it.
-pub(super) struct Basin {
+/// Smallest coordinate difference in the unit cube at which two points belong to different minima, where the cost is no likelihood.
+const MIN_DISTANCE: f64 = 0.02;
+
+/// The surroundings of a minimum, which tell whether another point belongs to it.
+pub(super) struct Surroundings {
     /// The minimum.
-    pub place: Vec<f64>,
-    information: DMatrix<f64>,
-    rise: f64,
+    pub place: Place,
+    /// Information there; `None` where the cost is no likelihood.
+    pub information: Option<DMatrix<f64>>,
 }
 
-impl Basin {
-    /// Describes the surroundings of a minimum; the variance of the data follows from its χ².
-    fn about(squares: &FrfObjective<'_>, place: Vec<f64>) -> Self {
-        let NormalEquations { chi_square, information, .. } = squares.normal(&place);
-        let variance = chi_square / squares.observations().saturating_sub(place.len()).max(1) as f64;
-        Basin { place, information, rise: CHI_SQUARE_95 * variance }
+impl Surroundings {
+    /// Whether the parabola about the minimum rises by at most `rise` to another point. Coordinates that the data do not determine thus do not separate
+    /// minima. Where the cost is no likelihood, the point has to be near.
+    pub fn hold(&self, other: &[f64], rise: f64) -> bool {
+        let Some(information) = &self.information else { return distance(&self.place, other) < MIN_DISTANCE };
+        let by = DVector::from_iterator(other.len(), self.place.iter().zip(other).map(|(a, b)| b - a));
+        by.dot(&(information * &by)) <= rise
     }
-
-    /// Whether the parabola about the minimum holds another point within the 95 % limit.
-    fn holds(&self, other: &[f64]) -> bool {
-        quadratic_rise(&self.information, &self.place, other) <= self.rise
-    }
-}
-
-/// Computes the rise of χ² from one point to another by the information there.
-pub(super) fn quadratic_rise(information: &DMatrix<f64>, from: &[f64], to: &[f64]) -> f64 {
-    let by = DVector::from_iterator(from.len(), from.iter().zip(to).map(|(a, b)| b - a));
-    by.dot(&(information * &by))
 }
 
 impl Cost for ModeObjective<'_> {
@@ -274,33 +265,38 @@ impl Problem for FrfObjective<'_> {
         let (coarse, thin) = (self.coarse(), self.thin());
         let starts = latin_hypercube(Self::STARTS, self.own_count, &mut Xoshiro256PlusPlus::seed_from_u64(seed));
         let step = control.steps("starts", starts.len());
-        let mut near: Vec<(Vec<f64>, f64, u64)> = starts
+        let mut near: Vec<Polished> = starts
             .par_iter()
             .map(|start| {
                 let found = least_squares_within(coarse, &coarse.extended(start), &[], FIRST, control.stop());
                 step();
-                (found.place, found.normal.chi_square / coarse.observations() as f64, found.evaluations)
+                found
             })
             .collect();
-        let least = |best: &mut f64, cost: &(Vec<f64>, f64, u64)| {
-            *best = best.min(cost.1);
+        let observations = coarse.observations() as f64;
+        let least = |best: &mut f64, found: &Polished| {
+            *best = best.min(found.normal.chi_square / observations);
             Some(*best)
         };
         let trace = near.iter().scan(f64::INFINITY, least).collect();
-        let first: u64 = near.iter().map(|n| n.2).sum();
-        near.sort_by(|a, b| a.1.total_cmp(&b.1));
-        // Starts that ended in one minimum are continued once.
-        let mut minima: Vec<(Basin, usize)> = Vec::new();
-        for (place, ..) in near {
-            match minima.iter().position(|(minimum, _)| minimum.holds(&place)) {
-                Some(known) => minima[known].1 += 1,
-                None if minima.len() < CONTINUED => minima.push((Basin::about(coarse, place), 1)),
+        let first: u64 = near.iter().map(|n| n.evaluations).sum();
+        near.sort_by(|a, b| a.normal.chi_square.total_cmp(&b.normal.chi_square));
+        // Starts that ended in one minimum are continued once. The variance of the data follows from χ².
+        let mut minima: Vec<(Surroundings, f64, usize)> = Vec::new();
+        for found in near {
+            match minima.iter().position(|(minimum, rise, _)| minimum.hold(&found.place, *rise)) {
+                Some(known) => minima[known].2 += 1,
+                None if minima.len() < CONTINUED => {
+                    let freedom = coarse.observations().saturating_sub(found.place.len()).max(1) as f64;
+                    let rise = CHI_SQUARE_95 * (found.normal.chi_square / freedom);
+                    minima.push((Surroundings { place: Place(found.place), information: Some(found.normal.information) }, rise, 1));
+                }
                 None => {}
             }
         }
         let further: Vec<((SearchEnd, usize), u64)> = minima
             .par_iter()
-            .map(|(minimum, starts)| {
+            .map(|(minimum, _, starts)| {
                 let found = least_squares_within(thin, &thin.extended(&minimum.place[..self.own_count]), &[], THIN, control.stop());
                 ((SearchEnd { place: Place(found.place), cost: found.normal.chi_square }, *starts), found.evaluations)
             })

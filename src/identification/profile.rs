@@ -124,13 +124,18 @@ impl Profiler<'_> {
             if self.control.stopped() || (next - inside.0).abs() < 1e-9 {
                 break;
             }
-            let mut polished = self.refitted(followed(&warm, from, (coordinate, next)), (coordinate, next), deeper);
+            let tried = followed(&warm, from, (coordinate, next));
+            let mut polished = self.refitted(tried.clone(), (coordinate, next), deeper);
             // A refit that ended in a wrong minimum must not reject a value.
             for other in self.minima {
                 if self.height(polished.normal.chi_square) < 0.0 {
                     break;
                 }
-                let again = self.refitted(followed(&other.minimum.place, other, (coordinate, next)), (coordinate, next), deeper);
+                let start = followed(&other.minimum.place, other, (coordinate, next));
+                if start == tried {
+                    continue;
+                }
+                let again = self.refitted(start, (coordinate, next), deeper);
                 if again.normal.chi_square < polished.normal.chi_square {
                     polished = again;
                 }

@@ -2,13 +2,13 @@
 
 use super::bootstrap::Bootstrap;
 use super::combination::Combination;
-use super::estimate::{Basin, Estimate, Estimation, Wider, estimate};
+use super::estimate::{Estimate, Estimation, Wider, estimate};
 use super::place::Place;
-use super::search::SearchEffort;
+use super::search::{Basin, SearchEffort};
 use super::settings::{IdentificationSettings, Repeat};
 use super::tolerance::{ToleranceEstimate, estimates as tolerance_estimates, mode_columns as tolerance_columns};
 use super::uncertainty::Certainty;
-use crate::objective::{AmplitudeFit, Channel, FrfGap, FrfObjective, ModeObjective, ObjectiveError, PositionPrediction};
+use crate::objective::{AmplitudeFit, Channel, FrfGap, FrfObjective, ModeObjective, ObjectiveError, PositionPrediction, free_parameters};
 use dynamics::model::derived;
 use machine::{FitRule, Machine, Operating, ParameterValues};
 use measurement::{FitSet, HoldOutSet};
@@ -110,8 +110,8 @@ pub fn identify(
     match plan.frf {
         Some(settings) => {
             // Tolerances are fitted along with parameters, not alone.
-            let free = machine.parameters.iter().any(|p| p.fit != FitRule::Never && !plan.frozen.contains(&p.id));
-            let (fitted, settings) = match plan.tolerances && free {
+            let is_free = !free_parameters(machine, &plan.frozen, |rule| rule != FitRule::Never)?.is_empty();
+            let (fitted, settings) = match plan.tolerances && is_free {
                 true => (machine.with_tolerances(&fit.set().nuts_m())?, settings.with_tolerances(&fit.set().tolerance)),
                 false => (machine.clone(), settings),
             };

@@ -1,10 +1,10 @@
 //! Global search with a stopping rule: new spread starts until the best minimum has been found often enough.
 
-use nalgebra::DMatrix;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::place::Place;
-use super::problem::{Problem, Round, SearchEnd, distance, quadratic_rise};
+use super::problem::{Problem, Round, SearchEnd, Surroundings};
 use super::profile::CHI_SQUARE_95;
 use super::settings::{IdentificationSettings, Repeat};
 use optimizer::{Control, SearchResult};
@@ -32,17 +32,21 @@ impl SearchEffort {
     }
 }
 
-/// A minimum on all data, and the number of starts that ended in it.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Minimum {
-    pub end: SearchEnd,
+/// A minimum of χ² that the data cannot distinguish from the least one.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Basin {
+    /// Its coordinates.
+    pub place: Place,
+    /// χ².
+    pub cost: f64,
+    /// Number of spread starts that ended in it; 0 if it was met on the way of a profile.
     pub starts: usize,
 }
 
 /// Result of a search: its rounds, best first, and its minima in rising order.
 pub(super) struct Searched {
     pub rounds: Vec<Repeat>,
-    pub minima: Vec<Minimum>,
+    pub minima: Vec<Basin>,
     pub effort: SearchEffort,
 }
 
@@ -51,32 +55,28 @@ const MINIMA: usize = 12;
 /// Largest χ² above the least one on thinned lines, relative to χ² per degree of freedom, at which a minimum is refined on all data. Thinned lines
 /// carry less information than all lines: a minimum this far above the least one cannot be the least on all lines.
 const MARGIN: f64 = 40.0;
-/// Smallest coordinate difference in the unit cube at which two ends are different minima, where the cost is no likelihood.
-pub(super) const MIN_DISTANCE: f64 = 0.02;
-
-/// A point and the information there, which tells whether another point lies in the same minimum.
+/// A minimum, and the cost there.
 struct Centre {
-    end: SearchEnd,
-    information: Option<DMatrix<f64>>,
+    around: Surroundings,
+    cost: f64,
 }
 
 impl Centre {
-    /// Whether another end lies in the same minimum: within the 95 % limit of the parabola about this one.
-    ///
-    /// Coordinates that the data do not determine thus do not separate minima.
-    fn holds(&self, other: &SearchEnd, misfit: f64) -> bool {
-        match &self.information {
-            Some(information) => quadratic_rise(information, &self.end.place, &other.place) <= CHI_SQUARE_95 * misfit,
-            None => distance(&self.end.place, &other.place) < MIN_DISTANCE,
-        }
+    fn holds(&self, other: &[f64], misfit: f64) -> bool {
+        self.around.hold(other, CHI_SQUARE_95 * misfit)
     }
 }
 
-/// A minimum of the coarse data of the rounds and, once refined, of all data.
+/// A minimum of the coarse data of the rounds and, once refined, the index of its minimum of all data.
 struct Candidate {
     coarse: Centre,
     refined: Option<usize>,
     starts: usize,
+}
+
+/// Returns the number of starts that ended in a refined minimum.
+fn starts_of(candidates: &[Candidate], refined: usize) -> usize {
+    candidates.iter().filter(|c| c.refined == Some(refined)).map(|c| c.starts).sum()
 }
 
 /// Searches the unit cube by rounds of new spread starts until the best minimum was found `plan.repeats` times, or the budget is spent.
@@ -100,13 +100,14 @@ pub(super) fn searched<P: Problem>(problem: &P, plan: &IdentificationSettings, c
         effort.starts += batch * P::STARTS;
         let mut ends: Vec<&(SearchEnd, usize)> = new.iter().flat_map(|(_, round)| &round.ends).collect();
         ends.sort_by(|a, b| a.0.cost.total_cmp(&b.0.cost));
-        let least = candidates.iter().map(|c| c.coarse.end.cost).chain(ends.first().map(|end| end.0.cost)).fold(f64::INFINITY, f64::min);
+        let least = candidates.iter().map(|c| c.coarse.cost).chain(ends.first().map(|end| end.0.cost)).fold(f64::INFINITY, f64::min);
         let misfit = problem.coarse_misfit(least);
         for (end, starts) in ends.into_iter().filter(|end| end.0.cost <= least + MARGIN * misfit) {
-            match candidates.iter_mut().find(|c| c.coarse.holds(end, misfit)) {
+            match candidates.iter_mut().find(|c| c.coarse.holds(&end.place, misfit)) {
                 Some(known) => known.starts += starts,
                 None => {
-                    let coarse = Centre { end: end.clone(), information: problem.coarse_information(&end.place) };
+                    let around = Surroundings { place: end.place.clone(), information: problem.coarse_information(&end.place) };
+                    let coarse = Centre { around, cost: end.cost };
                     candidates.push(Candidate { coarse, refined: None, starts: *starts });
                 }
             }
@@ -116,44 +117,45 @@ pub(super) fn searched<P: Problem>(problem: &P, plan: &IdentificationSettings, c
             break;
         }
         refine(problem, &mut candidates, &mut refined, least + MARGIN * misfit, control);
-        effort.found = best_starts(&candidates, &refined);
+        let best = (0..refined.len()).min_by(|a, b| refined[*a].0.cost.total_cmp(&refined[*b].0.cost));
+        effort.found = best.map_or(0, |best| starts_of(&candidates, best));
         if control.stopped() {
             break;
         }
     }
-    let mut minima: Vec<Minimum> = refined
-        .iter()
-        .enumerate()
-        .map(|(at, (centre, _))| Minimum {
-            end: centre.end.clone(),
-            starts: candidates.iter().filter(|c| c.refined == Some(at)).map(|c| c.starts).sum(),
-        })
-        .collect();
-    minima.sort_by(|a, b| a.end.cost.total_cmp(&b.end.cost));
+    let basin = |(at, (centre, _)): (usize, &(Centre, u64))| {
+        let (place, cost) = (centre.around.place.clone(), centre.cost);
+        Basin { place, cost, starts: starts_of(&candidates, at) }
+    };
+    let mut minima: Vec<Basin> = refined.iter().enumerate().map(basin).collect();
+    minima.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let spent: u64 = refined.iter().map(|(_, evaluations)| evaluations).sum();
     Searched { rounds: repeats(rounds, &candidates, &refined, spent, control), minima, effort }
 }
 
 /// Refines the best candidates on all data. Those that end in one minimum share it.
 fn refine<P: Problem>(problem: &P, candidates: &mut [Candidate], refined: &mut Vec<(Centre, u64)>, limit: f64, control: &Control) {
-    let mut order: Vec<usize> = (0..candidates.len()).filter(|at| candidates[*at].coarse.end.cost <= limit).collect();
-    order.sort_by(|a, b| candidates[*a].coarse.end.cost.total_cmp(&candidates[*b].coarse.end.cost));
+    let mut order: Vec<usize> = (0..candidates.len()).filter(|at| candidates[*at].coarse.cost <= limit).collect();
+    order.sort_by(|a, b| candidates[*a].coarse.cost.total_cmp(&candidates[*b].coarse.cost));
     let open: Vec<usize> = order.into_iter().take(MINIMA).filter(|at| candidates[*at].refined.is_none()).collect();
     let ends: Vec<(Centre, u64)> = open
         .par_iter()
         .map(|at| {
-            let (end, evaluations) = control
-                .cached(&format!("minimum {:?}", candidates[*at].coarse.end), || problem.refined(&candidates[*at].coarse.end, control));
-            (Centre { information: problem.information(&end.place), end }, evaluations)
+            let coarse = &candidates[*at].coarse;
+            let end = SearchEnd { place: coarse.around.place.clone(), cost: coarse.cost };
+            let (end, evaluations) = control.cached(&format!("minimum {end:?}"), || problem.refined(&end, control));
+            let around = Surroundings { information: problem.information(&end.place), place: end.place };
+            (Centre { around, cost: end.cost }, evaluations)
         })
         .collect();
     for (at, (centre, evaluations)) in open.into_iter().zip(ends) {
-        let misfit = problem.misfit(centre.end.cost.min(refined.iter().map(|r| r.0.end.cost).fold(f64::INFINITY, f64::min)));
-        let known = refined.iter().position(|(other, _)| other.holds(&centre.end, misfit) || centre.holds(&other.end, misfit));
+        let misfit = problem.misfit(centre.cost.min(refined.iter().map(|r| r.0.cost).fold(f64::INFINITY, f64::min)));
+        let is_known = |(other, _): &(Centre, u64)| other.holds(&centre.around.place, misfit) || centre.holds(&other.around.place, misfit);
+        let known = refined.iter().position(is_known);
         candidates[at].refined = Some(match known {
             Some(known) => {
                 refined[known].1 += evaluations;
-                if centre.end.cost < refined[known].0.end.cost {
+                if centre.cost < refined[known].0.cost {
                     refined[known].0 = centre;
                 }
                 known
@@ -166,23 +168,17 @@ fn refine<P: Problem>(problem: &P, candidates: &mut [Candidate], refined: &mut V
     }
 }
 
-/// Returns the number of starts that ended in the best minimum.
-fn best_starts(candidates: &[Candidate], refined: &[(Centre, u64)]) -> usize {
-    let best = (0..refined.len()).min_by(|a, b| refined[*a].0.end.cost.total_cmp(&refined[*b].0.end.cost));
-    candidates.iter().filter(|c| c.refined.is_some() && c.refined == best).map(|c| c.starts).sum()
-}
-
 /// Returns the rounds with their best ends on all data, best first. The evaluations of the refinement are those of the best round.
 fn repeats(rounds: Vec<(u64, Round)>, candidates: &[Candidate], refined: &[(Centre, u64)], spent: u64, control: &Control) -> Vec<Repeat> {
     let on_all_data = |end: &SearchEnd| {
-        let known = candidates.iter().find(|c| c.coarse.end == *end || c.coarse.holds(end, 1.0)).and_then(|c| c.refined);
-        known.map_or_else(|| end.clone(), |at| refined[at].0.end.clone())
+        let known = candidates.iter().find(|c| c.coarse.holds(&end.place, 1.0)).and_then(|c| c.refined);
+        known.map_or_else(|| (end.place.0.clone(), end.cost), |at| (refined[at].0.around.place.0.clone(), refined[at].0.cost))
     };
     let mut all: Vec<Repeat> = rounds
         .into_iter()
         .map(|(seed, round)| {
             let best = round.ends.iter().map(|end| &end.0).min_by(|a, b| a.cost.total_cmp(&b.cost)).map(on_all_data);
-            let (place, cost) = best.map_or((Vec::new(), f64::MAX), |end| (end.place.0, end.cost));
+            let (place, cost) = best.unwrap_or((Vec::new(), f64::MAX));
             let Round { evaluations, generations, trace, complete, .. } = round;
             let complete = complete && !control.stopped();
             Repeat { seed, found: SearchResult { place, cost, evaluations, generations, trace, population: Vec::new(), complete } }
@@ -209,7 +205,7 @@ pub(super) fn polished_from_nearby<P: Problem>(problem: &P, near: &Place, plan: 
     };
     Searched {
         rounds: vec![Repeat { seed: plan.seed, found }],
-        minima: vec![Minimum { end, starts: 1 }],
+        minima: vec![Basin { place: end.place, cost: end.cost, starts: 1 }],
         effort: SearchEffort { starts: 1, found: 1, required: 1 },
     }
 }

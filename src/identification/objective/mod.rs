@@ -18,5 +18,6 @@ pub use modes::{AmplitudeFit, Deviation, ModeObjective, ModeSettings, Objective,
 pub use pairing::{MISSING, VISIBLE};
 pub use record::{FrfRecord, operating};
 pub use settings::FrfSettings;
+pub(crate) use setup::free_parameters;
 pub use setup::{GAIN_RANGE, point_named};
 pub use squares::ModeSquares;

@@ -18,7 +18,7 @@ pub fn point_named(machine: &Machine, source: &str, key: &str, name: &str) -> Re
 }
 
 /// Returns the indices of the parameters to fit, without frozen ones and those that affect motion alone.
-pub(super) fn free_parameters(
+pub(crate) fn free_parameters(
     machine: &Machine,
     frozen: &[String],
     fitted: impl Fn(FitRule) -> bool,
