@@ -184,9 +184,11 @@ fn smooth(frf: &Frf, samples: &[Sample], freedom: usize) -> Option<Vec<f64>> {
             // Records with few common lines have windows as wide as needed.
             let mut half = (HALF_WINDOW + 1) as f64;
             loop {
-                let inside: Vec<&Sample> = samples.iter().filter(|s| (s.at - middle).abs() < half).collect();
-                if inside.len() >= LEAST_SAMPLES {
-                    return variance_components(&inside, freedom);
+                // Samples stand in the order of their lines.
+                let from = samples.partition_point(|s| s.at - middle <= -half);
+                let to = samples.partition_point(|s| s.at - middle < half);
+                if to - from >= LEAST_SAMPLES {
+                    return variance_components(&samples[from..to], freedom);
                 }
                 half *= 2.0;
             }
@@ -205,8 +207,8 @@ fn smooth(frf: &Frf, samples: &[Sample], freedom: usize) -> Option<Vec<f64>> {
 }
 
 /// Estimates the variance components of the samples of a window by maximum likelihood, with large squares cut.
-fn variance_components(samples: &[&Sample], freedom: usize) -> [f64; COMPONENTS] {
-    let middle = |of: &dyn Fn(&Sample) -> f64| median(samples.iter().map(|s| of(s))).unwrap_or(0.0);
+fn variance_components(samples: &[Sample], freedom: usize) -> [f64; COMPONENTS] {
+    let middle = |of: &dyn Fn(&Sample) -> f64| median(samples.iter().map(of)).unwrap_or(0.0);
     let level = middle(&|s| s.square).max(LEAST_VARIANCE);
     let used: [bool; COMPONENTS] = std::array::from_fn(|i| samples.iter().any(|s| s.share[i] > 0.0));
     let mut components = [0.5 * level, 0.5 * level / middle(&|s| s.share[1]).max(f64::MIN_POSITIVE), 1.0];
