@@ -59,11 +59,16 @@ fn groups(blocks: &[(usize, usize)]) -> usize {
     blocks.iter().map(|(_, group)| group + 1).max().unwrap_or(0)
 }
 
+/// Returns the spread over both units of resampling, as far as they can be drawn: `samples` of each from a seed.
+pub fn bootstraps<P: Problem>(problem: &P, best: &Place, (samples, seed): (usize, u64), control: &Control) -> Vec<Bootstrap> {
+    [Drawn::Lines, Drawn::Positions].into_iter().filter_map(|drawn| bootstrap(problem, best, drawn, (samples, seed), control)).collect()
+}
+
 /// Fits samples drawn with replacement, each from the best coordinates. `None` if stopped, or with fewer than two positions to draw.
 ///
 /// # Source  Efron and Tibshirani, An Introduction to the Bootstrap, 1993, ch. 13 (percentile interval); runs of lines: Künsch,
 /// Ann. Stat. 17 (1989) 1217–1241.
-pub fn bootstrap<P: Problem>(problem: &P, best: &Place, drawn: Drawn, samples: usize, seed: u64, control: &Control) -> Option<Bootstrap> {
+fn bootstrap<P: Problem>(problem: &P, best: &Place, drawn: Drawn, (samples, seed): (usize, u64), control: &Control) -> Option<Bootstrap> {
     let blocks = problem.blocks();
     if samples == 0 || (drawn == Drawn::Positions && groups(&blocks) < 2) {
         return None;

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::bootstrap::{Bootstrap, Drawn, bootstrap};
+use super::bootstrap::{Bootstrap, bootstraps};
 use super::combination::{Combination, combinations};
 use super::place::Place;
 use super::problem::{POLISH, Problem, Surroundings};
@@ -134,10 +134,7 @@ pub(super) fn estimate<P: Problem>(
         regions.iter_mut().zip(own).for_each(|(region, u)| *region = joined(std::mem::take(region), (u, u)));
     }
     let certainty = whole.of(&columns);
-    let bootstraps = [Drawn::Lines, Drawn::Positions]
-        .into_iter()
-        .filter_map(|drawn| bootstrap(problem, &place, drawn, plan.bootstrap, plan.seed, control))
-        .collect();
+    let bootstraps = bootstraps(problem, &place, (plan.bootstrap, plan.seed), control);
     let mut warnings = shortage(problem.observations(), unknowns);
     let kind = (has_intervals, misfit * correlation_factor);
     let (estimates, at_bounds) = parameter_estimates(machine, &free, &place, &values, &regions, &certainty, kind);
