@@ -1,10 +1,13 @@
 //! `jointid peaks`: natural frequencies from FRFs, tracked over the positions.
 
+use std::sync::Arc;
+
 use crate::arguments::{OutputArguments, band};
 use crate::message::shown;
 use crate::outcome::{CommandResult, Outcome, deliver_with, prepare, print_out};
+use crate::progress::WorkProgress;
 use report::peaks_table;
-use study::{PeaksRequest, peaks, read_set_from};
+use study::{Control, PeaksRequest, peaks, read_set_from};
 
 /// Arguments of `peaks`.
 #[derive(Debug, clap::Args)]
@@ -35,7 +38,11 @@ pub struct PeaksArguments {
 pub fn run(given: &PeaksArguments) -> CommandResult {
     let set = read_set_from(&given.measurements, given.allow_outside).map_err(shown)?;
     let request = PeaksRequest { band_hz: band(&given.band, "20,800")?, local: given.local, max_order: usize::from(given.max_order) };
-    let found = peaks(&set, &request).map_err(shown)?;
+    let progress = WorkProgress::begin(given.output.quiet, "peaks");
+    // Nothing is known before the end, so that Ctrl-C ends the command at once.
+    let found = peaks(&set, &request, &Control::new(Arc::default(), Some(progress.watcher())));
+    progress.end();
+    let found = found.map_err(shown)?;
     let document = &found.document;
     let folder = prepare(&given.output)?;
     let tables = [("modes.csv", found.modes_csv.clone())];

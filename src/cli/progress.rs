@@ -8,6 +8,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use study::{Progress, Watcher};
 
+const FIRST_STEP: &str = "{prefix}  {bar:24} {pos}/{len}  {elapsed}";
 const STEPS: &str = "{prefix}  {bar:24} {pos}/{len}  {elapsed}, {eta} left";
 const SEARCHES: &str = "{prefix}  {bar:24} {elapsed}, at most {eta} left  {msg}";
 
@@ -82,10 +83,13 @@ impl WorkProgress {
                 }
                 Progress::Step { what, done, of } => {
                     if done == 0 {
-                        style(&bar, STEPS);
+                        // The remaining time is unknown before the first step is done.
+                        style(&bar, FIRST_STEP);
                         bar.set_prefix(format!("{}: {what}", at.name));
                         bar.set_position(0);
                         bar.reset_eta();
+                    } else if bar.position() == 0 {
+                        style(&bar, STEPS);
                     }
                     bar.set_length(of as u64);
                     bar.set_position(done as u64);

@@ -294,10 +294,12 @@ impl Problem for FrfObjective<'_> {
                 None => {}
             }
         }
+        let step = control.steps("minima", minima.len());
         let further: Vec<((SearchEnd, usize), u64)> = minima
             .par_iter()
             .map(|(minimum, _, starts)| {
                 let found = least_squares_within(thin, &thin.extended(&minimum.place[..self.own_count]), &[], THIN, control.stop());
+                step();
                 ((SearchEnd { place: Place(found.place), cost: found.normal.chi_square }, *starts), found.evaluations)
             })
             .collect();

@@ -138,6 +138,7 @@ fn refine<P: Problem>(problem: &P, candidates: &mut [Candidate], refined: &mut V
     let mut order: Vec<usize> = (0..candidates.len()).filter(|at| candidates[*at].coarse.cost <= limit).collect();
     order.sort_by(|a, b| candidates[*a].coarse.cost.total_cmp(&candidates[*b].coarse.cost));
     let open: Vec<usize> = order.into_iter().take(MINIMA).filter(|at| candidates[*at].refined.is_none()).collect();
+    let step = control.steps("minima", open.len());
     let ends: Vec<(Centre, u64)> = open
         .par_iter()
         .map(|at| {
@@ -145,6 +146,7 @@ fn refine<P: Problem>(problem: &P, candidates: &mut [Candidate], refined: &mut V
             let end = SearchEnd { place: coarse.around.place.clone(), cost: coarse.cost };
             let (end, evaluations) = control.cached(&format!("minimum {end:?}"), || problem.refined(&end, control));
             let around = Surroundings { information: problem.information(&end.place), place: end.place };
+            step();
             (Centre { around, cost: end.cost }, evaluations)
         })
         .collect();

@@ -10,6 +10,7 @@ use measurement::modal::{AmplitudeKind, CurveFit, CurveOptions, FrfCurve, ModalF
 use measurement::{Frf, FrfLine, MeasurementSet};
 use numeric::parallel::OrFirstError;
 use numeric::unit::omega_rad_s;
+use optimizer::Control;
 use report::csv_cell;
 use report::document::{EvidenceRow, PeakFitRow, PeakModeRow, PeakRow, PeaksDocument};
 
@@ -47,10 +48,11 @@ struct NamedFrf<'s> {
     fitted: ModalFit,
 }
 
-/// Extracts natural frequencies, damping ratios and amplitudes from the FRFs of a set, and tracks them over its positions.
+/// Extracts natural frequencies, damping ratios and amplitudes from the FRFs of a set, and tracks them over its positions. `control` counts the
+/// fitted FRFs.
 ///
 /// # Errors  the set holds no FRF; the band is not a range of frequencies; an FRF has too few lines.
-pub fn peaks(set: &MeasurementSet, request: &PeaksRequest) -> StudyResult<Peaks> {
+pub fn peaks(set: &MeasurementSet, request: &PeaksRequest, control: &Control) -> StudyResult<Peaks> {
     if set.frfs.is_empty() {
         return Err(StudyError::input(&set.path, "holds no FRF; list at least one as [[frf]] in its manifest"));
     }
@@ -59,12 +61,14 @@ pub fn peaks(set: &MeasurementSet, request: &PeaksRequest) -> StudyResult<Peaks>
     }
     let options = options(request)?;
     let names = names(set);
+    let step = control.steps("FRFs", set.frfs.len());
     let fitted: StudyResult<Vec<NamedFrf>> = set
         .frfs
         .par_iter()
         .zip(names)
         .map(|(frf, name)| {
             let fitted = fit(frf, &options, request).map_err(|e| StudyError::input(&frf.source, e.to_string()))?;
+            step();
             Ok(NamedFrf { name, frf, nut_m: frf.position.and_then(|p| set.positions[p].nut_m), fitted })
         })
         .or_first_error();

@@ -50,8 +50,11 @@ fn checked(machine: &Machine, place: &str, operating: Operating) -> StudyResult<
 
 /// Returns an operating condition whose nut position was given as a setting, if the machine allows it.
 ///
-/// # Errors  the machine does not allow this condition; the error names the setting where its value is at fault.
+/// # Errors  the machine has no nut, or does not allow this condition; the error names the setting where its value is at fault.
 pub(super) fn checked_nut(machine: &Machine, key: &str, operating: Operating) -> StudyResult<Operating> {
+    if let (None, Some(nut_m)) = (machine.stroke_m(), operating.nut_m) {
+        return Err(StudyError::setting(key, nut_m, "this machine describes no screw with a nut on it; leave the nut position out"));
+    }
     match machine.check_operating(key, &operating) {
         Ok(()) => Ok(operating),
         Err(error) if error.part == key => Err(StudyError::setting(key, "", error.fault)),
