@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::certainty::{BasinRow, BootstrapRow, CombinationRow, RepeatRow, SearchRow, ToleranceRow};
 use super::motion_row::{CurveRow, MotionRecordRow, PreprocessingRow};
+pub use super::parameter::ParameterRow;
 pub use super::provenance::{Input, MachineText, Stamp};
 
 /// Settings of an identification, sufficient to repeat it with the seed of the stamp.
@@ -58,44 +59,6 @@ fn usual_model_error() -> f64 {
 /// Value for documents that do not state it: tolerances were held.
 fn tolerances_held() -> String {
     "none".into()
-}
-
-/// Estimate of one parameter.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct ParameterRow {
-    /// Estimate; start value of a parameter that was not fitted (in `unit`).
-    pub value: f64,
-    /// Unit of value, bounds and interval.
-    pub unit: String,
-    /// Lower bound of the plausible range (in `unit`).
-    pub lower: f64,
-    /// Upper bound of the plausible range (in `unit`).
-    pub upper: f64,
-    /// 95 % confidence interval (in `unit`); absent where none was computed.
-    pub interval95: Option<[f64; 2]>,
-    /// The parts of `interval95` in ascending order, where the data accept several ranges of values (in `unit`).
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub intervals95: Vec<[f64; 2]>,
-    /// Whether the parameter is identifiable from the data; absent for one that was not fitted, or that depends on the discrepancy.
-    pub identifiable: Option<bool>,
-    /// Whether the parameter would be identifiable, but the misfit exceeds the noise so far that its value depends on what the model lacks.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub depends_on_discrepancy: bool,
-    /// Whether the parameter was fitted; otherwise it kept its start value.
-    pub fitted: bool,
-    /// Physical meaning of the parameter.
-    #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub description: String,
-    /// Value that the publication of the data prints for a fit to the same positions (in `unit`).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub published: Option<f64>,
-}
-
-impl ParameterRow {
-    /// Returns the parts of the 95 % interval in ascending order; empty where none was computed.
-    pub fn parts(&self) -> Vec<[f64; 2]> {
-        if self.intervals95.is_empty() { self.interval95.into_iter().collect() } else { self.intervals95.clone() }
-    }
 }
 
 /// One mode at one position.
@@ -194,6 +157,30 @@ pub struct FrfRow {
     pub accepted_share: f64,
 }
 
+/// A mode whose order does not fit its course over the positions.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct MisplacedModeRow {
+    /// Name of the position.
+    pub position: String,
+    /// Order under which the mode is entered.
+    pub order: u32,
+    /// Measured natural frequency (Hz).
+    pub frequency_hz: f64,
+    /// Order whose course over the other positions the mode continues; absent for a mode that continues none.
+    pub fits_order: Option<u32>,
+}
+
+/// Misplaced modes, and the fit with the orders that they fit. Modes that fit none are left out of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct RenumberedRow {
+    /// The misplaced modes.
+    pub modes: Vec<MisplacedModeRow>,
+    /// Minimum of the objective with the fitting orders, to compare with `cost` of the document (1); absent where no fitted position is concerned.
+    pub cost: Option<f64>,
+    /// Estimates with the fitting orders, by parameter id.
+    pub parameters: BTreeMap<String, ParameterRow>,
+}
+
 /// Result of an identification (`identification.json`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct IdentificationDocument {
@@ -216,6 +203,9 @@ pub struct IdentificationDocument {
     /// Minima whose χ² lies within the 95 % limit of the lowest, in ascending χ²; absent for a single minimum.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub basins: Vec<BasinRow>,
+    /// Modes under a wrong order, and the fit with the orders that they fit; absent where all orders fit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub renumbered: Option<RenumberedRow>,
     /// Derived quantities by name: those of the machine description, largest errors and gaps, χ² and its degrees of freedom.
     pub derived: BTreeMap<String, f64>,
     /// 95 % confidence intervals of the derived quantities of the machine description, by name.

@@ -2,6 +2,7 @@
 
 use super::certainty::SearchRow;
 use super::document::{ComparisonDocument, IdentificationDocument, ValidationDocument};
+use super::order::renumbered_table;
 use super::record::records_table;
 use super::table::{
     bootstrap_table, derived_table, frfs_table, gap_summary_table, gaps_table, moved_tolerances, parameters_table, positions_table,
@@ -29,6 +30,11 @@ fn of_responses(title: &str, document: &IdentificationDocument, derived: &[Strin
     let mut text = format!("{title}\n{}\n", wrapped(&heading));
     text += &parameters_table(&document.parameters);
     text.push('\n');
+    if let Some(renumbered) = document.renumbered.as_ref().filter(|r| r.cost.is_some()) {
+        text += &wrapped("with misplaced modes at the orders they fit:");
+        text += &renumbered_table(&document.parameters, renumbered);
+        text.push('\n');
+    }
     if let Some(moved) = moved_tolerances(&document.tolerances) {
         text += &moved;
         text.push('\n');

@@ -4,44 +4,14 @@ use nalgebra::{DMatrix, DVector};
 use std::sync::{Arc, Mutex};
 
 use super::ObjectiveError;
+use super::mode_settings::{ModeSettings, Objective};
 use super::pairing::{MISSING, ModePair, VISIBLE, pair_into};
 use super::setup::{GAIN_RANGE, free_parameters, keep_rods, point_named};
 use crate::Place;
-use dynamics::model::{AssembledModel, FrequencyGrid, Peak, PeakSearch, RodModel, Structure, Workspace, peaks_into};
+use dynamics::model::{AssembledModel, FrequencyGrid, Peak, PeakSearch, Structure, Workspace, peaks_into};
 use machine::{Chain, FitRule, Machine, Operating, ParameterValues};
 use measurement::{FitSet, Gain, HoldOutSet, MeasurementSet, ModeObservation};
 use numeric::unit::omega_rad_s;
-
-/// The function of the deviations to minimise.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Objective {
-    /// Σ r²: relative frequency errors over σ_f and ln-amplitude errors over σ_lnA.
-    LeastSquares,
-    /// √Σ[(Δf/f)² + (ΔA/A)²] as printed. Source: Tian et al., Eq. 26.
-    Eq26,
-    /// [`Objective::LeastSquares`] on the frequencies alone.
-    Frequencies,
-}
-
-/// Weights and options of a mode objective.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ModeSettings {
-    /// Function of the deviations.
-    pub objective: Objective,
-    /// Relative standard deviation of a frequency by model error (1).
-    pub frequency_model_error: f64,
-    /// Standard deviation of ln(amplitude) (1).
-    pub amplitude_sd: f64,
-    /// How rods are represented.
-    pub rods: RodModel,
-}
-
-impl Default for ModeSettings {
-    /// σ_f² = (0.29·resolution/f)² + (1 %)² and σ_lnA = 0.13: rounding and model error, from the scatter of the published bench.
-    fn default() -> Self {
-        ModeSettings { objective: Objective::LeastSquares, frequency_model_error: 0.01, amplitude_sd: 0.13, rods: RodModel::Exact }
-    }
-}
 
 /// Deviation of one mode order.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -92,7 +62,10 @@ struct PositionData {
     index: usize,
     operating: Operating,
     observed: Vec<ModeObservation>,
-    measured_hz: Vec<f64>,
+    /// Frequency (Hz) of each order to pair with peaks; `None` for one known from other positions about which this one states nothing.
+    sought: Vec<Option<f64>>,
+    /// Index in `observed` of each order sought.
+    observation: Vec<Option<usize>>,
     /// Initial frequencies of the peak search, with precomputed rods that no free parameter changes.
     lines: FrequencyGrid,
 }
@@ -129,7 +102,7 @@ impl<'m> ModeObjective<'m> {
             )));
         }
         let objective = Self::for_positions(machine, fit.set(), fit.positions(), settings, frozen, None)?;
-        if objective.positions.iter().all(|p| p.measured_hz.is_empty()) {
+        if objective.positions.iter().all(|p| p.observed.is_empty()) {
             return Err(ObjectiveError::Data("no mode was observed at the positions to fit; name other positions".into()));
         }
         Ok(objective)
@@ -196,17 +169,32 @@ impl<'m> ModeObjective<'m> {
         let named = |name: &Option<String>, key: &str| point_named(machine, &set.path, key, name.as_deref().unwrap_or_default());
         let (response, excitation) = (named(&set.response, "response")?, named(&set.excitation, "excitation")?);
         let structure = Arc::new(Structure::new(machine, response, excitation, settings.rods)?);
+        // Orders observed at any of these positions: held-out data must not influence the fit.
+        let rows = || positions.iter().flat_map(|index| &table.positions[*index]);
+        let mut known: Vec<u32> = rows().filter(|m| m.frequency_hz.is_some()).map(|m| m.order).collect();
+        known.sort_unstable();
+        known.dedup();
+        let resolution_hz = table.resolution_hz.unwrap_or(0.0);
         let mut data = Vec::new();
         for &index in positions {
             let operating = Operating::at(set.positions[index].nut_m);
             machine.check_operating(&format!("{}: position {}", set.path, set.positions[index].name), &operating)?;
-            let observed: Vec<ModeObservation> = table.positions[index].iter().filter(|m| m.frequency_hz.is_some()).copied().collect();
-            let measured_hz = observed.iter().filter_map(|m| m.frequency_hz).collect();
-            data.push(PositionData { index, operating, observed, measured_hz, lines: FrequencyGrid::new(&[]) });
+            let stated = &table.positions[index];
+            let observed: Vec<ModeObservation> = stated.iter().filter(|m| m.frequency_hz.is_some()).copied().collect();
+            let unstated = |order: &u32| stated.iter().all(|m| m.order != *order);
+            let seen = observed.iter().enumerate().map(|(at, m)| (m.order, m.frequency_hz, Some(at)));
+            let mut orders: Vec<_> = seen.chain(known.iter().copied().filter(unstated).map(|order| (order, None, None))).collect();
+            orders.sort_by_key(|(order, _, _)| *order);
+            let sought = orders.iter().map(|(_, frequency_hz, _)| *frequency_hz).collect();
+            let observation = orders.into_iter().map(|(_, _, at)| at).collect();
+            data.push(PositionData { index, operating, observed, sought, observation, lines: FrequencyGrid::new(&[]) });
         }
         // The band follows from these positions alone: held-out data must not influence the fit.
-        let all =
-            || data.iter().flat_map(|p: &PositionData| p.measured_hz.iter().copied()).chain(wider.into_iter().flat_map(|(a, b)| [a, b]));
+        let all = || {
+            data.iter()
+                .flat_map(|p: &PositionData| p.observed.iter().filter_map(|m| m.frequency_hz))
+                .chain(wider.into_iter().flat_map(|(a, b)| [a, b]))
+        };
         let band_hz = (all().fold(f64::INFINITY, f64::min), all().fold(0.0, f64::max));
         let search = PeakSearch {
             from_hz: 0.5 * band_hz.0,
@@ -221,7 +209,7 @@ impl<'m> ModeObjective<'m> {
             settings,
             positions: data,
             gain: set.gain,
-            resolution_hz: table.resolution_hz.unwrap_or(0.0),
+            resolution_hz,
             least_prominence: table.least_prominence.unwrap_or(VISIBLE),
             search,
             band_hz,
@@ -318,23 +306,19 @@ impl<'m> ModeObjective<'m> {
         predicted_hz.extend(peaks.iter().map(|p| p.frequency_hz));
         alone.clear();
         alone.extend(peaks.iter().map(|p| if self.unexpected(p) { MISSING } else { 0.0 }));
-        pair_into(&p.measured_hz, predicted_hz, alone, least, pairs);
+        pair_into(&p.sought, predicted_hz, alone, least, pairs);
         deviations.clear();
-        deviations.extend(pairs.iter().map(|ModePair { measured, predicted }| Deviation {
-            observed: measured.map(|i| p.observed[i]),
+        let paired = |ModePair { measured, predicted }: &ModePair| Deviation {
+            observed: measured.and_then(|i| p.observation[i]).map(|i| p.observed[i]),
             predicted: predicted.map(|i| peaks[i]),
             unexpected: measured.is_none() && predicted.is_some_and(|i| self.unexpected(&peaks[i])),
-        }));
+        };
+        deviations.extend(pairs.iter().map(paired).filter(|d| d.observed.is_some() || d.predicted.is_some()));
     }
 
     /// Whether a predicted peak without a partner should have been visible.
     fn unexpected(&self, peak: &Peak) -> bool {
         peak.prominence >= self.least_prominence && peak.frequency_hz >= 0.9 * self.band_hz.0 && peak.frequency_hz <= 1.1 * self.band_hz.1
-    }
-
-    /// Returns the standard deviation of a relative frequency error.
-    fn frequency_sd(&self, frequency_hz: f64) -> f64 {
-        ((0.29 * self.resolution_hz / frequency_hz).powi(2) + self.settings.frequency_model_error.powi(2)).sqrt()
     }
 
     /// Computes the best gain for the predictions in the sense of the objective.
@@ -372,7 +356,7 @@ impl<'m> ModeObjective<'m> {
             for (observed, predicted) in deviations.iter().filter_map(|d| Some((d.observed?, d.predicted))) {
                 each(predicted.map_or(missing, |peak| {
                     let measured_hz = observed.frequency_hz.unwrap_or(peak.frequency_hz);
-                    (peak.frequency_hz / measured_hz - 1.0) / self.frequency_sd(measured_hz)
+                    (peak.frequency_hz / measured_hz - 1.0) / self.settings.frequency_sd(self.resolution_hz, measured_hz)
                 }));
             }
             if self.settings.objective != Objective::Frequencies {
@@ -433,7 +417,7 @@ impl<'m> ModeObjective<'m> {
     pub fn rows(&self) -> Vec<usize> {
         let counts_amplitudes = self.settings.objective != Objective::Frequencies;
         let amplitudes = |p: &PositionData| p.observed.iter().filter(|m| counts_amplitudes && m.amplitude.is_some()).count();
-        self.positions.iter().map(|p| p.measured_hz.len() + amplitudes(p) + 1).collect()
+        self.positions.iter().map(|p| p.observed.len() + amplitudes(p) + 1).collect()
     }
 
     /// Whether the sum of squared residuals is a likelihood, so that intervals can be computed.

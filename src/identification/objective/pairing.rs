@@ -5,22 +5,25 @@ pub const MISSING: f64 = 0.3;
 /// Least prominence (1) at which a predicted peak should be visible, for measurements that do not state it.
 pub const VISIBLE: f64 = 2.0;
 
-/// One row of an alignment: a measured mode, a predicted peak, or both (by index).
+/// One row of an alignment: an order sought, a predicted peak, or both (by index).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ModePair {
-    /// Index of the measured mode.
+    /// Index of the order sought.
     pub measured: Option<usize>,
     /// Index of the predicted peak.
     pub predicted: Option<usize>,
 }
 
-/// Pairs two rising lists of frequencies with the least sum of squares, in order, so that no two pairs cross.
+/// Pairs two rising lists of modes with the least sum of squares, in order, so that no two pairs cross.
 ///
-/// The terms are the relative frequency error of a pair, [`MISSING`] for a measured mode without a partner, and `alone[j]` for the
-/// predicted peak j without a partner. `least` is working memory.
-pub(super) fn pair_into(measured_hz: &[f64], predicted_hz: &[f64], alone: &[f64], least: &mut Vec<f64>, pairs: &mut Vec<ModePair>) {
-    let (m, n) = (measured_hz.len(), predicted_hz.len());
-    // least[i][j]: least sum over the first i measured and the first j predicted.
+/// The terms are the relative frequency error of a pair, [`MISSING`] for a measured mode without a partner, and `alone[j]` for the predicted peak j
+/// without a partner. `sought` holds the frequency (Hz) of each order, or `None` for an order about which this position states nothing: it takes a
+/// peak for nothing, which may have been there or not. `least` is working memory.
+pub(super) fn pair_into(sought: &[Option<f64>], predicted_hz: &[f64], alone: &[f64], least: &mut Vec<f64>, pairs: &mut Vec<ModePair>) {
+    let with = |i: usize, j: usize| sought[i].map_or(0.0, |measured_hz| (predicted_hz[j] / measured_hz - 1.0).powi(2));
+    let without = |i: usize| sought[i].map_or(0.0, |_| MISSING * MISSING);
+    let (m, n) = (sought.len(), predicted_hz.len());
+    // least[i][j]: least sum over the first i sought and the first j predicted.
     let width = n + 1;
     least.clear();
     least.resize((m + 1) * width, 0.0);
@@ -31,14 +34,13 @@ pub(super) fn pair_into(measured_hz: &[f64], predicted_hz: &[f64], alone: &[f64]
             }
             let mut best = f64::INFINITY;
             if i > 0 {
-                best = best.min(least[(i - 1) * width + j] + MISSING * MISSING);
+                best = best.min(least[(i - 1) * width + j] + without(i - 1));
             }
             if j > 0 {
                 best = best.min(least[i * width + j - 1] + alone[j - 1] * alone[j - 1]);
             }
             if i > 0 && j > 0 {
-                let error = predicted_hz[j - 1] / measured_hz[i - 1] - 1.0;
-                best = best.min(least[(i - 1) * width + j - 1] + error * error);
+                best = best.min(least[(i - 1) * width + j - 1] + with(i - 1, j - 1));
             }
             least[i * width + j] = best;
         }
@@ -47,16 +49,11 @@ pub(super) fn pair_into(measured_hz: &[f64], predicted_hz: &[f64], alone: &[f64]
     pairs.clear();
     while i > 0 || j > 0 {
         let here = least[i * width + j];
-        if i > 0 && j > 0 {
-            let error = predicted_hz[j - 1] / measured_hz[i - 1] - 1.0;
-            if least[(i - 1) * width + j - 1] + error * error <= here {
-                pairs.push(ModePair { measured: Some(i - 1), predicted: Some(j - 1) });
-                i -= 1;
-                j -= 1;
-                continue;
-            }
-        }
-        if i > 0 && least[(i - 1) * width + j] + MISSING * MISSING <= here {
+        if i > 0 && j > 0 && least[(i - 1) * width + j - 1] + with(i - 1, j - 1) <= here {
+            pairs.push(ModePair { measured: Some(i - 1), predicted: Some(j - 1) });
+            i -= 1;
+            j -= 1;
+        } else if i > 0 && least[(i - 1) * width + j] + without(i - 1) <= here {
             pairs.push(ModePair { measured: Some(i - 1), predicted: None });
             i -= 1;
         } else {
@@ -72,9 +69,21 @@ mod tests {
     use super::*;
 
     fn pair(measured_hz: &[f64], predicted_hz: &[f64], alone: &[f64]) -> Vec<ModePair> {
+        let sought: Vec<Option<f64>> = measured_hz.iter().map(|f| (*f > 0.0).then_some(*f)).collect();
         let mut pairs = Vec::new();
-        pair_into(measured_hz, predicted_hz, alone, &mut Vec::new(), &mut pairs);
+        pair_into(&sought, predicted_hz, alone, &mut Vec::new(), &mut pairs);
         pairs
+    }
+
+    /// A peak without a partner costs nothing where an order without a statement (0) may be it, and as much as elsewhere where none may.
+    #[test]
+    fn an_order_without_a_statement_takes_one_peak() {
+        let pairs = pair(&[0.0, 402.0], &[90.0, 400.0], &[MISSING; 2]);
+        assert!(pairs.iter().all(|p| p.measured == p.predicted), "{pairs:?}");
+        let pairs = pair(&[0.0, 402.0], &[90.0, 200.0, 400.0], &[MISSING; 3]);
+        assert_eq!(pairs.iter().filter(|p| p.measured.is_none()).count(), 1, "{pairs:?}");
+        let pairs = pair(&[0.0, 402.0], &[400.0], &[MISSING]);
+        assert_eq!(pairs[1], ModePair { measured: Some(1), predicted: Some(0) });
     }
 
     #[test]

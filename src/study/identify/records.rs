@@ -75,6 +75,7 @@ impl Study {
             parameters: parameter_rows(self, values, &estimates),
             tolerances: BTreeMap::new(),
             basins: Vec::new(),
+            renumbered: None,
             derived: derived(&records, error),
             derived_interval95: BTreeMap::new(),
             combinations: Vec::new(),

@@ -1,10 +1,13 @@
 //! Identification from FRFs, or from modes.
 
+use std::collections::BTreeMap;
+
 use crate::{Study, StudyResult, document_rows};
-use identification::identify;
 use identification::validation::cross_validation;
+use identification::{IdentificationSettings, identify};
+use measurement::{MisplacedMode, misplaced_modes, with_fitting_orders};
 use report::certainty::{RepeatRow, SearchRow};
-use report::document::IdentificationDocument;
+use report::document::{IdentificationDocument, MisplacedModeRow, RenumberedRow};
 
 impl Study {
     /// As [`Study::identify`], from FRFs or modes.
@@ -12,7 +15,9 @@ impl Study {
         let made = self.identification_settings()?;
         let (fit, held_out) = self.set.split(self.fit.as_deref(), &self.hold_out)?;
         let (machine, control) = (&self.config.machine, &self.control);
+        let misplaced = if made.frf.is_some() { Vec::new() } else { misplaced_modes(&self.set) };
         let mut found = identify(machine, &fit, &held_out, &made, control)?;
+        let renumbered = self.renumbered(&misplaced, &made)?;
         // Where nothing is held out, each position is predicted by a fit without it.
         let alone = held_out.is_empty();
         let predicted = if alone && found.complete { cross_validation(machine, &fit, &made, &found, control)? } else { None };
@@ -31,6 +36,7 @@ impl Study {
         warnings.extend(found.combinations.iter().map(|c| c.text.clone()));
         warnings.extend(document_rows::passivity_warnings(machine, &self.set));
         warnings.extend(whole.then(|| document_rows::noise_warnings(&self.set)).into_iter().flatten());
+        warnings.splice(0..0, renumbered.iter().map(|r| r.warning(found.cost)));
         let mut derived = document_rows::derived(&positions, &frfs, leave_one_out);
         derived.extend(found.derived.iter().map(|d| (d.name.clone(), d.value)));
         derived.insert("chi_square".into(), found.chi_square);
@@ -52,6 +58,7 @@ impl Study {
             parameters: document_rows::parameters(self, &found, &fit_positions),
             tolerances: document_rows::tolerances(&found.tolerances),
             basins: document_rows::basins(&found),
+            renumbered,
             derived,
             derived_interval95: found.derived.iter().filter_map(interval).collect(),
             combinations: document_rows::combinations(machine, &found),
@@ -72,5 +79,28 @@ impl Study {
             preprocessing: None,
             friction_curve: Vec::new(),
         })
+    }
+
+    /// Fits the set with misplaced modes at the orders they fit; `None` where there are none.
+    fn renumbered(&self, misplaced: &[MisplacedMode], made: &IdentificationSettings) -> StudyResult<Option<RenumberedRow>> {
+        if misplaced.is_empty() {
+            return Ok(None);
+        }
+        let of = |m: &MisplacedMode| MisplacedModeRow {
+            position: self.set.positions[m.position].name.clone(),
+            order: m.order,
+            frequency_hz: m.frequency_hz,
+            fits_order: m.fits,
+        };
+        let row = RenumberedRow { modes: misplaced.iter().map(of).collect(), cost: None, parameters: BTreeMap::new() };
+        let set = with_fitting_orders(&self.set, misplaced);
+        let (fit, held_out) = set.split(self.fit.as_deref(), &self.hold_out)?;
+        if !misplaced.iter().any(|m| fit.positions().contains(&m.position)) {
+            return Ok(Some(row));
+        }
+        let machine = &self.config.machine;
+        let found = identify(machine, &fit, &held_out, made, &self.control.within("renumbered"))?;
+        let names = document_rows::names(&self.set, fit.positions(), &[], false);
+        Ok(Some(RenumberedRow { cost: Some(found.cost), parameters: document_rows::parameters(self, &found, &names), ..row }))
     }
 }

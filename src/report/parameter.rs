@@ -1,0 +1,42 @@
+//! Estimate of a parameter in the documents.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Estimate of one parameter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ParameterRow {
+    /// Estimate; start value of a parameter that was not fitted (in `unit`).
+    pub value: f64,
+    /// Unit of value, bounds and interval.
+    pub unit: String,
+    /// Lower bound of the plausible range (in `unit`).
+    pub lower: f64,
+    /// Upper bound of the plausible range (in `unit`).
+    pub upper: f64,
+    /// 95 % confidence interval (in `unit`); absent where none was computed.
+    pub interval95: Option<[f64; 2]>,
+    /// The parts of `interval95` in ascending order, where the data accept several ranges of values (in `unit`).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub intervals95: Vec<[f64; 2]>,
+    /// Whether the parameter is identifiable from the data; absent for one that was not fitted, or that depends on the discrepancy.
+    pub identifiable: Option<bool>,
+    /// Whether the parameter would be identifiable, but the misfit exceeds the noise so far that its value depends on what the model lacks.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub depends_on_discrepancy: bool,
+    /// Whether the parameter was fitted; otherwise it kept its start value.
+    pub fitted: bool,
+    /// Physical meaning of the parameter.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub description: String,
+    /// Value that the publication of the data prints for a fit to the same positions (in `unit`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub published: Option<f64>,
+}
+
+impl ParameterRow {
+    /// Returns the parts of the 95 % interval in ascending order; empty where none was computed.
+    pub fn parts(&self) -> Vec<[f64; 2]> {
+        if self.intervals95.is_empty() { self.interval95.into_iter().collect() } else { self.intervals95.clone() }
+    }
+}
