@@ -155,7 +155,8 @@ fn check_coverage(first: u64, count: u64, small_print: bool) {
                 own.push(format!("{id} {:+.2} half-widths", (row.value - truth) / (0.5 * (high - low))));
             }
         }
-        println!("{number}: {}", own.join(", "));
+        let text = own.into_iter().chain(found.stamp.warnings.clone()).collect::<Vec<String>>();
+        println!("{number}: {}", text.join("; "));
         excess.push(f64::from(misses) - 0.05 * f64::from(of));
         (values, missed) = (values + of, missed + misses);
     }
@@ -177,14 +178,14 @@ fn check_coverage(first: u64, count: u64, small_print: bool) {
 #[test]
 #[ignore = "second tier"]
 fn recover_axes_with_coloured_noise() {
-    check_coverage(4_000, test_data::draws(8, 40), false);
+    check_coverage(7_000, test_data::draws(8, 40), false);
 }
 
 /// 1.5 N of ripple, 4 % of Stribeck friction and 3 % of friction along the travel, none of them described.
 #[test]
 #[ignore = "second tier"]
 fn recover_axes_with_small_print() {
-    check_coverage(4_000, test_data::draws(8, 40), true);
+    check_coverage(7_000, test_data::draws(8, 40), true);
 }
 
 /// The motion follows a sampled force half a sample late. The delay is estimated, and the mass is no longer biased by it.

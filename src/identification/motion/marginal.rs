@@ -40,7 +40,7 @@ pub(super) struct Channel {
 pub struct ToleranceSize {
     /// Kind.
     pub kind: SmallPrint,
-    /// Size over the stated one; for the delay its value over its standard deviation.
+    /// Size over the stated one; for a kind without estimated size its value over its standard deviation.
     pub value: f64,
     /// Standard deviation of `value`.
     pub sd: f64,
@@ -87,16 +87,15 @@ pub(super) fn marginal(
     let projected = basis.tr_mul(&y);
     let left = &y - &basis * &projected;
     let mut covariance = DMatrix::zeros(order.len(), order.len());
-    let mut effective = 0.0;
+    let mut freedom = 0.0;
     let mut from = 0;
     for (used, own) in &channels {
         let noise = ResidualNoise::new(left.rows(from, own.len()).as_slice(), used, &basis, (from, own.len()))?;
         let rows = basis.rows(from, own.len()).into_owned();
         covariance += rows.tr_mul(&noise.times(&rows));
-        effective += noise.effective_samples;
+        freedom += noise.freedom;
         from += own.len();
     }
-    let freedom = effective - order.len() as f64;
     let covariance = 0.5 * (&covariance + covariance.transpose());
     let tolerance_columns = reduced.columns(count, tolerances.len()).into_owned();
     let parameters = reduced.columns_mut(0, count).into_owned();
@@ -122,10 +121,10 @@ pub(super) fn marginal(
         })
         .collect();
     let mut sizes: Vec<ToleranceSize> = Vec::new();
-    if let Some(at) = tolerances.iter().position(|t| t.kind == SmallPrint::Delay) {
+    for (at, tolerance) in tolerances.iter().enumerate().filter(|(_, t)| !t.kind.is_sized()) {
         let value = mean(&|f| f.2.tolerances[at].0);
         let sd = mean(&|f| f.2.tolerances[at].1 + (f.2.tolerances[at].0 - value).powi(2)).sqrt();
-        sizes.push(ToleranceSize { kind: SmallPrint::Delay, value, sd });
+        sizes.push(ToleranceSize { kind: tolerance.kind, value, sd });
     }
     for (k, kind) in kinds.iter().enumerate() {
         let value = mean(&|f| f.1[k]);
@@ -162,9 +161,7 @@ impl SizedFit {
         let log_determinant = |l: &DMatrix<f64>| l.diagonal().iter().map(|d| d.ln()).sum::<f64>();
         let log_likelihood = -log_determinant(&lower) - log_determinant(&normal.l()) - 0.5 * left.norm_squared();
         let covariance = normal.inverse();
-        // Only the first tolerance, the delay, is reported by its own value.
-        let own = weighted.columns(0, weighted.ncols().min(1)).into_owned();
-        let z = lower.solve_lower_triangular(&own)?;
+        let z = lower.solve_lower_triangular(&weighted)?;
         let of = |column: DVector<f64>| {
             let shared = x.tr_mul(&column);
             (column.dot(&left), 1.0 - column.norm_squared() + shared.dot(&(&covariance * &shared)))

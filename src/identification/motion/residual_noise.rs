@@ -2,13 +2,15 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Autocovariance of the noise of one channel, and the number of independent samples with the same uncertainty of its variance.
+/// Autocovariance of the noise of one channel, and the degrees of freedom of its spectrum.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct ResidualNoise {
     /// Autocovariance by lag (samples), from lag 0 to the lag where it has decayed.
     pub autocovariance: Vec<f64>,
-    /// Effective number of samples (1).
-    pub effective_samples: f64,
+    /// Degrees of freedom of the power at low frequencies, whose relative variance is 4·p/n for n samples and order p.
+    ///
+    /// # Source  Berk, Annals of Statistics 2 (1974) 489–502.
+    pub freedom: f64,
 }
 
 /// Largest order of the autoregression over log₁₀ of the number of samples.
@@ -58,7 +60,7 @@ impl ResidualNoise {
             if !(autocovariance[0] > 0.0) {
                 return None;
             }
-            let noise = Self::autoregressive(&autocovariance, count, residual.len());
+            let noise = Self::autoregressive(&autocovariance, free, residual.len());
             let mut through = noise.times(&own);
             through.row_iter_mut().zip(used).filter(|(_, used)| !**used).for_each(|(mut row, _)| row.fill(0.0));
             let taken = &own * own.tr_mul(&through);
@@ -74,8 +76,7 @@ impl ResidualNoise {
     }
 
     /// Fits autoregressions of all orders by Levinson's recursion, and extends the autocovariance of the best by Schwarz' criterion.
-    fn autoregressive(autocovariance: &[f64], count: usize, length: usize) -> Self {
-        let samples = count as f64;
+    fn autoregressive(autocovariance: &[f64], samples: f64, length: usize) -> Self {
         let mut coefficients: Vec<f64> = Vec::new();
         let mut variance = autocovariance[0];
         let mut best = (samples * variance.ln(), Vec::new());
@@ -101,9 +102,8 @@ impl ResidualNoise {
             let next = coefficients.iter().zip(extended.iter().rev()).map(|(a, c)| a * c).sum();
             extended.push(next);
         }
-        // Bartlett's variance of an estimated variance: 2·σ⁴/n·Σρ².
-        let correlated: f64 = 1.0 + 2.0 * extended[1..].iter().map(|c| (c / extended[0]).powi(2)).sum::<f64>();
-        ResidualNoise { effective_samples: samples / correlated, autocovariance: extended }
+        let freedom = samples / (2.0 * coefficients.len().max(1) as f64);
+        ResidualNoise { autocovariance: extended, freedom }
     }
 
     /// Multiplies the covariance matrix of the samples by columns.

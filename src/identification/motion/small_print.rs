@@ -10,6 +10,8 @@ use numeric::statistics::{extremes, root_mean_square};
 pub enum SmallPrint {
     /// Delay of the motion behind the recorded force.
     Delay,
+    /// Friction around reversals, where presliding and the filters blur its change of sign.
+    Reversal,
     /// Force that varies along the travel: torque ripple.
     Ripple,
     /// Friction that varies along the travel.
@@ -22,15 +24,21 @@ impl SmallPrint {
     /// Kinds whose size the records estimate.
     pub const SIZED: [SmallPrint; 3] = [SmallPrint::Ripple, SmallPrint::FrictionAlongTravel, SmallPrint::LowSpeedRise];
 
-    /// Standard deviation of the prior over the stated size: normal for the delay, half-normal for the sizes of the others.
+    /// Whether the records estimate its size; otherwise its value has a normal prior of the stated size.
+    pub fn is_sized(self) -> bool {
+        Self::SIZED.contains(&self)
+    }
+
+    /// Standard deviation of the prior over the stated size: half-normal for an estimated size, else normal.
     pub fn prior_sd(self) -> f64 {
-        if self == SmallPrint::Delay { 1.0 } else { SIZE_SD }
+        if self.is_sized() { SIZE_SD } else { 1.0 }
     }
 
     /// Name in documents.
     pub fn name(self) -> &'static str {
         match self {
             SmallPrint::Delay => "delay of the motion behind the force",
+            SmallPrint::Reversal => "friction at reversals",
             SmallPrint::Ripple => "force ripple along the travel",
             SmallPrint::FrictionAlongTravel => "friction along the travel",
             SmallPrint::LowSpeedRise => "rise of friction towards standstill",
@@ -51,6 +59,8 @@ pub(super) struct Tolerance {
 pub struct StatedSizes {
     /// Standard deviation of the delay (s).
     pub delay_s: f64,
+    /// Standard deviation of friction at reversals (N or N·m).
+    pub reversal: f64,
     /// Root mean square of the ripple (N or N·m).
     pub ripple: f64,
     /// Standard deviation of dry friction along the travel (N or N·m).
@@ -64,6 +74,10 @@ pub(super) const SIZE_SD: f64 = 2.0;
 /// Standard deviation of the delay, in samples of the record. A drive holds its force for one sample, which delays the motion by half a sample; its
 /// current loop adds about as much.
 const DELAY_SAMPLES: f64 = 1.0;
+/// Speed over the fastest below which a reversal blurs friction, and the standard deviation of the change over dry friction. There dry friction takes any
+/// value up to its level.
+const REVERSAL_SPEED: f64 = 0.02;
+const REVERSAL: f64 = 0.3;
 /// Root mean square of the ripple over that of the force. Cogging and commutation of servo motors leave one to a few percent of the rated torque.
 const RIPPLE: f64 = 0.05;
 /// Number of half-waves of the ripple along the travel.
@@ -75,7 +89,7 @@ const ALONG_TRAVEL: f64 = 0.03;
 const FRICTION_HALF_WAVES: u32 = 7;
 /// Speeds over the fastest below which friction rises, and the standard deviation of that rise over dry friction: the mixed friction of lubricated
 /// seals and rolling guides.
-const LOW_SPEEDS: [f64; 2] = [0.02, 0.1];
+const LOW_SPEEDS: [f64; 2] = [0.05, 0.1];
 const LOW_SPEED_RISE: f64 = 0.03;
 /// Largest number of half-waves of the ripple over the number of samples.
 const COLUMNS_PER_SAMPLE: f64 = 0.04;
@@ -90,8 +104,13 @@ pub(super) fn tolerances(rigid: &Rigid, machine: &Machine, values: &[f64], motio
     let dry = 0.5 * sliding.abs();
     let (low, high) = extremes(motions.iter().flat_map(|m| &m.position_m));
     let step_s = root_mean_square(motions.iter().map(|m| m.step_s)).unwrap_or(0.0);
-    let sizes =
-        StatedSizes { delay_s: DELAY_SAMPLES * step_s, ripple: RIPPLE * level, friction: ALONG_TRAVEL * dry, rise: LOW_SPEED_RISE * dry };
+    let sizes = StatedSizes {
+        delay_s: DELAY_SAMPLES * step_s,
+        reversal: REVERSAL * dry,
+        ripple: RIPPLE * level,
+        friction: ALONG_TRAVEL * dry,
+        rise: LOW_SPEED_RISE * dry,
+    };
     let mut found: Vec<Tolerance> = Vec::new();
     let mut add = |kind: SmallPrint, of: &dyn Fn(&MotionSignal) -> Vec<f64>| {
         // Extra channels follow the force of their motion; their own tolerances are not estimated.
@@ -112,11 +131,17 @@ pub(super) fn tolerances(rigid: &Rigid, machine: &Machine, values: &[f64], motio
             slope.into_iter().map(|d| d * sizes.delay_s / m.step_s).collect()
         });
     }
+    let along = |m: &MotionSignal, force: Vec<f64>| -> Vec<f64> { force.iter().zip(m.direction()).map(|(f, s)| f * s).collect() };
+    let below = |m: &MotionSignal, share: f64, size: f64| -> Vec<f64> {
+        along(m, m.velocity_m_s.iter().map(|v| size * (-(v / (share * fastest)).powi(2)).exp()).collect())
+    };
+    if !described.presliding {
+        add(SmallPrint::Reversal, &|m| below(m, REVERSAL_SPEED, sizes.reversal));
+    }
     let wave = |m: &MotionSignal, n: u32, size: f64| -> Vec<f64> {
         let phase = |x: &f64| std::f64::consts::PI * f64::from(n) * (x - low) / (high - low).max(f64::MIN_POSITIVE);
         m.position_m.iter().map(|x| size * phase(x).cos()).collect()
     };
-    let along = |m: &MotionSignal, force: Vec<f64>| -> Vec<f64> { force.iter().zip(m.direction()).map(|(f, s)| f * s).collect() };
     if !described.ripple {
         let count = RIPPLE_HALF_WAVES.min((COLUMNS_PER_SAMPLE * used as f64) as u32);
         // Their squares add to that of the stated ripple.
@@ -131,8 +156,7 @@ pub(super) fn tolerances(rigid: &Rigid, machine: &Machine, values: &[f64], motio
     }
     if !described.stribeck {
         for share in LOW_SPEEDS {
-            let rise = |v: &f64| sizes.rise * (-(v / (share * fastest)).powi(2)).exp();
-            add(SmallPrint::LowSpeedRise, &|m| along(m, m.velocity_m_s.iter().map(rise).collect()));
+            add(SmallPrint::LowSpeedRise, &|m| below(m, share, sizes.rise));
         }
     }
     (found, sizes)
@@ -144,6 +168,7 @@ struct Described {
     ripple: bool,
     along_travel: bool,
     stribeck: bool,
+    presliding: bool,
 }
 
 impl Described {
@@ -156,6 +181,7 @@ impl Described {
             ripple: drive.is_some_and(|d| is_set(&d.ripple.cosine) || is_set(&d.ripple.sine)),
             along_travel: any(&|f| is_set(&f.position.cosine) || is_set(&f.position.sine)),
             stribeck: any(&|f| is_set(&f.stribeck)),
+            presliding: any(&|f| is_set(&f.presliding_stiffness)),
         }
     }
 }

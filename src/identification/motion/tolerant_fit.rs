@@ -3,7 +3,7 @@
 use super::discrepancy::systematic_share;
 use super::force_fit::{Estimated, ForceFit, channels};
 use super::marginal::{ToleranceSize, marginal};
-use super::small_print::{SmallPrint, StatedSizes, tolerances};
+use super::small_print::{StatedSizes, tolerances};
 use dynamics::inverse_dynamics::{MotionSignal, Rigid, prediction, recorded};
 use machine::Machine;
 
@@ -26,13 +26,13 @@ pub struct TolerantFit {
 const DISCREPANCY_SHARE: f64 = 0.5;
 /// Size of a tolerance over the stated one above which the machine differs from its description.
 const IMPLAUSIBLE: f64 = 2.0;
-/// The same for the delay, whose prior has a known standard deviation.
-const IMPLAUSIBLE_DELAY: f64 = 4.0;
+/// The same for kinds whose prior has a known standard deviation.
+const IMPLAUSIBLE_DEVIATION: f64 = 4.0;
 
 impl ToleranceSize {
     /// Whether the tolerance is larger than small print can be.
     pub fn is_implausible(&self) -> bool {
-        self.value.abs() > if self.kind == SmallPrint::Delay { IMPLAUSIBLE_DELAY } else { IMPLAUSIBLE }
+        self.value.abs() > if self.kind.is_sized() { IMPLAUSIBLE } else { IMPLAUSIBLE_DEVIATION }
     }
 }
 

@@ -167,12 +167,13 @@ fn parameter_rows(study: &Study, values: &[f64], estimates: &[Estimated], depend
     parameters.iter().enumerate().map(row).collect()
 }
 
-/// Returns the tolerances of a fit: the delay by its value, the others by their size.
+/// Returns the tolerances of a fit: delay and friction at reversals by their values, the others by their sizes.
 fn tolerance_rows(fit: &TolerantFit, load_column: &str) -> BTreeMap<String, ToleranceRow> {
     let force = if load_column == "torque_nm" { "N*m" } else { "N" };
     let row = |size: &ToleranceSize| {
         let (unit, stated, kind) = match size.kind {
             SmallPrint::Delay => ("s", fit.stated.delay_s, "normal"),
+            SmallPrint::Reversal => (force, fit.stated.reversal, "normal"),
             SmallPrint::Ripple => (force, fit.stated.ripple, "half-normal"),
             SmallPrint::FrictionAlongTravel => (force, fit.stated.friction, "half-normal"),
             SmallPrint::LowSpeedRise => (force, fit.stated.rise, "half-normal"),
