@@ -100,35 +100,35 @@ pub(super) fn marginal(
     let tolerance_columns = reduced.columns(count, tolerances.len()).into_owned();
     let parameters = reduced.columns_mut(0, count).into_owned();
     let kinds: Vec<SmallPrint> = SmallPrint::SIZED.into_iter().filter(|kind| tolerances.iter().any(|t| t.kind == *kind)).collect();
-    let mut found: Vec<(f64, Vec<f64>, SizedFit)> = Vec::new();
+    let mut found: Vec<SizedFit> = Vec::new();
     for number in 0..SIZES.len().pow(kinds.len() as u32) {
         let sizes: Vec<f64> = (0..kinds.len()).map(|k| SIZES[number / SIZES.len().pow(k as u32) % SIZES.len()]).collect();
         let size_of = |t: &Tolerance| kinds.iter().position(|k| *k == t.kind).map_or(1.0, |k| sizes[k]);
         let weights: Vec<f64> = tolerances.iter().map(size_of).collect();
-        let fit = SizedFit::new(&covariance, (&parameters, &tolerance_columns), &weights, &projected)?;
-        let prior: f64 = sizes.iter().map(|s| -0.5 * (s / SIZE_SD).powi(2)).sum();
-        found.push((fit.log_likelihood + prior, sizes, fit));
+        let mut fit = SizedFit::new(&covariance, (&parameters, &tolerance_columns), &weights, &projected)?;
+        fit.log_weight += sizes.iter().map(|s| -0.5 * (s / SIZE_SD).powi(2)).sum::<f64>();
+        found.push(SizedFit { sizes, ..fit });
     }
-    let best = found.iter().fold(f64::NEG_INFINITY, |m, f| m.max(f.0));
-    let total: f64 = found.iter().map(|f| (f.0 - best).exp()).sum();
-    let mean = |of: &dyn Fn(&(f64, Vec<f64>, SizedFit)) -> f64| found.iter().map(|f| (f.0 - best).exp() / total * of(f)).sum::<f64>();
-    let change = DVector::from_fn(count, |i, _| mean(&|f| f.2.change[i]));
+    let best = found.iter().fold(f64::NEG_INFINITY, |m, f| m.max(f.log_weight));
+    let total: f64 = found.iter().map(|f| (f.log_weight - best).exp()).sum();
+    let mean = |of: &dyn Fn(&SizedFit) -> f64| found.iter().map(|f| (f.log_weight - best).exp() / total * of(f)).sum::<f64>();
+    let change = DVector::from_fn(count, |i, _| mean(&|f| f.change[i]));
     let quantile = t_quantile_95(Some((freedom.floor() as usize).max(1)));
     let intervals = (0..count)
         .map(|i| {
-            let sd = mean(&|f| f.2.covariance[(i, i)] + (f.2.change[i] - change[i]).powi(2)).sqrt();
+            let sd = mean(&|f| f.covariance[(i, i)] + (f.change[i] - change[i]).powi(2)).sqrt();
             CoefficientInterval { sd, half95: quantile * sd }
         })
         .collect();
     let mut sizes: Vec<ToleranceSize> = Vec::new();
     for (at, tolerance) in tolerances.iter().enumerate().filter(|(_, t)| !t.kind.is_sized()) {
-        let value = mean(&|f| f.2.tolerances[at].0);
-        let sd = mean(&|f| f.2.tolerances[at].1 + (f.2.tolerances[at].0 - value).powi(2)).sqrt();
+        let value = mean(&|f| f.tolerances[at].0);
+        let sd = mean(&|f| f.tolerances[at].1 + (f.tolerances[at].0 - value).powi(2)).sqrt();
         sizes.push(ToleranceSize { kind: tolerance.kind, value, sd });
     }
     for (k, kind) in kinds.iter().enumerate() {
-        let value = mean(&|f| f.1[k]);
-        sizes.push(ToleranceSize { kind: *kind, value, sd: mean(&|f| (f.1[k] - value).powi(2)).sqrt() });
+        let value = mean(&|f| f.sizes[k]);
+        sizes.push(ToleranceSize { kind: *kind, value, sd: mean(&|f| (f.sizes[k] - value).powi(2)).sqrt() });
     }
     Some(Marginal { change, intervals, sizes, residual: left, basis })
 }
@@ -139,8 +139,10 @@ struct SizedFit {
     covariance: DMatrix<f64>,
     /// Mean and variance of each tolerance, in its stated standard deviation.
     tolerances: Vec<(f64, f64)>,
-    /// Restricted log-likelihood of the sizes.
-    log_likelihood: f64,
+    /// Sizes of the kinds of tolerance.
+    sizes: Vec<f64>,
+    /// Restricted log-likelihood of the sizes, plus the logarithm of their prior.
+    log_weight: f64,
 }
 
 impl SizedFit {
@@ -159,7 +161,7 @@ impl SizedFit {
         let change = normal.solve(&x.tr_mul(&u));
         let left = &u - &x * &change;
         let log_determinant = |l: &DMatrix<f64>| l.diagonal().iter().map(|d| d.ln()).sum::<f64>();
-        let log_likelihood = -log_determinant(&lower) - log_determinant(&normal.l()) - 0.5 * left.norm_squared();
+        let log_weight = -log_determinant(&lower) - log_determinant(&normal.l()) - 0.5 * left.norm_squared();
         let covariance = normal.inverse();
         let z = lower.solve_lower_triangular(&weighted)?;
         let of = |column: DVector<f64>| {
@@ -167,7 +169,7 @@ impl SizedFit {
             (column.dot(&left), 1.0 - column.norm_squared() + shared.dot(&(&covariance * &shared)))
         };
         let tolerances = z.column_iter().map(|c| of(c.into_owned())).collect();
-        Some(SizedFit { change, covariance, tolerances, log_likelihood })
+        Some(SizedFit { change, covariance, tolerances, sizes: Vec::new(), log_weight })
     }
 }
 
