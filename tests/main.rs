@@ -27,6 +27,7 @@ mod lumped;
 mod lumped_command;
 mod model;
 mod motion;
+mod motion_certainty;
 mod motion_command;
 mod page;
 mod peaks;

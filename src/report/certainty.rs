@@ -10,9 +10,9 @@ use serde::{Deserialize, Serialize};
 pub struct PriorRow {
     /// Mean of a normal prior, median of a log-normal one (in the unit of the tolerance).
     pub mean: f64,
-    /// Standard deviation of a normal prior (in the unit of the tolerance); of the logarithm for a log-normal one (1).
+    /// Standard deviation of a normal or half-normal prior (in the unit of the tolerance); of the logarithm for a log-normal one (1).
     pub sd: f64,
-    /// Distribution: `normal` or `log-normal`.
+    /// Distribution: `normal`, `log-normal` or `half-normal`, whose value is a size.
     #[serde(default = "normal")]
     pub kind: String,
 }

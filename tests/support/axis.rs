@@ -13,20 +13,29 @@ pub struct Axis {
     pub viscous: f64,
     /// Viscous friction in the backward direction (N·s/m).
     pub viscous_backward: f64,
-    /// Static friction in excess of Coulomb friction (N), decreasing as 1/(1 + (v/v_s)²) with v_s = 12 mm/s.
+    /// Static friction in excess of Coulomb friction (N), decreasing as 1/(1 + (v/v_s)²).
     pub stribeck: f64,
+    /// Speed v_s (m/s).
+    pub stribeck_velocity: f64,
     /// Travel l over which friction builds up after a reversal, as 1 − exp(−s/l).
     pub presliding_m: f64,
-    /// Amplitude (N) of a force ripple with a period of 40 mm of travel.
+    /// Amplitude (N) of a force ripple along the travel, its wave number (rad/m) and phase (rad).
     pub ripple: f64,
+    pub ripple_per_m: f64,
+    pub ripple_phase: f64,
     /// Delay from command to force.
     pub delay_s: f64,
     pub spring_n_per_m: f64,
-    /// Relative amplitude of the variation of friction along the travel.
+    /// Relative amplitude of the variation of friction along the travel, its wave number (rad/m) and phase (rad).
     pub friction_variation: f64,
+    pub variation_per_m: f64,
+    pub variation_phase: f64,
     /// Relative increase of friction over the record.
     pub friction_drift: f64,
 }
+
+/// Gain of the velocity loop over the mass (1/s).
+const GAIN_PER_S: f64 = 87.5;
 
 impl Axis {
     pub fn nominal() -> Self {
@@ -36,11 +45,16 @@ impl Axis {
             viscous: 200.0,
             viscous_backward: 200.0,
             stribeck: 0.0,
+            stribeck_velocity: 0.012,
             presliding_m: 0.0,
             ripple: 0.0,
+            ripple_per_m: 157.0,
+            ripple_phase: 0.0,
             delay_s: 0.0,
             spring_n_per_m: 0.0,
             friction_variation: 0.0,
+            variation_per_m: 11.0,
+            variation_phase: 0.0,
             friction_drift: 0.0,
         }
     }
@@ -56,7 +70,7 @@ impl Axis {
         let mut samples = Vec::new();
         for (i, &r) in command.iter().enumerate() {
             let read = (x / 5e-7).round() * 5e-7;
-            let force = 7000.0 * (120.0 * (r - x) - v);
+            let force = GAIN_PER_S * self.mass_kg * (120.0 * (r - x) - v);
             sent.push(force);
             let acting = sent[i];
             // Coloured noise of the recorded force.
@@ -64,13 +78,16 @@ impl Axis {
             samples.push((r, read, force + coloured_noise + 0.3 * (random.random::<f64>() - 0.5)));
             let buildup = if self.presliding_m > 0.0 { 1.0 - (-since_reversal_m / self.presliding_m).exp() } else { 1.0 };
             let level = |v: f64, x: f64| {
-                let variation = 1.0 + self.friction_variation * (11.0 * x).sin() + self.friction_drift * (i as f64 / total);
-                buildup * (self.coulomb * variation + self.stribeck / (1.0 + (v / 0.012).powi(2)))
+                let variation = 1.0
+                    + self.friction_variation * (self.variation_per_m * x + self.variation_phase).sin()
+                    + self.friction_drift * (i as f64 / total);
+                buildup * (self.coulomb * variation + self.stribeck / (1.0 + (v / self.stribeck_velocity).powi(2)))
             };
             let acceleration = |x: f64, v: f64| {
                 let viscous = if v > 0.0 { self.viscous } else { self.viscous_backward };
                 let friction = level(v, x) * (v / 2e-5).tanh() + viscous * v;
-                (acting - friction - self.spring_n_per_m * (x - 0.1) - self.ripple * (157.0 * x).sin()) / self.mass_kg
+                (acting - friction - self.spring_n_per_m * (x - 0.1) - self.ripple * (self.ripple_per_m * x + self.ripple_phase).sin())
+                    / self.mass_kg
             };
             for _ in 0..20 {
                 let h = 5e-5;

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::interval::{CoefficientInterval, intervals};
+use super::marginal::{Channel, marginal};
 use dynamics::inverse_dynamics::{
     InverseError, MotionSignal, Rigid, derivatives, is_linear_in_inverse, mask_backlash_crossings, prediction, recorded, weights,
 };
@@ -193,31 +194,56 @@ pub struct Estimated {
 }
 
 impl ForceFit {
-    /// Returns the free parameters with intervals that allow for coloured and repeating residuals.
+    /// Returns the free parameters with intervals that allow for noise with the correlation of the residual, and for a misfit that repeats.
     pub fn estimates(&self, machine: &Machine, free: &[usize], motions: &[&MotionSignal]) -> Vec<Estimated> {
-        let records: Vec<(usize, Option<usize>)> = motions.iter().flat_map(|m| m.channels()).collect();
-        self.estimates_of(machine, free, &records)
+        let inside = self.inside(machine, free);
+        let found = marginal(&self.derivatives.select_columns(&inside), &self.residual, &[], &channels(motions));
+        self.estimates_with(machine, free, &inside, found.map(|m| m.intervals).as_deref())
     }
 
-    /// As [`ForceFit::estimates`], with lengths and periods of the records in the order of the residual.
+    /// As [`ForceFit::estimates`] for residuals in closed loop, with lengths and periods of the records in the order of the residual.
     pub fn estimates_of(&self, machine: &Machine, free: &[usize], records: &[(usize, Option<usize>)]) -> Vec<Estimated> {
+        let inside = self.inside(machine, free);
+        let found = intervals(&self.derivatives.select_columns(&inside), &self.residual, records);
+        self.estimates_with(machine, free, &inside, found.as_deref())
+    }
+
+    /// Returns the positions, among the free parameters, of those inside their ranges with an influence.
+    pub(super) fn inside(&self, machine: &Machine, free: &[usize]) -> Vec<usize> {
         let mut inside = nonzero_columns(&self.derivatives);
         inside.retain(|at| machine.parameters[free[*at]].holds_inside(self.values[free[*at]]));
-        let found = intervals(&self.derivatives.select_columns(&inside), &self.residual, records);
-        free.iter()
-            .enumerate()
-            .map(|(at, &parameter)| {
-                let place = inside.iter().position(|i| *i == at);
-                let sd = place.and_then(|p| found.as_ref()?.get(p).copied());
-                Estimated {
-                    parameter,
-                    value: self.values[parameter],
-                    interval: sd,
-                    at_bound: !machine.parameters[parameter].holds_inside(self.values[parameter]),
-                }
-            })
-            .collect()
+        inside
     }
+
+    /// Returns the free parameters with the intervals of those at the positions `inside`.
+    pub(super) fn estimates_with(
+        &self,
+        machine: &Machine,
+        free: &[usize],
+        inside: &[usize],
+        intervals: Option<&[CoefficientInterval]>,
+    ) -> Vec<Estimated> {
+        let of = |(at, &parameter): (usize, &usize)| {
+            let place = inside.iter().position(|i| *i == at);
+            Estimated {
+                parameter,
+                value: self.values[parameter],
+                interval: place.and_then(|p| intervals?.get(p).copied()),
+                at_bound: !machine.parameters[parameter].holds_inside(self.values[parameter]),
+            }
+        };
+        free.iter().enumerate().map(of).collect()
+    }
+}
+
+/// Returns the channels of motions in the layout of the prediction.
+pub(super) fn channels(motions: &[&MotionSignal]) -> Vec<Channel> {
+    let of = |m: &&MotionSignal| {
+        let masks = std::iter::once(&m.is_moving).chain(m.extra_channels.iter().map(|f| &f.is_used));
+        let channel = |used: &Vec<bool>| Channel { length: m.load.len(), period: m.period, used: used.clone() };
+        masks.map(channel).collect::<Vec<Channel>>()
+    };
+    motions.iter().flat_map(of).collect()
 }
 
 /// Returns the correlations of the coefficients of columns; empty if the columns are dependent.

@@ -3,10 +3,18 @@
 //! Inverse dynamics fits the force that a rigid machine needs for the measured motion. The output-error method fits the force of the
 //! simulated closed loop.
 
+mod discrepancy;
 mod force_fit;
 mod interval;
+mod marginal;
 mod output_error;
+mod residual_noise;
+mod small_print;
+mod tolerant_fit;
 
 pub use force_fit::{Estimated, ForceFit, correlation, estimate, estimate_identifiable, estimate_weighted};
 pub use interval::{CoefficientInterval, intervals};
+pub use marginal::ToleranceSize;
 pub use output_error::{OutputError, output_error, simulated_gaps};
+pub use small_print::{SmallPrint, StatedSizes};
+pub use tolerant_fit::{TolerantFit, estimate_with_tolerances};

@@ -6,10 +6,13 @@ use crate::motion_records::{add_simulated_gaps, curve_rows, list_positions, list
 use crate::settings::ObjectiveKind;
 use crate::{Study, StudyError, StudyResult};
 use dynamics::inverse_dynamics::{InverseError, MotionSignal, Preprocessing, free_parameters, parameters_without_influence, recorded};
-use identification::motion::{Estimated, ForceFit, correlation, estimate_weighted, output_error};
+use identification::motion::{
+    Estimated, ForceFit, SmallPrint, ToleranceSize, TolerantFit, correlation, estimate_weighted, estimate_with_tolerances, output_error,
+};
 use machine::Machine;
 use measurement::MotionRecord;
 use optimizer::Control;
+use report::certainty::{PriorRow, ToleranceRow};
 use report::document::{IdentificationDocument, ParameterRow, RunSettings};
 use report::record::{MotionRecordRow, PreprocessingRow};
 
@@ -38,13 +41,19 @@ impl Study {
             return Err(StudyError::setting("freeze", "", "holds every parameter of the machine; leave one free"));
         }
         let mut found = estimate_weighted(&rigid, machine, &free, &mut motions, fit)?;
-        let mut complete = true;
+        let (mut complete, mut depends, mut tolerances) = (true, false, BTreeMap::new());
         let mut estimates;
+        let fitted: Vec<&MotionSignal> = fit.iter().map(|i| &motions[*i]).collect();
         if simulated {
             self.control.begin("simulate");
             (found, estimates, complete) = refine_by_simulation(self, (&free, found), (fit, &motions), &self.control)?;
+        } else if made.tolerances {
+            let tolerant = estimate_with_tolerances(&rigid, machine, found, &fitted);
+            depends = tolerant.depends_on_discrepancy();
+            tolerances = tolerance_rows(&tolerant, fitted[0].load_column);
+            warnings.extend(list_discrepancies(&tolerant));
+            (found, estimates) = (tolerant.fit, tolerant.estimates);
         } else {
-            let fitted: Vec<&MotionSignal> = fit.iter().map(|i| &motions[*i]).collect();
             estimates = found.estimates(machine, &free, &fitted);
         }
         let shown_nowhere = |i: &usize| Estimated { parameter: *i, value: found.values[*i], interval: None, at_bound: false };
@@ -55,7 +64,6 @@ impl Study {
             let all: Vec<&MotionRecord> = self.set.motions.iter().collect();
             complete &= add_simulated_gaps(&mut records, (machine, values), &all, &self.control)?;
         }
-        let fitted: Vec<&MotionSignal> = fit.iter().map(|i| &motions[*i]).collect();
         let error = |r: &MotionRecordRow| if simulated { r.simulated_force_error } else { Some(r.force_error) };
         let level = if simulated {
             let all = fit.iter().flat_map(|i| self.set.motions[*i].load.samples());
@@ -72,8 +80,8 @@ impl Study {
                 objective: if simulated { ObjectiveKind::OutputError } else { ObjectiveKind::InverseDynamics }.word().into(),
                 ..self.run_settings(&made)
             },
-            parameters: parameter_rows(self, values, &estimates),
-            tolerances: BTreeMap::new(),
+            parameters: parameter_rows(self, values, &estimates, depends),
+            tolerances,
             basins: Vec::new(),
             renumbered: None,
             derived: derived(&records, error),
@@ -135,7 +143,7 @@ fn list_warnings(machine: &Machine, unseen: &[usize], estimates: &[Estimated]) -
     nowhere.into_iter().chain(at_end).collect()
 }
 
-fn parameter_rows(study: &Study, values: &[f64], estimates: &[Estimated]) -> BTreeMap<String, ParameterRow> {
+fn parameter_rows(study: &Study, values: &[f64], estimates: &[Estimated], depends: bool) -> BTreeMap<String, ParameterRow> {
     let parameters = &study.config.machine.parameters;
     let row = |(at, p): (usize, &machine::Parameter)| {
         let found = estimates.iter().find(|e| e.parameter == at);
@@ -149,8 +157,8 @@ fn parameter_rows(study: &Study, values: &[f64], estimates: &[Estimated]) -> BTr
             upper: p.upper,
             interval95: interval,
             intervals95: Vec::new(),
-            identifiable: seen,
-            depends_on_discrepancy: false,
+            identifiable: seen.filter(|seen| !(*seen && depends)),
+            depends_on_discrepancy: depends && seen == Some(true),
             fitted: found.is_some(),
             description: study.config.machine.description_of(at),
             published: None,
@@ -158,6 +166,38 @@ fn parameter_rows(study: &Study, values: &[f64], estimates: &[Estimated]) -> BTr
         (p.id.clone(), row)
     };
     parameters.iter().enumerate().map(row).collect()
+}
+
+/// Returns the tolerances of a fit: delay and friction at reversals by their values, the others by their sizes.
+fn tolerance_rows(fit: &TolerantFit, load_column: &str) -> BTreeMap<String, ToleranceRow> {
+    let force = if load_column == "torque_nm" { "N*m" } else { "N" };
+    let row = |size: &ToleranceSize| {
+        let (unit, stated, kind) = match size.kind {
+            SmallPrint::Delay => ("s", fit.stated.delay_s, "normal"),
+            SmallPrint::Reversal => (force, fit.stated.reversal, "normal"),
+            SmallPrint::Ripple => (force, fit.stated.ripple, "half-normal"),
+            SmallPrint::FrictionAlongTravel => (force, fit.stated.friction, "half-normal"),
+            SmallPrint::LowSpeedRise => (force, fit.stated.rise, "half-normal"),
+        };
+        let prior = PriorRow { mean: 0.0, sd: size.kind.prior_sd() * stated, kind: kind.into() };
+        (size.kind.name().to_string(), ToleranceRow { unit: unit.into(), prior, value: size.value * stated, sd: size.sd * stated })
+    };
+    fit.sizes.iter().map(row).collect()
+}
+
+/// Returns warnings about a misfit that exceeds noise and tolerances.
+fn list_discrepancies(fit: &TolerantFit) -> Vec<String> {
+    let large = fit.sizes.iter().filter(|size| size.is_implausible()).map(|size| {
+        let times = size.value.abs();
+        format!("{}: {times:.1} times what is common; run diagnose to find the effect that the machine lacks", size.kind.name())
+    });
+    let systematic = fit.is_systematic().then(|| {
+        let share = 100.0 * fit.systematic_share;
+        format!(
+            "{share:.0} % of the squared residual follows speed and acceleration; run diagnose to find the effect that the machine lacks"
+        )
+    });
+    large.chain(systematic).collect()
 }
 
 fn derived(records: &BTreeMap<String, MotionRecordRow>, error: impl Fn(&MotionRecordRow) -> Option<f64>) -> BTreeMap<String, f64> {

@@ -1,0 +1,75 @@
+//! Parameters of a force fit next to the small print of friction and force, and whether they depend on what the machine lacks.
+
+use super::discrepancy::systematic_share;
+use super::force_fit::{Estimated, ForceFit, channels};
+use super::marginal::{ToleranceSize, marginal};
+use super::small_print::{StatedSizes, tolerances};
+use dynamics::inverse_dynamics::{MotionSignal, Rigid, prediction, recorded};
+use machine::Machine;
+
+/// A force fit corrected for tolerances.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TolerantFit {
+    /// The corrected fit. Its residual is that of the parameters alone.
+    pub fit: ForceFit,
+    /// Free parameters with their intervals.
+    pub estimates: Vec<Estimated>,
+    /// Estimated sizes of the tolerances.
+    pub sizes: Vec<ToleranceSize>,
+    /// Their stated sizes.
+    pub stated: StatedSizes,
+    /// Share of the squared residual, parameters and tolerances fitted, that smooth functions of speed and acceleration explain.
+    pub systematic_share: f64,
+}
+
+/// Share of the squared residual above which its systematic part exceeds the rest, its noise.
+const DISCREPANCY_SHARE: f64 = 0.5;
+/// Size of a tolerance over the stated one above which the machine differs from its description.
+const IMPLAUSIBLE: f64 = 2.0;
+/// The same for kinds whose prior has a known standard deviation.
+const IMPLAUSIBLE_DEVIATION: f64 = 4.0;
+
+impl ToleranceSize {
+    /// Whether the tolerance is larger than small print can be.
+    pub fn is_implausible(&self) -> bool {
+        self.value.abs() > if self.kind.is_sized() { IMPLAUSIBLE } else { IMPLAUSIBLE_DEVIATION }
+    }
+}
+
+impl TolerantFit {
+    /// Whether the systematic part of the residual exceeds the rest.
+    pub fn is_systematic(&self) -> bool {
+        self.systematic_share > DISCREPANCY_SHARE
+    }
+
+    /// Whether the misfit exceeds the noise so far that the parameters depend on what the machine lacks.
+    pub fn depends_on_discrepancy(&self) -> bool {
+        self.is_systematic() || self.sizes.iter().any(ToleranceSize::is_implausible)
+    }
+}
+
+/// Corrects a fit for the tolerances of friction, force and delay.
+///
+/// Parameters keep their least-squares values and have no intervals where the records have too few samples for the noise of the residual.
+pub fn estimate_with_tolerances(rigid: &Rigid, machine: &Machine, fit: ForceFit, motions: &[&MotionSignal]) -> TolerantFit {
+    let free = fit.free.clone();
+    let inside = fit.inside(machine, &free);
+    let (small_print, stated) = tolerances(rigid, machine, &fit.values, motions);
+    let channels = channels(motions);
+    let Some(found) = marginal(&fit.derivatives.select_columns(&inside), &fit.residual, &small_print, &channels) else {
+        let estimates = fit.estimates_with(machine, &free, &inside, None);
+        return TolerantFit { fit, estimates, sizes: Vec::new(), stated, systematic_share: 0.0 };
+    };
+    let mut corrected = fit;
+    for (at, change) in inside.iter().zip(found.change.iter()) {
+        let parameter = &machine.parameters[free[*at]];
+        let value = &mut corrected.values.0[free[*at]];
+        *value = (*value + change).clamp(parameter.lower, parameter.upper);
+    }
+    corrected.residual = recorded(motions) - prediction(rigid, machine, &corrected.values, motions);
+    corrected.squares = corrected.residual.norm_squared();
+    corrected.evaluations += 1;
+    let estimates = corrected.estimates_with(machine, &free, &inside, Some(&found.intervals));
+    let systematic_share = systematic_share(&found, motions, &channels);
+    TolerantFit { fit: corrected, estimates, sizes: found.sizes, stated, systematic_share }
+}
