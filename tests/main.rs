@@ -25,6 +25,7 @@ mod inverse_dynamics;
 mod inverse_dynamics_command;
 mod lumped;
 mod lumped_command;
+mod measuring_chain;
 mod model;
 mod motion;
 mod motion_certainty;

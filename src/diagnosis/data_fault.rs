@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::evidence::{Domain, PartialGap};
 use super::fit::{Fitted, Fitter, MULTISTART};
 use super::hypothesis::Hypothesis;
+use super::measuring_chain::{ChainCandidate, ChainFault, fault_of_one};
 use super::null_distribution::NullDistribution;
 use identification::objective::ObjectiveError;
 use measurement::{HoldOutSet, MeasurementSet};
@@ -13,8 +14,12 @@ use numeric::statistics::quantile;
 use optimizer::Control;
 
 /// A fault of the records.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Fault {
+    /// The measuring chain of all FRFs has a fault.
+    OfAll(ChainCandidate),
+    /// The measuring chain of this FRF has a fault.
+    OfOne(ChainFault, usize),
     /// This FRF contradicts the others.
     Contradicts(usize),
     /// These two FRFs are assigned to each other's positions.
@@ -23,6 +28,8 @@ pub(super) enum Fault {
 
 /// Largest excess of the misfit with which the other records agree with the model.
 const AGREES: f64 = 1.6;
+/// Difference of χ² within which explanations are indistinguishable, in units of the excess.
+const EQUIVALENT: f64 = 9.0;
 /// Steps of a fit without one record, or with two records exchanged.
 const STEPS: u64 = 25;
 /// Number of most likely pairs of records that are fitted from many starts.
@@ -34,11 +41,34 @@ const RESTORED: (f64, f64) = (0.2, 0.01);
 const OUTLIER: (f64, f64) = (2.5, 1.5);
 
 impl Fault {
+    /// Returns the ids of what is wrong, each with its record where it is one; none for a contradiction without a known cause.
+    pub fn ids(self, set: &MeasurementSet) -> Vec<String> {
+        let name = |frf: usize| {
+            let frf = &set.frfs[frf];
+            let position = frf.position.map(|p| &set.positions[p].name);
+            position.or(frf.record.as_ref()).unwrap_or(&frf.source).clone()
+        };
+        match self {
+            Fault::OfAll(found) => vec![found.fault.id().into()],
+            Fault::OfOne(fault, frf) => vec![format!("{}@{}", fault.id(), name(frf))],
+            Fault::Contradicts(_) => Vec::new(),
+            Fault::Exchanged(a, b) => [a, b].map(|frf| format!("swapped-records@{}", name(frf))).into(),
+        }
+    }
+
     /// Returns the reason and the proposed measurement.
     pub fn fault_text(self, set: &MeasurementSet) -> (String, String) {
         let source = |frf: usize| &set.frfs[frf].source;
         let position = |frf: usize| set.frfs[frf].position.map_or("?", |p| &set.positions[p].name);
         match self {
+            Fault::OfAll(fault) => (
+                format!("{}; corrected for it, the records agree with the model", fault.text()),
+                "correct the files, or measure one record again with a known chain".into(),
+            ),
+            Fault::OfOne(fault, frf) => (
+                format!("{}; corrected for it, the record agrees with the model and the others", fault.text(source(frf))),
+                format!("correct {}, or measure it again; check sensor, mounting and cable of that channel", source(frf)),
+            ),
             Fault::Contradicts(frf) => (
                 format!("{} contradicts the other records, which agree with the model once it is left out", source(frf)),
                 format!("measure {} again; check sensor, mounting and cable of that channel", source(frf)),
@@ -71,36 +101,79 @@ pub(super) fn fault(
     if let Some((a, b)) = exchanged(fitter, held_out, nominal, null, control)? {
         return Ok(Some(Fault::Exchanged(a, b)));
     }
-    Ok(faulty(fitter, nominal, null, control)?.map(Fault::Contradicts))
+    faulty(fitter, nominal, null, control)
 }
 
-/// Returns a record that contradicts the others while these agree with the model without it.
+/// Returns the fault of the measuring chain of all records that explains the misfit of the nominal machine: the corrected data agree with it, and no
+/// effect explains the data as they are with as few parameters. `rival`: χ² and number of parameters of the best significant effect.
+pub(super) fn chain_fault(
+    best: ChainCandidate,
+    base: f64,
+    rival: Option<(f64, usize)>,
+    count: f64,
+    null: &NullDistribution,
+) -> Option<ChainCandidate> {
+    let reach = AGREES + RESTORED.1 * null.excess(base / count);
+    if null.excess(best.chi_square / count) > reach {
+        return None;
+    }
+    let simpler = match rival {
+        None => best.chi_square <= RESTORED.0 * base,
+        // Of two explanations that the data cannot tell apart, the simpler one is named.
+        Some((chi_square, added)) => {
+            let margin = EQUIVALENT * null.excess(chi_square / count);
+            best.chi_square <= chi_square + if best.fault.parameters() < added { margin } else { -margin }
+        }
+    };
+    simpler.then_some(best)
+}
+
+/// Returns the fault of a record that contradicts the others while these agree with the model without it.
 fn faulty(
     fitter: &Fitter<'_>,
     (nominal, base): (&Hypothesis, &Fitted),
     null: &NullDistribution,
     control: &Control,
-) -> Result<Option<usize>, ObjectiveError> {
+) -> Result<Option<Fault>, ObjectiveError> {
     let frfs = fitter.fit.frfs();
     if frfs.len() < 3 {
         return Ok(None);
     }
-    let without: Result<Vec<(usize, f64, f64)>, ObjectiveError> = frfs
+    let without: Result<Vec<Without>, ObjectiveError> = frfs
         .par_iter()
         .map(|left| {
             let kept = fitter.on(fitter.fit.with_frfs(|frf| frf != *left));
             let objective = kept.objective(nominal)?;
-            let part = kept.descend(&objective, base, STEPS, control);
+            // The record may have led the joints far astray.
+            let near = kept.descend(&objective, base, STEPS, control);
+            let far = kept.multistart_uncached(nominal, base, MULTISTART, control)?;
+            let fitted = if far.chi_square < near.chi_square { far } else { near };
             let own = fitter.on(fitter.fit.with_frfs(|frf| frf == *left));
             let count = own.objective(nominal)?.observations() as f64;
-            Ok((*left, part.chi_square / objective.observations() as f64, own.loss(nominal, &part)? / count))
+            let (rest, own) = (fitted.chi_square / objective.observations() as f64, own.loss(nominal, &fitted)? / count);
+            Ok(Without { frf: *left, fitted, rest, own })
         })
         .or_first_error();
     let mut without = without?;
-    without.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let (worst, rest, own) = without[0];
-    let second = without[1].1;
-    Ok((null.excess(rest) <= AGREES && own > 10.0 * rest && second > 2.5 * rest).then_some(worst))
+    without.sort_by(|a, b| a.rest.total_cmp(&b.rest));
+    let (worst, second) = (&without[0], without[1].rest);
+    if !(null.excess(worst.rest) <= AGREES && worst.own > 10.0 * worst.rest && second > 2.5 * worst.rest) {
+        return Ok(None);
+    }
+    let kept = fitter.on(fitter.fit.with_frfs(|frf| frf != worst.frf));
+    let others = kept.gaps(nominal, &worst.fitted, &kept.fit.to_predict())?;
+    let limit = OUTLIER.1 * quantile(others.iter().map(|p| p.gap), 0.5).unwrap_or(0.0);
+    let cause = fault_of_one(&kept, &fitter.fit.to_predict(), (nominal, &worst.fitted), worst.frf, limit)?;
+    Ok(Some(cause.map_or(Fault::Contradicts(worst.frf), |fault| Fault::OfOne(fault, worst.frf))))
+}
+
+/// A fit without one record.
+struct Without {
+    frf: usize,
+    fitted: Fitted,
+    /// Misfit of the others, and of this record, per compared number.
+    rest: f64,
+    own: f64,
 }
 
 /// Returns the set with two records at each other's positions.
@@ -179,7 +252,9 @@ pub(super) fn held_out_fault(
             return Ok(Some(Fault::Exchanged(pair.0, pair.1)));
         }
     }
-    Ok(contradicting(gaps).map(Fault::Contradicts))
+    let Some(frf) = contradicting(gaps) else { return Ok(None) };
+    let cause = fault_of_one(fitter, held_out, (nominal, base), frf, OUTLIER.1 * middle)?;
+    Ok(Some(cause.map_or(Fault::Contradicts(frf), |fault| Fault::OfOne(fault, frf))))
 }
 
 /// Returns a held-out record with a large gap where all others have small ones.

@@ -3,11 +3,12 @@
 use rayon::prelude::*;
 
 use super::cross_validation::cross_validation;
-use super::data_fault::{Fault, fault, held_out_fault};
+use super::data_fault::{Fault, chain_fault, fault, held_out_fault};
 use super::evidence::{Domain, PartialGap, floor_over, gap_over, share_closed};
 use super::fit::{Ablation, Fitted, Fitter, values_of};
 use super::hypothesis::{Hypothesis, HypothesisKind};
 use super::location::Location;
+use super::measuring_chain::fault_of_all;
 use super::nominal_refit::NominalRefit;
 use super::null_distribution::{LEAST_SCALE, NullDistribution, simulate};
 use super::parsimony::{NamedFit, more_parsimonious};
@@ -189,9 +190,15 @@ pub fn diagnose(
     let restored = best.map(still).transpose()?;
     let agrees = best.is_some_and(|(_, fitted)| null.excess(fitted.chi_square / count) <= EXCESS);
     let as_described = (&screening.nominal, &base);
+    // A fault of the measuring chain that explains the data comes before any effect of the structure.
+    let explains = significant || before > EXCESS;
+    let chain = if explains { fault_of_all(fitter, as_described, control)? } else { None };
+    let rival = best.map(|(hypothesis, fitted)| (fitted.chi_square, hypothesis.added.len()));
+    let of_all = chain.and_then(|found| chain_fault(found, base.chi_square, rival, count, &null)).map(Fault::OfAll);
     let faulty = match held_out_fault(fitter, held_out, as_described, &nominal_held_out)? {
         Some(found) if restored.is_none_or(|still| still == Some(found)) => Some(found),
-        _ if !agrees && (before > EXCESS || significant) => fault(fitter, held_out, as_described, &null, control)?,
+        _ if of_all.is_some() => of_all,
+        _ if !agrees && explains => fault(fitter, held_out, as_described, &null, control)?,
         _ => None,
     };
     let (verdict, chosen) = decide(&DecisionInputs {
@@ -332,7 +339,7 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     let DecisionInputs { limits, screening, tried, null, count, same, located, .. } = inputs;
     let nominal = (screening.nominal.clone(), screening.base.clone());
     let before = null.excess(screening.base.chi_square / count);
-    let state = |kind, effects, reason, next_measurement| Verdict { kind, effects, reason, next_measurement };
+    let state = |kind, effects, reason, next_measurement| Verdict { kind, effects, faults: Vec::new(), reason, next_measurement };
     let next_at_location = "mount an accelerometer at that location and strike there, too";
     let unknown = |reason: String| state(VerdictKind::Unknown, Vec::new(), reason, Some(next_at_location.to_string()));
     if *count <= inputs.unknowns as f64 {
@@ -342,7 +349,8 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     }
     if let Some(fault) = inputs.faulty {
         let (reason, next) = fault.fault_text(inputs.fitter.fit.set());
-        return Ok((state(VerdictKind::Measurement, Vec::new(), reason, Some(next)), nominal));
+        let faults = fault.ids(inputs.fitter.fit.set());
+        return Ok((Verdict { faults, ..state(VerdictKind::Measurement, Vec::new(), reason, Some(next)) }, nominal));
     }
     // A generic impedance has no scale of its own in null simulations: it needs a clear reduction of χ².
     let generic = located.iter().filter(|c| c.fitted.is_some()).min_by(|a, b| a.chi_square().total_cmp(&b.chi_square()));

@@ -9,6 +9,7 @@ mod evidence;
 mod fit;
 mod hypothesis;
 mod location;
+mod measuring_chain;
 mod model_discrepancy;
 pub mod motion;
 mod nominal_refit;

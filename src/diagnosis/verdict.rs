@@ -50,6 +50,8 @@ pub struct Verdict {
     pub kind: VerdictKind,
     /// Combinations of effects, each an explanation of its own; empty for kinds that name none.
     pub effects: Vec<EffectIds>,
+    /// Ids of faults of the measuring chain, `id@record` where one record is concerned.
+    pub faults: Vec<String>,
     /// Reason, in one or two sentences.
     pub reason: String,
     /// Proposed next measurement.
@@ -66,7 +68,7 @@ impl Verdict {
 /// Returns the verdict of a diagnosis in which no candidate could be fitted.
 pub(super) fn nothing_fitted(before: f64) -> Verdict {
     let reason = format!("no candidate could be fitted; the misfit is {before:.1} times that of null simulations");
-    Verdict { kind: VerdictKind::Unknown, effects: Vec::new(), reason, next_measurement: None }
+    Verdict { kind: VerdictKind::Unknown, effects: Vec::new(), faults: Vec::new(), reason, next_measurement: None }
 }
 
 /// Returns the interface of a generic impedance and the word for its shape; `None` for other candidates.

@@ -22,6 +22,7 @@ pub use combination::{Combination, CombinationKind};
 pub use estimate::Estimate;
 pub use measurement_plan::{Choice, FrfPlan, PlanDesign, PlannedMeasurement};
 pub use place::{Place, Tail};
+pub use profile::CHI_SQUARE_95;
 pub use run::{DerivedEstimate, Identification, identify};
 pub use search::{Basin, SearchEffort};
 pub use settings::{IdentificationSettings, REPEATS, Repeat};

@@ -310,6 +310,9 @@ pub struct VerdictRow {
     pub kind: String,
     /// Ids of effects or combinations.
     pub effects: Vec<String>,
+    /// Ids of faults of the measuring chain, `id@record` where one record is concerned.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub faults: Vec<String>,
     /// Reason in words.
     pub reason: String,
     /// Proposed next measurement.
@@ -361,7 +364,7 @@ pub(super) fn interval_text(interval: Option<[f64; 2]>) -> String {
 /// Returns verdict, reason and next measurement as text.
 pub(super) fn verdict_text(document: &DiagnosisDocument) -> String {
     let verdict = &document.verdict;
-    let named = listed(&verdict.effects, "or");
+    let named = if verdict.effects.is_empty() { verdict.faults.join(", ") } else { listed(&verdict.effects, "or") };
     let head = if named.is_empty() { format!("verdict: {}", verdict.kind) } else { format!("verdict: {} — {named}", verdict.kind) };
     let described = document.named_effects().filter_map(|row| Some(wrapped(&format!("  {}: {}", row.id, row.description.as_ref()?))));
     let next = verdict.next_measurement.as_ref().map_or(String::new(), |next| wrapped(&format!("next measurement: {next}")));

@@ -54,6 +54,7 @@ pub(super) fn decide(inputs: &MotionDecisionInputs<'_>) -> Verdict {
     let state = |kind: VerdictKind, effects: Vec<EffectIds>, reason: String, next: Option<String>| Verdict {
         kind,
         effects,
+        faults: Vec::new(),
         reason,
         next_measurement: next,
     };

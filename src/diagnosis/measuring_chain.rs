@@ -1,0 +1,320 @@
+//! Faults of the measuring chain as hypotheses: of all records, or of one.
+//!
+//! Each hypothesis corrects the measured FRFs for its fault; the nominal machine is then fitted to them as to any other data.
+
+use std::f64::consts::TAU;
+
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+use super::evidence::{Domain, gap_over};
+use super::fit::{Fitted, Fitter, MULTISTART, coordinates_of, values_of};
+use super::hypothesis::Hypothesis;
+use identification::objective::{FrfObjective, ObjectiveError};
+use identification::{CHI_SQUARE_95, Tail};
+use measurement::{Frf, FrfLine, Gain, HoldOutSet, MeasurementSet};
+use numeric::parallel::OrFirstError;
+use numeric::statistics::median;
+use numeric::unit::omega_rad_s;
+use optimizer::Control;
+
+/// A fault of the measuring chain.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum ChainFault {
+    /// The sign is reversed: the blow and the sensor point in opposite directions.
+    Polarity,
+    /// The phase has the other sign: e^{−iωt}, or the cross-spectrum conjugated.
+    Conjugate,
+    /// The values are too large by this factor (1).
+    Scale(f64),
+    /// The frequencies are too large by this factor (1).
+    FrequencyScale(f64),
+    /// A first-order low pass with this corner (Hz).
+    LowPass(f64),
+    /// A first-order high pass with this corner (Hz).
+    HighPass(f64),
+    /// The response is late by this time (s).
+    Delay(f64),
+}
+
+/// Factors between frequency units: rad/s, 1/min and kHz for Hz, and the reverse.
+const FREQUENCY_SCALES: [f64; 6] = [TAU, 1.0 / TAU, 60.0, 1.0 / 60.0, 1e3, 1e-3];
+/// Factors between units of values and what was mistaken.
+const SCALES: [(f64, &str); 6] = [
+    (1e3, "mm for m"),
+    (1e6, "µm for m"),
+    (9.80665, "g for m/s²"),
+    (25.4, "inches for mm"),
+    (39.370_079, "inches for m"),
+    (4.448_222, "lbf for N"),
+];
+/// Relative distance within which a factor is taken for one of [`SCALES`] (1).
+const SAME_SCALE: f64 = 0.05;
+/// Least factor, or its inverse, that is a wrong unit (1): smaller ones are the effect of a gain.
+const LEAST_SCALE: f64 = 2.0;
+/// Trial corners of low and high passes as shares of the highest and multiples of the lowest frequency, and steps of the search between two of them.
+const CORNERS: [f64; 8] = [0.3, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
+const CORNER_STEPS: usize = 12;
+/// Distance in the logarithm of a corner at which the rise of χ² is measured for its interval.
+const SIDE: f64 = 0.05;
+/// Steps of a fit to data of a trial corner, and relative decrease of χ² per step at which it ends: joints in series form long valleys.
+const FILTER_STEPS: (u64, f64) = (40, 1e-5);
+/// Steps of a fit to corrected data.
+const STEPS: u64 = 30;
+
+impl ChainFault {
+    /// Returns its id.
+    pub fn id(self) -> &'static str {
+        match self {
+            ChainFault::Polarity => "polarity",
+            ChainFault::Conjugate => "conjugate",
+            ChainFault::Scale(_) => "scale",
+            ChainFault::FrequencyScale(_) => "frequency-scale",
+            ChainFault::LowPass(_) => "low-pass",
+            ChainFault::HighPass(_) => "high-pass",
+            ChainFault::Delay(_) => "measurement-delay",
+        }
+    }
+
+    /// Returns the number of parameters that it adds; a choice from a list counts as one.
+    pub fn parameters(self) -> usize {
+        usize::from(!matches!(self, ChainFault::Polarity | ChainFault::Conjugate))
+    }
+
+    /// Describes what is wrong with some records, with its number.
+    pub fn text(self, records: &str) -> String {
+        match self {
+            ChainFault::Polarity => format!("the sign of {records} is reversed: measured over modelled is -1 throughout"),
+            ChainFault::Conjugate => format!("the phase of {records} has the wrong sign: the values are complex conjugates"),
+            ChainFault::Scale(factor) => {
+                let near = |scale: f64| (factor / scale - 1.0).abs() < SAME_SCALE || (factor * scale - 1.0).abs() < SAME_SCALE;
+                let cause = SCALES.iter().find(|(scale, _)| near(*scale)).map_or(String::new(), |(_, cause)| format!(", as of {cause}"));
+                format!("the values of {records} are {} times too large{cause}", figures(factor))
+            }
+            ChainFault::FrequencyScale(factor) => {
+                let unit = match FREQUENCY_SCALES.iter().position(|scale| *scale == factor) {
+                    Some(0) => "rad/s for Hz",
+                    Some(1) => "Hz divided by 2π",
+                    Some(2) => "1/min for Hz",
+                    Some(4) => "mHz for Hz",
+                    Some(5) => "kHz for Hz",
+                    _ => "another unit than Hz",
+                };
+                format!("the frequencies of {records} are {} times too large: {unit}", figures(factor))
+            }
+            ChainFault::LowPass(hz) => format!("the measuring chain of {records} has a first-order low pass at {} Hz", figures(hz)),
+            ChainFault::HighPass(hz) => format!("the measuring chain of {records} has a first-order high pass at {} Hz", figures(hz)),
+            ChainFault::Delay(delay_s) => format!("the response of {records} is {} µs late", figures(1e6 * delay_s)),
+        }
+    }
+
+    /// Returns a measured line as it were without the fault.
+    fn corrected(self, line: &FrfLine) -> FrfLine {
+        let omega = omega_rad_s(line.frequency_hz);
+        let (frequency_hz, value) = match self {
+            ChainFault::Polarity => (line.frequency_hz, -line.value),
+            ChainFault::Conjugate => (line.frequency_hz, line.value.conj()),
+            ChainFault::Scale(factor) => (line.frequency_hz, line.value / factor),
+            ChainFault::FrequencyScale(factor) => (line.frequency_hz / factor, line.value),
+            ChainFault::LowPass(corner_hz) => (line.frequency_hz, line.value * Complex64::new(1.0, line.frequency_hz / corner_hz)),
+            ChainFault::HighPass(corner_hz) => (line.frequency_hz, line.value * Complex64::new(1.0, -corner_hz / line.frequency_hz)),
+            ChainFault::Delay(delay_s) => (line.frequency_hz, line.value * Complex64::from_polar(1.0, omega * delay_s)),
+        };
+        FrfLine { frequency_hz, value, ..*line }
+    }
+
+    /// Returns the set with some FRFs as they were without the fault.
+    pub fn corrected_in(self, set: &MeasurementSet, concerns: impl Fn(usize) -> bool) -> MeasurementSet {
+        let mut other = set.clone();
+        let each = |frf: &mut Frf| frf.lines.iter_mut().for_each(|line| *line = self.corrected(line));
+        other.frfs.iter_mut().enumerate().filter(|(at, _)| concerns(*at)).for_each(|(_, frf)| each(frf));
+        other
+    }
+}
+
+/// A fault of all records.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ChainCandidate {
+    pub fault: ChainFault,
+    /// 95 % interval of the corner of a filter (Hz).
+    pub interval95: Option<(f64, f64)>,
+    /// Least χ² of the nominal machine on the corrected data.
+    pub chi_square: f64,
+}
+
+impl ChainCandidate {
+    /// Describes the fault, with its number.
+    pub fn text(self) -> String {
+        let interval = self.interval95.map_or(String::new(), |(low, high)| format!(" (95 %: {} to {} Hz)", figures(low), figures(high)));
+        format!("{}{interval}", self.fault.text("all records"))
+    }
+}
+
+/// Writes a number with three significant figures.
+fn figures(x: f64) -> String {
+    let decade = x.abs().max(f64::MIN_POSITIVE).log10().floor() as i32;
+    let unit = 10_f64.powi(decade - 2);
+    format!("{:.*}", (2 - decade).clamp(0, 9) as usize, (x / unit).round() * unit)
+}
+
+/// Returns the fault of all records with which the nominal machine fits best, on the corrected data; `None` without FRFs.
+///
+/// # Errors  as [`Fitter::objective`].
+pub(super) fn fault_of_all(
+    fitter: &Fitter<'_>,
+    (nominal, base): (&Hypothesis, &Fitted),
+    control: &Control,
+) -> Result<Option<ChainCandidate>, ObjectiveError> {
+    let Domain::Frf(_) = fitter.domain else { return Ok(None) };
+    let frequencies = FREQUENCY_SCALES.map(ChainFault::FrequencyScale);
+    // A factor of 1 stands for a free one.
+    let faults: Vec<ChainFault> =
+        [ChainFault::Polarity, ChainFault::Conjugate, ChainFault::Scale(1.0)].into_iter().chain(frequencies).collect();
+    let coarse = |fault: &ChainFault| {
+        let set = version(*fault, fitter.fit.set())?;
+        let data = fitter.on(fitter.fit.in_version(&set));
+        // Corrected data that cannot be compared, out of the band for example, are no explanation.
+        let objective = data.objective(nominal).ok()?;
+        let ends = data.multistart_ends(&objective, nominal, &without_tail(base), MULTISTART, control);
+        Some((*fault, ends.into_iter().min_by(|a, b| a.chi_square.total_cmp(&b.chi_square))?))
+    };
+    let ends: Vec<(ChainFault, Fitted)> = faults.par_iter().filter_map(coarse).collect();
+    let mut found = Vec::new();
+    if let Some((fault, end)) = ends.iter().min_by(|a, b| a.1.chi_square.total_cmp(&b.1.chi_square)) {
+        found.extend(refined(fitter, nominal, (*fault, end), control)?);
+    }
+    let (low, high) = band(fitter);
+    let filters = [
+        (ChainFault::LowPass as fn(f64) -> ChainFault, CORNERS.map(|share| share * high)),
+        (ChainFault::HighPass, CORNERS.map(|share| low / share)),
+    ];
+    let filters: Result<Vec<ChainCandidate>, ObjectiveError> =
+        filters.into_par_iter().map(|(made, corners)| filter(fitter, (nominal, base), (made, corners), control)).or_first_error();
+    found.extend(filters?);
+    Ok(found.into_iter().min_by(|a, b| a.chi_square.total_cmp(&b.chi_square)))
+}
+
+/// Returns a fit whose unknowns of the data start anew.
+fn without_tail(fitted: &Fitted) -> Fitted {
+    Fitted { tail: Tail::default(), ..fitted.clone() }
+}
+
+/// Returns the set corrected for a fault of all records, with an unknown gain for a factor; `None` for a factor where the gain is unknown anyway.
+fn version(fault: ChainFault, set: &MeasurementSet) -> Option<MeasurementSet> {
+    match (fault, set.gain) {
+        (ChainFault::Scale(_), Gain::Unknown) => None,
+        (ChainFault::Scale(_), Gain::Known(_)) => Some(MeasurementSet { gain: Gain::Unknown, ..set.clone() }),
+        _ => Some(fault.corrected_in(set, |_| true)),
+    }
+}
+
+/// Fits the nominal machine to all lines of corrected data; `None` for a factor near 1, which is a gain.
+fn refined(
+    fitter: &Fitter<'_>,
+    nominal: &Hypothesis,
+    (fault, from): (ChainFault, &Fitted),
+    control: &Control,
+) -> Result<Option<ChainCandidate>, ObjectiveError> {
+    let Some(set) = version(fault, fitter.fit.set()) else { return Ok(None) };
+    let data = fitter.on(fitter.fit.in_version(&set));
+    let objective = data.objective(nominal)?;
+    let found = data.descend(&objective, from, STEPS, control);
+    let candidate = |fault| ChainCandidate { fault, interval95: None, chi_square: found.chi_square };
+    Ok(match (fault, fitter.fit.set().gain) {
+        (ChainFault::Scale(_), Gain::Known(stated)) => {
+            let factor = objective.gain(&coordinates_of(&objective, &found)) / stated;
+            let is_unit = !(1.0 / LEAST_SCALE..=LEAST_SCALE).contains(&factor);
+            is_unit.then(|| candidate(ChainFault::Scale(factor)))
+        }
+        _ => Some(candidate(fault)),
+    })
+}
+
+/// Returns the lowest and highest frequency of the fitted FRFs (Hz).
+fn band(fitter: &Fitter<'_>) -> (f64, f64) {
+    let lines = fitter.fit.frfs().iter().flat_map(|frf| &fitter.fit.set().frfs[*frf].lines).map(|line| line.frequency_hz);
+    lines.fold((f64::INFINITY, 0.0), |(low, high), f| (low.min(f), high.max(f)))
+}
+
+/// Fits the corner of a filter: on trial corners, then between the neighbours of the best.
+fn filter(
+    fitter: &Fitter<'_>,
+    (nominal, base): (&Hypothesis, &Fitted),
+    (made, corners): (fn(f64) -> ChainFault, [f64; CORNERS.len()]),
+    control: &Control,
+) -> Result<ChainCandidate, ObjectiveError> {
+    let fit = |log_corner: f64, from: &Fitted| -> Result<Fitted, ObjectiveError> {
+        let set = made(log_corner.exp()).corrected_in(fitter.fit.set(), |_| true);
+        let data = fitter.on(fitter.fit.in_version(&set));
+        Ok(data.descend_until(&data.objective(nominal)?, from, FILTER_STEPS, control))
+    };
+    let logs = corners.map(f64::ln);
+    let fits: Result<Vec<Fitted>, ObjectiveError> = logs.iter().map(|log| fit(*log, base)).collect();
+    let fits = fits?;
+    let best = (0..fits.len()).min_by(|a, b| fits[*a].chi_square.total_cmp(&fits[*b].chi_square)).unwrap_or(0);
+    let (mut low, mut high) = (logs[best.saturating_sub(1)], logs[(best + 1).min(logs.len() - 1)]);
+    // Golden section, each fit from the best before it.
+    let mut found = (logs[best], fits[best].clone());
+    let mut at = |log_corner: f64| -> Result<f64, ObjectiveError> {
+        let fitted = fit(log_corner, &found.1)?;
+        let chi_square = fitted.chi_square;
+        if chi_square < found.1.chi_square {
+            found = (log_corner, fitted);
+        }
+        Ok(chi_square)
+    };
+    let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
+    let mut inner = [high - ratio * (high - low), low + ratio * (high - low)];
+    let mut cost = [at(inner[0])?, at(inner[1])?];
+    for _ in 0..CORNER_STEPS {
+        if cost[0] < cost[1] {
+            high = inner[1];
+            (inner[1], cost[1]) = (inner[0], cost[0]);
+            inner[0] = high - ratio * (high - low);
+            cost[0] = at(inner[0])?;
+        } else {
+            low = inner[0];
+            (inner[0], cost[0]) = (inner[1], cost[1]);
+            inner[1] = low + ratio * (high - low);
+            cost[1] = at(inner[1])?;
+        }
+    }
+    let (corner, best) = found;
+    // The half-width follows from the rise of χ² to either side.
+    let misfit = (best.chi_square / fitter.objective(nominal)?.observations() as f64).max(1.0);
+    let rise = 0.5 * (fit(corner - SIDE, &best)?.chi_square + fit(corner + SIDE, &best)?.chi_square) - best.chi_square;
+    let half = SIDE * (CHI_SQUARE_95 * misfit / rise.max(f64::MIN_POSITIVE)).sqrt();
+    let interval95 = Some(((corner - half).exp(), (corner + half).exp()));
+    Ok(ChainCandidate { fault: made(corner.exp()), interval95, chi_square: best.chi_square })
+}
+
+/// Returns the fault of a single record with which its gap to a model fitted to others falls below a limit; `None` where none of the chain does that.
+///
+/// # Errors  as [`Fitter::gaps`].
+pub(super) fn fault_of_one(
+    fitter: &Fitter<'_>,
+    records: &HoldOutSet<'_>,
+    (nominal, fitted): (&Hypothesis, &Fitted),
+    frf: usize,
+    limit: f64,
+) -> Result<Option<ChainFault>, ObjectiveError> {
+    let Domain::Frf(settings) = fitter.domain else { return Ok(None) };
+    let one = records.with_frfs(|at| at == frf);
+    let own = fitter.objective(nominal)?;
+    let gain = own.gain(&coordinates_of(&own, fitted));
+    let objective = FrfObjective::held_out(&nominal.machine, &one, settings)?;
+    let residuals = objective.residuals(&values_of(nominal, fitted), gain).concat();
+    let omega: Vec<f64> = objective.records().iter().flat_map(|r| r.frequencies_hz()).map(omega_rad_s).collect();
+    let factor = median(residuals.iter().map(|r| r.re)).map_or(1.0, f64::exp);
+    let squares: f64 = omega.iter().map(|w| w * w).sum();
+    let delay_s = -omega.iter().zip(&residuals).map(|(w, r)| w * r.im).sum::<f64>() / squares;
+    let faults = [ChainFault::Polarity, ChainFault::Conjugate, ChainFault::Scale(factor), ChainFault::Delay(delay_s)];
+    let gap = |fault: &ChainFault| -> Result<(f64, ChainFault), ObjectiveError> {
+        let set = fault.corrected_in(records.set(), |at| at == frf);
+        let gaps = fitter.gaps(nominal, fitted, &one.in_version(&set))?;
+        Ok((gap_over(&gaps).unwrap_or(f64::INFINITY), *fault))
+    };
+    let tried: Result<Vec<(f64, ChainFault)>, ObjectiveError> = faults.iter().map(gap).collect();
+    let best = tried?.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+    Ok(best.filter(|(gap, _)| *gap < limit).map(|(_, fault)| fault))
+}
