@@ -7,6 +7,9 @@ use jointid::{DiagnosisRequest, Study, read_machine};
 use measurement::{FrfLine, MeasurementSet, read_set};
 use num_complex::Complex64;
 use numeric::distribution::clopper_pearson;
+use numeric::random::normal;
+use rand::SeedableRng;
+use rand_xoshiro::Xoshiro256PlusPlus;
 use reference_simulator::{ordinary, write_case};
 use serde_json::Value;
 use test_data::draws;
@@ -98,7 +101,29 @@ fn recover_faults_on_drawn_machines() {
             }
         }
     }
+    recover_records_without_data_of_their_own();
     let interval = |part: usize, whole: usize| clopper_pearson(part, whole, 0.95).unwrap();
     println!("{right} of {all} faults named ({:.2?}); claimed on {claimed} of {sound} sound sets", interval(right, all));
     assert!(interval(right, all)[1] >= 0.95 && claimed == 0);
+}
+
+/// A record of noise, and a copy of another record, are named.
+fn recover_records_without_data_of_their_own() {
+    let simulated = ordinary(40_417, 0).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    write_case(folder.path(), &simulated.case).unwrap();
+    let machine = folder.path().join("machine.toml").display().to_string();
+    let set = read_set(&folder.path().display().to_string()).unwrap();
+    let at = |name: &str| set.frfs.iter().position(|f| f.position.is_some_and(|p| set.positions[p].name == name)).unwrap();
+    let mut copied = set.clone();
+    copied.frfs[at("l5")].lines = set.frfs[at("l1")].lines.clone();
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
+    let mut noise = set.clone();
+    for line in &mut noise.frfs[at("l2")].lines {
+        line.value = 1e-9 * Complex64::new(normal(&mut random), normal(&mut random));
+    }
+    for (set, fault) in [(copied, "copied-record@l5"), (noise, "noise@l2")] {
+        let (kind, faults, effects) = verdict(&machine, set);
+        assert!(kind == "measurement" && faults == [fault] && effects.is_empty(), "{kind} {faults:?} {effects:?}");
+    }
 }

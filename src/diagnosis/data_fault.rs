@@ -8,7 +8,8 @@ use super::hypothesis::Hypothesis;
 use super::measuring_chain::{ChainCandidate, ChainFault, fault_of_one};
 use super::null_distribution::NullDistribution;
 use identification::objective::ObjectiveError;
-use measurement::{HoldOutSet, MeasurementSet};
+use measurement::{Frf, FrfLine, HoldOutSet, MeasurementSet};
+use num_complex::Complex64;
 use numeric::parallel::OrFirstError;
 use numeric::statistics::quantile;
 use optimizer::Control;
@@ -16,6 +17,12 @@ use optimizer::Control;
 /// A fault of the records.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Fault {
+    /// No FRF holds a signal.
+    NoSignal,
+    /// This FRF holds no signal.
+    Noise(usize),
+    /// The second FRF is a copy of the first.
+    Copied(usize, usize),
     /// The measuring chain of all FRFs has a fault.
     OfAll(ChainCandidate),
     /// The measuring chain of this FRF has a fault.
@@ -49,6 +56,9 @@ impl Fault {
             position.or(frf.record.as_ref()).unwrap_or(&frf.source).clone()
         };
         match self {
+            Fault::NoSignal => vec!["noise".into()],
+            Fault::Noise(frf) => vec![format!("noise@{}", name(frf))],
+            Fault::Copied(_, copy) => vec![format!("copied-record@{}", name(copy))],
             Fault::OfAll(found) => vec![found.fault.id().into()],
             Fault::OfOne(fault, frf) => vec![format!("{}@{}", fault.id(), name(frf))],
             Fault::Contradicts(_) => Vec::new(),
@@ -61,6 +71,18 @@ impl Fault {
         let source = |frf: usize| &set.frfs[frf].source;
         let position = |frf: usize| set.frfs[frf].position.map_or("?", |p| &set.positions[p].name);
         match self {
+            Fault::NoSignal => (
+                "the records hold no signal: the phases of their neighbouring lines are unrelated".into(),
+                "check hammer, sensors and cables, and measure again".into(),
+            ),
+            Fault::Noise(frf) => (
+                format!("{} holds no signal: the phases of its neighbouring lines are unrelated", source(frf)),
+                format!("measure {} again; check sensor and cable of that channel", source(frf)),
+            ),
+            Fault::Copied(first, copy) => (
+                format!("{} is a copy of {}, though at another position: all their values are equal", source(copy), source(first)),
+                "check which of both was measured where, and measure the other".into(),
+            ),
             Fault::OfAll(fault) => (
                 format!("{}; corrected for it, the records agree with the model", fault.text()),
                 "correct the files, or measure one record again with a known chain".into(),
@@ -86,6 +108,40 @@ impl Fault {
         }
     }
 }
+
+/// Least number of lines at which a record is tested for a signal.
+const LEAST_LINES: usize = 20;
+/// Largest n·R² of phase steps that are unrelated: exceeded by one of a thousand records of noise.
+///
+/// # Source  Rayleigh's test of uniformity, p = exp(−n·R²); Mardia and Jupp, Directional Statistics (2000), section 6.3.
+const UNRELATED: f64 = 6.9;
+
+/// Whether a record holds no signal: the steps of its phase from line to line are uniform over the circle. Those of a structure are mostly small.
+fn is_noise(frf: &Frf) -> bool {
+    let steps = frf.lines.windows(2).map(|pair| pair[1].value * pair[0].value.conj()).filter(|step| step.norm() > 0.0);
+    let (count, sum) = steps.fold((0, Complex64::ZERO), |(count, sum), step| (count + 1, sum + step / step.norm()));
+    count >= LEAST_LINES && sum.norm_sqr() / f64::from(u32::try_from(count).unwrap_or(u32::MAX)) < UNRELATED
+}
+
+/// Returns a fault that the records show by themselves: no signal, or a copy of another record.
+pub(super) fn fault_of_records(fitter: &Fitter<'_>, held_out: &HoldOutSet<'_>) -> Option<Fault> {
+    let set = fitter.fit.set();
+    let all: Vec<usize> = fitter.fit.frfs().iter().chain(held_out.frfs()).copied().collect();
+    let noise: Vec<usize> = all.iter().copied().filter(|frf| is_noise(&set.frfs[*frf])).collect();
+    if !noise.is_empty() {
+        return Some(if noise.len() == all.len() { Fault::NoSignal } else { Fault::Noise(noise[0]) });
+    }
+    let equal = |(a, b): &(usize, usize)| {
+        let line =
+            |(a, b): (&FrfLine, &FrfLine)| a.frequency_hz == b.frequency_hz && (a.value - b.value).norm() <= ROUNDING * a.value.norm();
+        let (a, b) = (&set.frfs[*a].lines, &set.frfs[*b].lines);
+        a.len() == b.len() && a.iter().zip(b).all(line)
+    };
+    pairs(set, &all, &all).find(equal).map(|(a, b)| Fault::Copied(a.min(b), a.max(b)))
+}
+
+/// Relative difference of values that are equal but for the rounding of a file (1).
+const ROUNDING: f64 = 1e-6;
 
 /// Returns the fault that best explains why no model fits; `None` where the records do not contradict each other.
 ///
@@ -263,4 +319,46 @@ fn contradicting(held_out: &[PartialGap]) -> Option<usize> {
     gaps.sort_by(|a, b| b.0.total_cmp(&a.0));
     let [(worst, frf), (second, _), ..] = gaps[..] else { return None };
     frf.filter(|_| worst > 0.2 && worst > 8.0 * second)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use measurement::{Condition, Quantity};
+    use numeric::random::normal;
+    use rand::SeedableRng;
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    fn frf(value: impl FnMut(f64) -> Complex64, step_hz: f64) -> Frf {
+        let mut value = value;
+        let lines = (1..=(800.0 / step_hz) as usize).map(|at| at as f64 * step_hz);
+        Frf {
+            position: None,
+            record: None,
+            response: String::new(),
+            excitation: String::new(),
+            quantity: Quantity::Receptance,
+            condition: Condition::default(),
+            averages: None,
+            source: String::new(),
+            lines: lines.map(|f| FrfLine { frequency_hz: f, value: value(f), noise: None }).collect(),
+            rejected: Vec::new(),
+        }
+    }
+
+    /// Noise is told from three sharp modes at coarse and at fine lines, with a tenth of noise.
+    #[test]
+    fn limit_noise_has_unrelated_phases() {
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(11);
+        let mut noise = || Complex64::new(normal(&mut random), normal(&mut random));
+        for step_hz in [0.5, 5.0, 20.0] {
+            for _ in 0..20 {
+                let modes =
+                    |f: f64| [(45.0, 1.0), (230.0, -0.3), (610.0, 0.1)].map(|(hz, a)| a / Complex64::new(hz * hz - f * f, 0.02 * hz * f));
+                assert!(!is_noise(&frf(|f| modes(f).iter().sum::<Complex64>() * (1.0 + 0.1 * noise()), step_hz)));
+            }
+            let unrelated = (0..100).filter(|_| is_noise(&frf(|_| noise(), step_hz))).count();
+            assert!(unrelated >= 98, "{unrelated} at {step_hz} Hz");
+        }
+    }
 }

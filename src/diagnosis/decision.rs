@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::cross_validation::cross_validation;
-use super::data_fault::{Fault, chain_fault, fault, held_out_fault};
+use super::data_fault::{Fault, chain_fault, fault, fault_of_records, held_out_fault};
 use super::evidence::{Domain, PartialGap, floor_over, gap_over, share_closed};
 use super::fit::{Ablation, Fitted, Fitter, values_of};
 use super::hypothesis::{Hypothesis, HypothesisKind};
@@ -195,7 +195,9 @@ pub fn diagnose(
     let chain = if explains { fault_of_all(fitter, as_described, control)? } else { None };
     let rival = best.map(|(hypothesis, fitted)| (fitted.chi_square, hypothesis.added.len()));
     let of_all = chain.and_then(|found| chain_fault(found, base.chi_square, rival, count, &null)).map(Fault::OfAll);
+    let by_themselves = fault_of_records(fitter, held_out);
     let faulty = match held_out_fault(fitter, held_out, as_described, &nominal_held_out)? {
+        _ if by_themselves.is_some() => by_themselves,
         Some(found) if restored.is_none_or(|still| still == Some(found)) => Some(found),
         _ if of_all.is_some() => of_all,
         _ if !agrees && explains => fault(fitter, held_out, as_described, &null, control)?,

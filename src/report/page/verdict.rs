@@ -25,7 +25,7 @@ pub fn sentence(of: &DiagnosisDocument) -> String {
         "unknown" => format!("The model lacks an effect{place} that is not in the library."),
         "wrong-parameter" => "A parameter that was held fixed is wrong.".into(),
         "measurement" if of.verdict.faults.is_empty() => "The measurements are faulty: no effect makes them consistent.".into(),
-        "measurement" => format!("The measurements are faulty: {}.", escape(&of.verdict.faults.join(", "))),
+        "measurement" => format!("The measurements are faulty: {}.", of.verdict.faults.join(", ")),
         "insufficient" => "The data do not suffice for a verdict.".into(),
         other => format!("Verdict: {other}."),
     }
