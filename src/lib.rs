@@ -27,15 +27,17 @@ pub mod guide;
 
 #[doc(inline)]
 pub use study::{
-    Ablation, Control, DiagnosisRequest, MachineConfig, NullCache, ObjectiveKind, PlanRequest, PlannedData, Progress, RodModel, Settings,
-    Sources, Study, StudyError, ValidationRequest, Watcher, effects, machine_from_text, read_identification, read_machine, simulation,
+    Ablation, Control, DiagnosisRequest, MachineConfig, NullCache, ObjectiveKind, PlanRequest, PlannedData, PredictionRequest, Progress, RodModel,
+    Settings, Sources, Study, StudyError, ValidationRequest, Watcher, compare_results, effects, machine_from_text, read_identification, read_machine, simulation,
 };
 
 /// Result documents, as the command prints them with `--json`.
 pub mod document {
     pub use report::certainty::*;
+    pub use report::change::*;
     pub use report::diagnosis::*;
     pub use report::document::*;
+    pub use report::prediction::*;
     pub use report::record::*;
 }
 

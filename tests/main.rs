@@ -33,6 +33,7 @@ mod motion_command;
 mod page;
 mod peaks;
 mod physics;
+mod prediction;
 mod readers;
 mod records;
 mod recovery;

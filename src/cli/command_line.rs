@@ -14,6 +14,7 @@ use crate::init::InitArguments;
 use crate::manual::{CompletionsArguments, ManArguments};
 use crate::peaks::PeaksArguments;
 use crate::plan::PlanArguments;
+use crate::predict::PredictArguments;
 use crate::report::ReportArguments;
 use crate::schema::SchemaArguments;
 use crate::simulate::SimulateArguments;
@@ -44,8 +45,15 @@ pub enum Command {
     /// Check an identification at held-out positions or on another set
     #[command(after_help = "Example:\n  jointid validate --result results/identification.json --positions l2,l4,l6 --fail-above 0.03")]
     Validate(ValidateArguments),
-    /// Compare multi-position with single-position identification
-    #[command(after_help = "Example:\n  jointid compare --positions l1,l3,l5 --single l3,l5")]
+    /// Predict an identified machine at any position, with intervals
+    #[command(
+        after_help = "Example:\n  jointid predict --result results/identification.json --nut-m 0.4,0.8,1.2,1.6,2.0\n  jointid predict --result results/identification.json --positions l2,l4 --frf --out results"
+    )]
+    Predict(PredictArguments),
+    /// Compare multi- with single-position fits, or two results
+    #[command(
+        after_help = "Example:\n  jointid compare --positions l1,l3,l5 --single l3,l5\n  jointid compare --results before/identification.json after/identification.json"
+    )]
     Compare(CompareArguments),
     /// Find the effect that the model lacks, and what it closes
     #[command(
@@ -117,7 +125,7 @@ type Group = (&'static str, &'static [&'static str]);
 
 /// The commands by heading, those that a user needs first in front.
 const COMMANDS: [Group; 5] = [
-    ("Identify and diagnose", &["identify", "validate", "compare", "diagnose", "plan"]),
+    ("Identify and diagnose", &["identify", "validate", "predict", "compare", "diagnose", "plan"]),
     ("Measurements", &["peaks", "import", "export", "friction"]),
     ("Models", &["simulate", "effects"]),
     ("Files and pages", &["init", "report", "schema", "completions", "man"]),

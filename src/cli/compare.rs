@@ -1,12 +1,15 @@
 //! `jointid compare`: multi-position against single-position identification, or objectives against each other.
 
+use std::path::{Path, PathBuf};
+
 use crate::arguments::{OutputArguments, SearchArguments, Sources};
 use crate::long_work::{finish, on_threads, resumable};
 use crate::message::shown;
 use crate::outcome::{CommandResult, deliver, prepare, warn};
 use crate::progress::WorkProgress;
 use crate::search::settings;
-use report::{comparison_text, objectives_table};
+use report::{change_text, comparison_text, objectives_table};
+use study::{compare_results, read_identification};
 
 /// Arguments of `compare`.
 #[derive(Debug, clap::Args)]
@@ -22,6 +25,9 @@ pub struct CompareArguments {
     /// Compare objectives instead, by leave-one-out cross-validation over the fit positions
     #[arg(long, conflicts_with = "single")]
     pub objectives: bool,
+    /// Set two identification.json of one machine side by side instead: which parameters changed?
+    #[arg(long, value_name = "FILE", num_args = 2, conflicts_with_all = ["single", "objectives", "positions", "config", "measurements", "set", "without"])]
+    pub results: Vec<PathBuf>,
     #[command(flatten)]
     pub search: SearchArguments,
     #[command(flatten)]
@@ -30,6 +36,9 @@ pub struct CompareArguments {
 
 /// Runs the command.
 pub fn run(given: &CompareArguments) -> CommandResult {
+    if let [first, second] = &given.results[..] {
+        return results(given, first, second);
+    }
     let mut study = given.sources.open()?.with_settings(settings(&given.search)?);
     if let Some(names) = &given.positions {
         study = study.fit(names).map_err(shown)?;
@@ -52,4 +61,14 @@ pub fn run(given: &CompareArguments) -> CommandResult {
     warn(&given.output, &document.stamp.warnings);
     deliver(&given.output, folder.as_ref(), "comparison.json", &document, &comparison_text(&document))?;
     Ok(finish(&given.output, study.control(), document.stamp.complete))
+}
+
+/// Sets two results side by side.
+fn results(given: &CompareArguments, first: &Path, second: &Path) -> CommandResult {
+    let (a, a_file) = read_identification(first).map_err(shown)?;
+    let (b, b_file) = read_identification(second).map_err(shown)?;
+    let (machine, document) = compare_results((&a, &a_file), (&b, &b_file)).map_err(shown)?;
+    let folder = prepare(&given.output)?;
+    warn(&given.output, &document.stamp.warnings);
+    deliver(&given.output, folder.as_ref(), "change.json", &document, &change_text(&machine.title, &document))
 }

@@ -17,6 +17,7 @@ mod init;
 mod manual;
 mod peaks;
 mod plan;
+mod predict;
 mod report;
 mod schema;
 mod simulate;
@@ -54,6 +55,7 @@ pub fn run() -> ExitCode {
         Command::Import(given) => import::import(&given),
         Command::Export(given) => import::export(&given),
         Command::Peaks(given) => peaks::run(&given),
+        Command::Predict(given) => predict::run(&given),
         Command::Plan(given) => plan::run(&given),
         Command::Convergence(given) => convergence::run(&given),
         Command::Friction(given) => friction::run(&given),

@@ -4,6 +4,7 @@ use super::bootstrap::Bootstrap;
 use super::combination::Combination;
 use super::estimate::{Estimate, Estimation, Wider, estimate};
 use super::place::Place;
+use super::posterior::{Posterior, of_frfs, of_modes};
 use super::search::{Basin, SearchEffort};
 use super::settings::{IdentificationSettings, Repeat};
 use super::tolerance::{ToleranceEstimate, estimates as tolerance_estimates, mode_columns as tolerance_columns};
@@ -73,6 +74,8 @@ pub struct Identification {
     pub correlation_factor: f64,
     /// Unit-cube coordinates of the best fit: free parameters, and last the gain where it was estimated.
     pub place: Place,
+    /// Minima and covariance of all fitted coordinates; `None` where χ² is no likelihood.
+    pub posterior: Option<Posterior>,
     /// Indices of the free parameters of the machine as described.
     pub free: Vec<usize>,
     /// Indices of all varied parameters, tolerances included: the first unit-cube coordinates.
@@ -91,6 +94,13 @@ pub struct Identification {
     pub complete: bool,
     /// Warnings for the user.
     pub warnings: Vec<String>,
+}
+
+impl Identification {
+    /// Returns χ² per degree of freedom; 1 without degrees of freedom.
+    fn misfit(&self) -> f64 {
+        if self.degrees_of_freedom > 0 { self.chi_square / self.degrees_of_freedom as f64 } else { 1.0 }
+    }
 }
 
 /// Identifies a machine's free parameters from the modes or FRFs to fit, and predicts those held out.
@@ -128,6 +138,8 @@ pub fn identify(
             found.warnings.extend(found.tolerances.iter().filter_map(ToleranceEstimate::warning));
             let validation = FrfObjective::held_out(&fitted, held_out, settings.as_stated())?.calibrated(&found.channels);
             found.fitted_frfs = objective.gaps_at(&place);
+            let minima = found.basins.iter().map(|basin| basin.place.clone()).collect();
+            found.posterior = plan.profile.then(|| of_frfs(&objective, fit, minima, (found.misfit(), found.correlation_factor)));
             found.held_out_frfs = validation.gaps(&found.values, gain.gain);
             Ok(found)
         }
@@ -141,6 +153,10 @@ pub fn identify(
             let held_out = validation.predict(&estimation.values);
             let mut found = identification(machine, machine, estimation, gain, &objective.free, objective.observations());
             (found.fitted, found.held_out) = (fitted, held_out);
+            if objective.is_likelihood() && plan.profile {
+                let minima: Vec<Place> = found.basins.iter().map(|basin| basin.place.clone()).collect();
+                found.posterior = Some(of_modes(machine, fit, plan, &found.values, (&minima, found.misfit()))?);
+            }
             Ok(found)
         }
     }
@@ -205,6 +221,7 @@ fn identification(
         bootstraps: estimation.bootstraps,
         correlation_factor: estimation.correlation_factor,
         place: estimation.place,
+        posterior: None,
         free: free.to_vec(),
         varied_parameters: free.to_vec(),
         fitted: Vec::new(),

@@ -33,6 +33,6 @@ mod tests;
 
 pub use case::{
     Case, Counts, Exact, Gap, HammerTest, Kind, Label, Layout, Ordinary, Plan, Slot, Strength, generate, generate_one, labels_json,
-    ordinary, ordinary_on_guide, write_case,
+    measured_again, ordinary, ordinary_on_guide, write_case,
 };
 pub use error::SimulatorError;

@@ -77,6 +77,31 @@ pub struct BasinRow {
     pub values: BTreeMap<String, f64>,
 }
 
+/// A coordinate of the posterior: a fitted parameter, a tolerance, or a quantity of the measurement.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CoordinateRow {
+    /// Id of the parameter, or name of the tolerance.
+    pub name: String,
+    /// Whether it belongs to the machine; otherwise to the measurement.
+    pub of_machine: bool,
+    /// Centre and standard deviation of its prior in the unit interval of its range; absent without a prior.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub prior: Option<[f64; 2]>,
+}
+
+/// Minima of χ² and covariance of all fitted coordinates, tolerances included, each in the unit interval of its range.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct PosteriorRow {
+    /// The coordinates.
+    pub coordinates: Vec<CoordinateRow>,
+    /// Coordinates of each minimum that the data do not distinguish, the best first.
+    pub minima: Vec<Vec<f64>>,
+    /// Covariance about the best minimum: rows of the lower triangle.
+    pub covariance: Vec<Vec<f64>>,
+    /// Factor of the variance of the data, by misfit and correlation of the residuals (1).
+    pub variance: f64,
+}
+
 /// Two correlated parameters whose combination is determined better than each parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CombinationRow {

@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::certainty::{BasinRow, BootstrapRow, CombinationRow, RepeatRow, SearchRow, ToleranceRow};
+use super::certainty::{BasinRow, BootstrapRow, CombinationRow, PosteriorRow, RepeatRow, SearchRow, ToleranceRow};
 use super::motion_row::{CurveRow, MotionRecordRow, PreprocessingRow};
 pub use super::parameter::ParameterRow;
+use super::prediction::NaturalMode;
 pub use super::provenance::{Input, MachineText, Stamp};
 
 /// Settings of an identification, sufficient to repeat it with the seed of the stamp.
@@ -241,6 +242,12 @@ pub struct IdentificationDocument {
     pub held_out_positions: Vec<String>,
     /// Prediction errors by position, or by record where there are no positions.
     pub positions: BTreeMap<String, PositionRow>,
+    /// Natural modes of the identified machine by position; absent for motion records.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub modes: BTreeMap<String, Vec<NaturalMode>>,
+    /// Minima and covariance of all fitted coordinates, from which predictions and comparisons are made; absent where χ² is no likelihood.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub posterior: Option<PosteriorRow>,
     /// Prediction errors by FRF, where whole FRFs were fitted.
     #[serde(default)]
     pub frfs: Vec<FrfRow>,

@@ -3,6 +3,7 @@
 use super::certainty::SearchRow;
 use super::document::{ComparisonDocument, IdentificationDocument, ValidationDocument};
 use super::order::renumbered_table;
+use super::prediction::natural_frequencies_text;
 use super::record::records_table;
 use super::table::{
     bootstrap_table, derived_table, frfs_table, gap_summary_table, gaps_table, moved_tolerances, parameters_table, positions_table,
@@ -42,7 +43,7 @@ fn of_responses(title: &str, document: &IdentificationDocument, derived: &[Strin
     text += &if document.frfs.is_empty() {
         positions_table(&document.positions, document.leave_one_out)
     } else {
-        frfs_table(&document.frfs, document.leave_one_out)
+        format!("{}\n{}", frfs_table(&document.frfs, document.leave_one_out), natural_frequencies_text(&document.modes))
     };
     text.push('\n');
     if !derived.is_empty() {

@@ -1,6 +1,7 @@
 //! Saying it: result documents with their provenance, written whole or not at all, and tables for the terminal.
 
 pub mod certainty;
+pub mod change;
 mod claim;
 mod convergence;
 mod csv_cell;
@@ -19,6 +20,7 @@ mod motion_text;
 pub mod order;
 pub mod page;
 mod parameter;
+pub mod prediction;
 mod provenance;
 pub mod published;
 mod published_text;
@@ -31,6 +33,7 @@ mod terminal;
 
 mod write;
 
+pub use change::change_text;
 pub use claim::release_claims;
 pub use convergence::convergence_text;
 pub use csv_cell::csv_cell;
@@ -41,6 +44,7 @@ pub use identification::{comparison_text, identification_text, validation_text};
 pub use loops_text::{bode_text, circles_text, gain_text, hold_gains_text, hold_text};
 pub use motion_text::{motion_csv, motion_summary};
 pub use numeric::digest::digest;
+pub use prediction::{natural_frequencies_text, predicted_frfs_csv, prediction_csv, prediction_text};
 pub use published_text::{published_markdown, published_text};
 pub use schema::{SCHEMAS, schema};
 pub use simulation_text::{frfs_csv, matrices_text, modes_text, sensitivity_text, sweep_text};

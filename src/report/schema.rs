@@ -2,18 +2,20 @@
 
 use schemars::{Schema, schema_for};
 
-use super::{diagnosis, document, effects, hybrid, loops, motion, published, simulation};
+use super::{change, diagnosis, document, effects, hybrid, loops, motion, prediction, published, simulation};
 
 /// Name of a document, as in its file name, and the function that generates its schema.
 type Document = (&'static str, fn() -> Schema);
 
-const DOCUMENTS: [Document; 23] = [
+const DOCUMENTS: [Document; 25] = [
     ("identification", || schema_for!(document::IdentificationDocument)),
     ("validation", || schema_for!(document::ValidationDocument)),
     ("comparison", || schema_for!(document::ComparisonDocument)),
     ("objectives", || schema_for!(document::ObjectivesDocument)),
     ("peaks", || schema_for!(document::PeaksDocument)),
     ("plan", || schema_for!(document::PlanDocument)),
+    ("change", || schema_for!(change::ChangeDocument)),
+    ("prediction", || schema_for!(prediction::PredictionDocument)),
     ("diagnosis", || schema_for!(diagnosis::DiagnosisDocument)),
     ("frf", || schema_for!(document::FrfsDocument)),
     ("modes", || schema_for!(simulation::ModesDocument)),

@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 
 use crate::Study;
 use identification::objective::{FrfGap, GAIN_RANGE, MISSING, PositionPrediction};
-use identification::{Combination, CombinationKind, Drawn, Identification, ToleranceEstimate};
+use identification::{Combination, CombinationKind, Coordinate, Drawn, Identification, Posterior, ToleranceEstimate};
 use machine::{Machine, Prior};
 use measurement::{Frf, FrfLine, MeasurementSet, NoiseSource};
 use numeric::statistics::{median, root_mean_square, root_mean_square_of_parts, root_sum_square};
 use numeric::unit::omega_rad_s;
-use report::certainty::{BasinRow, BootstrapRow, CombinationRow, PriorRow, ToleranceRow};
+use report::certainty::{BasinRow, BootstrapRow, CombinationRow, CoordinateRow, PosteriorRow, PriorRow, ToleranceRow};
 use report::document::{FrfRow, LonePeak, OrderRow, ParameterRow, PositionRow};
 
 /// Returns parameters by id, with the gain where amplitudes are compared and the values printed for a fit to the same positions.
@@ -67,6 +67,19 @@ pub(crate) fn tolerances(estimates: &[ToleranceEstimate]) -> BTreeMap<String, To
         (t.name.clone(), ToleranceRow { unit: t.unit.clone(), prior, value: t.value, sd: t.sd })
     };
     estimates.iter().map(row).collect()
+}
+
+/// Returns a posterior: minima, and the lower triangle of the covariance to nine digits.
+pub(crate) fn posterior(posterior: &Posterior) -> PosteriorRow {
+    let coordinate = |c: &Coordinate| CoordinateRow { name: c.name.clone(), of_machine: c.of_machine, prior: c.prior.map(|(sd, at)| [at, sd]) };
+    let rounded = |x: f64| format!("{x:.8e}").parse().unwrap_or(x);
+    let row = |at: usize| (0..=at).map(|column| rounded(posterior.covariance[(at, column)])).collect();
+    PosteriorRow {
+        coordinates: posterior.coordinates.iter().map(coordinate).collect(),
+        minima: posterior.minima.iter().map(|place| place.0.clone()).collect(),
+        covariance: (0..posterior.coordinates.len()).map(row).collect(),
+        variance: posterior.variance,
+    }
 }
 
 /// Returns the minima that the data do not distinguish from the lowest, where there are several.

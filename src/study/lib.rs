@@ -1,6 +1,7 @@
 //! Studies: identification, validation, comparison, diagnosis and planning for a machine and its measurements, and the documents of their results.
 
 pub mod blind_check;
+mod change;
 mod compare;
 mod convergence;
 mod diagnose;
@@ -18,6 +19,7 @@ mod motion_records;
 mod page;
 mod peaks;
 mod plan;
+mod predict;
 mod run_settings;
 mod settings;
 pub mod simulation;
@@ -26,6 +28,7 @@ mod study;
 mod validate;
 
 pub use config::MachineConfig;
+pub use change::compare_results;
 pub use convergence::convergence;
 pub use diagnose::{Ablation, DiagnosisRequest, NullCache};
 pub use dynamics::model::RodModel;
@@ -42,6 +45,7 @@ pub use optimizer::{Control, Progress, Watcher};
 pub use page::{page, page_from};
 pub use peaks::{Peaks, PeaksRequest, peaks};
 pub use plan::{PlanRequest, PlannedData};
+pub use predict::PredictionRequest;
 pub use settings::{ObjectiveKind, Settings};
 pub use study::{Sources, Study};
 pub use validate::ValidationRequest;

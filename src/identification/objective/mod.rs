@@ -8,6 +8,7 @@ mod mode_settings;
 mod modes;
 mod pairing;
 mod record;
+mod redrawn;
 mod settings;
 mod setup;
 mod squares;

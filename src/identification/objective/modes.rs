@@ -72,7 +72,7 @@ struct PositionData {
 
 /// Misfit between predicted peaks and measured modes of some positions as a function of a machine's free parameters.
 pub struct ModeObjective<'m> {
-    machine: &'m Machine,
+    pub(super) machine: &'m Machine,
     structure: Arc<Structure>,
     settings: ModeSettings,
     positions: Vec<PositionData>,
@@ -86,7 +86,7 @@ pub struct ModeObjective<'m> {
     pub free: Vec<usize>,
     base: ParameterValues,
     /// Inverse of the lower Cholesky factor of the residuals' covariance, where they are correlated.
-    whitening: Option<DMatrix<f64>>,
+    pub(super) whitening: Option<DMatrix<f64>>,
     pool: Mutex<Vec<ModeScratch>>,
 }
 

@@ -19,12 +19,26 @@ pub struct ModeSquares<'o, 'm> {
     objective: &'o ModeObjective<'m>,
     /// Weight of the square of each residual.
     weights: Option<Vec<f64>>,
+    /// Numbers added to the residuals; empty for none.
+    shift: Vec<f64>,
 }
 
 impl<'o, 'm> ModeSquares<'o, 'm> {
     /// Wraps an objective; `weights` has one entry per residual of [`ModeObjective::residuals_at`].
     pub fn new(objective: &'o ModeObjective<'m>, weights: Option<Vec<f64>>) -> Self {
-        ModeSquares { objective, weights }
+        ModeSquares { objective, weights, shift: Vec::new() }
+    }
+
+    /// Adds numbers to the residuals, one each: those of redrawn data and priors.
+    #[must_use]
+    pub fn shifted(self, shift: Vec<f64>) -> Self {
+        ModeSquares { shift, ..self }
+    }
+
+    fn residuals(&self, place: &[f64]) -> Vec<f64> {
+        let mut residuals = self.objective.residuals_of(place);
+        residuals.iter_mut().zip(&self.shift).for_each(|(r, by)| *r += by);
+        residuals
     }
 
     fn weight(&self, row: usize) -> f64 {
@@ -38,12 +52,12 @@ impl LeastSquares for ModeSquares<'_, '_> {
     }
 
     fn chi_square(&self, place: &[f64]) -> f64 {
-        self.objective.residuals_of(place).iter().enumerate().map(|(row, r)| self.weight(row) * r * r).sum()
+        self.residuals(place).iter().enumerate().map(|(row, r)| self.weight(row) * r * r).sum()
     }
 
     fn normal(&self, place: &[f64]) -> NormalEquations {
         let dimension = self.dimension();
-        let here = self.objective.residuals_of(place);
+        let here = self.residuals(place);
         let columns: Vec<Vec<f64>> = (0..dimension)
             .into_par_iter()
             .map(|column| {
@@ -54,7 +68,7 @@ impl LeastSquares for ModeSquares<'_, '_> {
                 };
                 let (low, high) = (shifted(-STEP), shifted(STEP));
                 let width = high[column] - low[column];
-                let (from, to) = (self.objective.residuals_of(&low), self.objective.residuals_of(&high));
+                let (from, to) = (self.residuals(&low), self.residuals(&high));
                 to.iter().zip(&from).map(|(b, a)| (b - a) / width).collect()
             })
             .collect();
@@ -78,9 +92,9 @@ struct Columns {
 
 /// Prior of a coordinate: its deviation in prior standard deviations, and the derivative of that with respect to the coordinate.
 pub(super) struct PriorTerm {
-    column: usize,
+    pub(super) column: usize,
     pub(super) deviation: f64,
-    slope: f64,
+    pub(super) slope: f64,
 }
 
 /// Returns a deviation over its standard deviation; 0 for a fixed quantity.

@@ -41,7 +41,7 @@ mod write;
 pub use label::{Exact, Gap, HammerTest, Label};
 pub use layout::{Layout, Quantity};
 pub use make::{generate, generate_one};
-pub use ordinary::{Ordinary, ordinary, ordinary_on_guide};
+pub use ordinary::{Ordinary, measured_again, ordinary, ordinary_on_guide};
 pub use plan::{Counts, Kind, LOOK_ALIKES, Plan, Slot, Strength};
 pub use record::{Case, Position, Record};
 pub use write::{labels_json, write_case};

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use num_complex::Complex64;
+
 use super::layout::{Layout, Quantity};
 use super::record::{Case, Position, Record};
 use super::subject::axis;
@@ -33,10 +35,16 @@ pub struct Ordinary {
     pub guide_per_s: f64,
     /// Peaks of the noise-free FRF at each position, at the nearest line: frequency (Hz) and amplitude.
     pub peaks: Vec<Peaks>,
+    /// Noise-free receptances of the machine at each position, without gain and delay of the measurement.
+    pub noise_free: Vec<Vec<Complex64>>,
+    /// Peaks of these receptances between the lines: frequency (Hz) and amplitude.
+    pub natural: Vec<Peaks>,
     /// Line spacing (Hz).
     pub step_hz: f64,
 }
 
+/// Branch of the random numbers of a second measurement.
+const AGAIN: u64 = 7;
 /// Lines of each FRF.
 const LINES: usize = 1300;
 /// Number of averaged blows.
@@ -48,17 +56,26 @@ const NOISE: (f64, f64) = (0.011, 0.004);
 ///
 /// # Errors  As the receptances of [`Assembly`].
 pub fn ordinary(seed: u64, number: usize) -> Result<Ordinary, SimulatorError> {
-    drawn(seed, number, false)
+    simulated(seed, number, (false, None))
+}
+
+/// Measures the machine of [`ordinary`] again: other noise, nut positions, gain and delay. `nut_stiffness` is the factor by which the stiffness of its nut
+/// has changed since.
+///
+/// # Errors  as [`ordinary`].
+pub fn measured_again(seed: u64, number: usize, nut_stiffness: f64) -> Result<Ordinary, SimulatorError> {
+    simulated(seed, number, (false, Some(nut_stiffness)))
 }
 
 /// As [`ordinary`], on a guide with viscous damping that the description lacks: table mass times 0.5 to 5 s⁻¹.
 ///
 /// # Errors  As [`ordinary`].
 pub fn ordinary_on_guide(seed: u64, number: usize) -> Result<Ordinary, SimulatorError> {
-    drawn(seed, number, true)
+    simulated(seed, number, (true, None))
 }
 
-fn drawn(seed: u64, number: usize, has_guide: bool) -> Result<Ordinary, SimulatorError> {
+/// Generates a machine, perhaps on a guide, and its measurement: the first, or a later one with a factor on the stiffness of the nut.
+fn simulated(seed: u64, number: usize, (has_guide, again): (bool, Option<f64>)) -> Result<Ordinary, SimulatorError> {
     let draw = &mut Draw::new(seed).branch(number as u64);
     let (size, drawn) = match number % 3 {
         0 => {
@@ -79,7 +96,7 @@ fn drawn(seed: u64, number: usize, has_guide: bool) -> Result<Ordinary, Simulato
         _ => draw.unit(),
     };
     let drawn = with_usual_spread(drawn);
-    let nuisance = usual(&drawn, loss_dispersion, draw);
+    let mut nuisance = usual(&drawn, loss_dispersion, draw);
     let mut machine = nuisance.applied(drawn.with_true_joints());
     machine.screw.diameter_m *= 1.0 + 0.002 * draw.normal();
     let losses: [f64; 4] = std::array::from_fn(|_| (0.01 * draw.normal().exp()).clamp(1e-3, 0.07));
@@ -91,16 +108,23 @@ fn drawn(seed: u64, number: usize, has_guide: bool) -> Result<Ordinary, Simulato
     if has_guide {
         machine.guide_damping_ns_per_m = machine.table_mass_kg * draw.log_between(0.5, 5.0);
     }
+    let mut joints = drawn.joints.clone();
+    if let Some(factor) = again {
+        machine.nut.joint.stiffness *= factor;
+        joints.entry("k_n".into()).and_modify(|k| *k *= factor);
+        *draw = Draw::new(seed).branch(number as u64).branch(AGAIN);
+        nuisance = Nuisance { offsets_m: offsets(&drawn, draw), channels: channels(draw), ..nuisance };
+    }
     let at_100_hz = |loss: f64| {
         let ratio: f64 = 200.0 * std::f64::consts::PI / REFERENCE_RAD_S;
         1.0 + loss * loss_dispersion * std::f64::consts::FRAC_2_PI * ratio.ln()
     };
-    let mut truth = drawn.joints.clone();
+    let mut truth = joints;
     for (name, loss) in [("k_n", nut), ("k_al", left), ("k_ar", right), ("k_m", coupling)] {
         truth.entry(name.to_owned()).and_modify(|k| *k *= at_100_hz(loss));
     }
     let guide_per_s = machine.guide_damping_ns_per_m / machine.table_mass_kg;
-    let (records, peaks) = simulated_frfs(&drawn, &nuisance, &machine, draw)?;
+    let Simulated { records, peaks, noise_free, natural } = simulated_frfs(&drawn, &nuisance, &machine, draw)?;
     let step_hz = records[0].lines[1].frequency_hz - records[0].lines[0].frequency_hz;
     let position = |(at, nut_m): (usize, &f64)| Position { name: format!("l{}", at + 1), nut_m: *nut_m };
     let case = Case {
@@ -115,7 +139,7 @@ fn drawn(seed: u64, number: usize, has_guide: bool) -> Result<Ordinary, Simulato
         freeze: Vec::new(),
         follow_up: None,
     };
-    Ok(Ordinary { case, truth, size, loss_dispersion, guide_per_s, peaks, step_hz })
+    Ok(Ordinary { case, truth, size, loss_dispersion, guide_per_s, peaks, noise_free, natural, step_hz })
 }
 
 fn with_usual_spread(mut drawn: DrawnMachine) -> DrawnMachine {
@@ -125,7 +149,7 @@ fn with_usual_spread(mut drawn: DrawnMachine) -> DrawnMachine {
 
 /// Draws the nuisance parameters from normal distributions with the spread of the description.
 fn usual(drawn: &DrawnMachine, loss_dispersion: f64, draw: &mut Draw) -> Nuisance {
-    let Spread { modulus, mass, nut_m, gain, delay_s } = Spread::USUAL;
+    let Spread { modulus, mass, .. } = Spread::USUAL;
     let diameters = drawn.description.diameter_m / drawn.description.length_m;
     Nuisance {
         youngs: modulus * draw.normal(),
@@ -142,9 +166,28 @@ fn usual(drawn: &DrawnMachine, loss_dispersion: f64, draw: &mut Draw) -> Nuisanc
         masses: [mass * draw.normal(), 0.02 * draw.normal(), 0.0, 0.0, 0.0],
         integral_per_s: draw.between(0.0, 2.0),
         lag_share: 0.0,
-        offsets_m: drawn.nut_m.iter().map(|_| nut_m * draw.normal()).collect(),
-        channels: BTreeMap::from([(Channel::direct(Point::Table), (gain * draw.normal(), delay_s * draw.normal()))]),
+        offsets_m: offsets(drawn, draw),
+        channels: channels(draw),
     }
+}
+
+/// Draws how far each nut position lies from the stated one (m).
+fn offsets(drawn: &DrawnMachine, draw: &mut Draw) -> Vec<f64> {
+    drawn.nut_m.iter().map(|_| Spread::USUAL.nut_m * draw.normal()).collect()
+}
+
+/// Draws gain and delay of the channel.
+fn channels(draw: &mut Draw) -> BTreeMap<Channel, (f64, f64)> {
+    let Spread { gain, delay_s, .. } = Spread::USUAL;
+    BTreeMap::from([(Channel::direct(Point::Table), (gain * draw.normal(), delay_s * draw.normal()))])
+}
+
+/// Measured and true table FRFs at all positions.
+struct Simulated {
+    records: Vec<Record>,
+    peaks: Vec<Peaks>,
+    noise_free: Vec<Vec<Complex64>>,
+    natural: Vec<Peaks>,
 }
 
 /// Simulates the table FRFs at all positions. Each line has noise and the coherence of so many blows.
@@ -153,17 +196,19 @@ fn simulated_frfs(
     nuisance: &Nuisance,
     machine: &Machine,
     draw: &mut Draw,
-) -> Result<(Vec<Record>, Vec<Peaks>), SimulatorError> {
+) -> Result<Simulated, SimulatorError> {
     let channel = Channel::direct(Point::Table);
     let (gain, delay_s) = nuisance.channel(channel);
     let lowest_hz = drawn.band_hz / 130.0;
     let step_hz = (drawn.band_hz - lowest_hz) / (LINES - 1) as f64;
     let lines_hz: Vec<f64> = (0..LINES).map(|at| lowest_hz + step_hz * at as f64).collect();
     let lines_s = axis(&lines_hz);
-    let (mut records, mut peaks) = (Vec::new(), Vec::new());
+    let (mut records, mut peaks, mut noise_free, mut natural) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for (at, nut_m) in drawn.nut_m.iter().enumerate() {
         let assembly = Assembly::new(machine, &[], nut_m + nuisance.offsets_m[at], 1.0);
         let mut exact = assembly.structure.receptances(&[assembly.port(channel)], &lines_s)?.remove(0);
+        noise_free.push(exact.clone());
+        natural.push(refined(&assembly, channel, &lines_hz, &exact)?);
         exact.iter_mut().zip(&lines_s).for_each(|(h, s)| *h *= (-s * delay_s).exp() * (1.0 + gain));
         peaks.push(peaks_of(&lines_hz, &exact.iter().map(|h| h.norm()).collect::<Vec<f64>>()));
         let mut levels: Vec<f64> = exact.iter().zip(&lines_s).map(|(h, s)| (h * s).norm()).collect();
@@ -171,7 +216,7 @@ fn simulated_frfs(
         let floor = NOISE.1 * levels[LINES / 2];
         let lines = exact.iter().zip(&lines_s).zip(&lines_hz).map(|((h, s), hz)| {
             let sd = NOISE.0.hypot(floor / (h * s).norm());
-            let noise = num_complex::Complex64::new(sd * draw.normal(), sd * draw.normal());
+            let noise = Complex64::new(sd * draw.normal(), sd * draw.normal());
             // The coherence follows from a sample variance over the averaged blows.
             let freedom = 2 * (AVERAGES - 1);
             let seen = sd * sd * (0..freedom).map(|_| draw.normal().powi(2)).sum::<f64>() / freedom as f64;
@@ -179,7 +224,27 @@ fn simulated_frfs(
         });
         records.push(Record { position: format!("l{}", at + 1), channel, name: None, force_n: None, lines: lines.collect() });
     }
-    Ok((records, peaks))
+    Ok(Simulated { records, peaks, noise_free, natural })
+}
+
+/// Refines the peaks of a receptance between the adjacent lines by golden-section search.
+fn refined(assembly: &Assembly, channel: Channel, lines_hz: &[f64], exact: &[Complex64]) -> Result<Peaks, SimulatorError> {
+    let port = [assembly.port(channel)];
+    let magnitude = |hz: f64| Ok::<f64, SimulatorError>(assembly.structure.receptances(&port, &axis(&[hz]))?[0][0].norm());
+    let step_hz = lines_hz[1] - lines_hz[0];
+    let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
+    let mut found = Vec::new();
+    for (hz, _) in peaks_of(lines_hz, &exact.iter().map(|h| h.norm()).collect::<Vec<f64>>()) {
+        let (mut low, mut high) = (hz - step_hz, hz + step_hz);
+        // Each step leaves 62 % of the interval: 40 steps reach 1e-8 of it.
+        for _ in 0..40 {
+            let (a, b) = (high - ratio * (high - low), low + ratio * (high - low));
+            if magnitude(a)? > magnitude(b)? { high = b } else { low = a }
+        }
+        let top_hz = 0.5 * (low + high);
+        found.push((top_hz, magnitude(top_hz)?));
+    }
+    Ok(found)
 }
 
 /// Least ratio of a peak to the higher of the two adjacent minima.

@@ -2,7 +2,7 @@
 
 use super::chart::library;
 use super::text::{TextTable, escape, paragraph, section};
-use super::{Page, comparison, curve, loops, motion, parameter, peak, position, shape, verdict};
+use super::{Page, comparison, curve, loops, motion, parameter, peak, position, predicted, shape, verdict};
 use crate::document::{IdentificationDocument, Stamp};
 use crate::terminal::percent;
 
@@ -61,6 +61,9 @@ fn sections(page: &Page) -> Vec<(&'static str, &'static str, String)> {
             of.largest_error.map(|x| paragraph(&format!("Largest relative frequency error: {}.", percent(x)))).unwrap_or_default();
         let errors = position::errors("Validation: natural frequencies", &of.positions);
         out.push(("validation", "Validation", format!("{largest}{errors}{}", position::gaps("Validation: gaps", &of.positions))));
+    }
+    if let Some(of) = &page.prediction {
+        out.push(("prediction", "Prediction", predicted::content(of, &page.measured_modes)));
     }
     if let Some(of) = &page.comparison {
         out.push(("comparison", "Single- and multi-position identification", comparison::content(of)));
@@ -131,6 +134,7 @@ fn provenance(page: &Page) -> String {
     let stamps: Vec<(&str, &Stamp)> = [
         ("identification.json", page.identification.as_ref().map(|d| &d.stamp)),
         ("validation.json", page.validation.as_ref().map(|d| &d.stamp)),
+        ("prediction.json", page.prediction.as_ref().map(|d| &d.stamp)),
         ("comparison.json", page.comparison.as_ref().map(|d| &d.stamp)),
         ("peaks.json", page.peaks.as_ref().map(|d| &d.stamp)),
         ("diagnosis.json", page.diagnosis.as_ref().map(|d| &d.stamp)),

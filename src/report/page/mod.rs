@@ -9,6 +9,7 @@ mod motion;
 mod parameter;
 mod peak;
 mod position;
+mod predicted;
 mod shape;
 mod text;
 mod thin;
@@ -16,6 +17,7 @@ mod verdict;
 
 pub use curve::{PageCurve, PeakMark};
 pub use frame::{MOST_BYTES, html};
+pub use predicted::MeasuredMode;
 pub use shape::{Deflection, ModeShape, ShapeGroup};
 
 use std::collections::BTreeMap;
@@ -23,6 +25,7 @@ use std::collections::BTreeMap;
 use super::diagnosis::DiagnosisDocument;
 use super::document::{ComparisonDocument, IdentificationDocument, PeaksDocument, ValidationDocument};
 use super::hybrid::HybridDocument;
+use super::prediction::PredictionDocument;
 use super::loops::{BodeDocument, CirclesDocument, GainStudyDocument};
 
 /// Contents of a page. Absent parts are left out.
@@ -34,6 +37,10 @@ pub struct Page {
     pub identification: Option<IdentificationDocument>,
     /// `validation.json`.
     pub validation: Option<ValidationDocument>,
+    /// `prediction.json`.
+    pub prediction: Option<PredictionDocument>,
+    /// Measured natural frequencies, drawn over those of the prediction.
+    pub measured_modes: Vec<MeasuredMode>,
     /// `comparison.json`.
     pub comparison: Option<ComparisonDocument>,
     /// `peaks.json`.

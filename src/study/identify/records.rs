@@ -99,6 +99,8 @@ impl Study {
             fit_positions: names(&self.set, fit),
             held_out_positions: names(&self.set, held_out),
             positions: list_positions(&records, error),
+            modes: BTreeMap::new(),
+            posterior: None,
             frfs: Vec::new(),
             preprocessing: motions.first().map(|m| recipe_row(&m.preprocessing)),
             friction_curve: curve_rows(&rigid, machine, values, &fitted),

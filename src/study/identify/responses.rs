@@ -74,6 +74,8 @@ impl Study {
             held_out_positions: names(held_out.positions(), held_out.frfs()),
             fit_positions,
             positions,
+            modes: self.natural_modes(&found)?,
+            posterior: found.posterior.as_ref().map(document_rows::posterior),
             frfs,
             records: Default::default(),
             preprocessing: None,

@@ -3,6 +3,7 @@
 mod curves;
 mod diagnosed;
 mod inputs;
+mod predicted;
 mod shapes;
 
 use std::path::Path;
@@ -38,6 +39,7 @@ pub fn page_from(folder: &Path, sources: &Sources) -> StudyResult<Page> {
     let mut files = Vec::new();
     page.identification = read(folder, "identification.json", &mut files)?;
     page.validation = read(folder, "validation.json", &mut files)?;
+    page.prediction = read(folder, "prediction.json", &mut files)?;
     page.comparison = read(folder, "comparison.json", &mut files)?;
     page.peaks = read(folder, "peaks.json", &mut files)?;
     page.diagnosis = read(folder, "diagnosis.json", &mut files)?;
@@ -47,7 +49,7 @@ pub fn page_from(folder: &Path, sources: &Sources) -> StudyResult<Page> {
     page.circle = read(folder, "circle.json", &mut files)?;
     if files.is_empty() {
         let fault = format!(
-            "holds no result document; write some into {} first: of identify, validate, compare, peaks, diagnose, hybrid or simulate",
+            "holds no result document; write some into {} first: of identify, validate, predict, compare, peaks, diagnose, hybrid or simulate",
             folder.display()
         );
         return Err(StudyError::input(folder.display(), fault));
@@ -55,6 +57,12 @@ pub fn page_from(folder: &Path, sources: &Sources) -> StudyResult<Page> {
     page.files = files;
     let name = folder.canonicalize().ok().and_then(|f| Some(f.file_name()?.to_string_lossy().into_owned()));
     page.title = name.unwrap_or_else(|| folder.display().to_string());
+    if let (Some(identified), Some(predicted)) = (&page.identification, &page.prediction) {
+        match predicted::measured(identified, predicted, sources) {
+            Ok(marks) => page.measured_modes = marks,
+            Err(fault) => page.notes.push(format!("measured natural frequencies are not drawn over the prediction: {fault}")),
+        }
+    }
     if let Some(identified) = page.identification.take() {
         if let Err(fault) = draw_identified(folder, &identified, sources, &mut page) {
             page.notes.push(format!("FRFs, positions and mode shapes are not drawn: {fault}"));

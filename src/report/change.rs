@@ -1,0 +1,90 @@
+//! Changes of parameters between two identifications of one machine (`change.json`): document and text.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::provenance::Stamp;
+use super::terminal::{columns, figure, probability, wrapped};
+
+/// Change of one parameter from the first identification to the second.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ChangeRow {
+    /// Estimate of the first identification (in `unit`).
+    pub first: f64,
+    /// Estimate of the second identification (in `unit`).
+    pub second: f64,
+    /// Unit of both.
+    pub unit: String,
+    /// Change with the tolerances of the machine common to both: relative to the first (1), or a difference (in `unit`) where `relative` is false.
+    pub change: f64,
+    /// 95 % interval of the change.
+    pub change95: [f64; 2],
+    /// Whether the change is relative.
+    pub relative: bool,
+    /// Probability of a change at least this large where nothing changed, for this parameter alone; absent where it is not identifiable in both.
+    pub p_value: Option<f64>,
+    /// The same over all compared parameters (Holm).
+    pub p_adjusted: Option<f64>,
+    /// Whether the change is significant: `p_adjusted` is at most the level.
+    pub changed: bool,
+}
+
+/// Changes between two identifications of one machine.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ChangeDocument {
+    /// Schema, inputs and warnings of the document: the inputs are the two results.
+    #[serde(flatten)]
+    pub stamp: Stamp,
+    /// Probability of claiming any change where nothing changed (1).
+    pub level: f64,
+    /// Number of parameters that are compared: identifiable in both identifications.
+    pub compared: usize,
+    /// Names of the tolerances of the machine that both identifications share.
+    pub common: Vec<String>,
+    /// Changes by parameter id.
+    pub parameters: BTreeMap<String, ChangeRow>,
+}
+
+/// Changes as text: the significant ones first.
+pub fn change_text(title: &str, document: &ChangeDocument) -> String {
+    let changed: Vec<String> = document
+        .parameters
+        .iter()
+        .filter(|(_, row)| row.changed)
+        .map(|(id, row)| format!("{id} by {}", amount(row.change, row)))
+        .collect();
+    let verdict = match changed.is_empty() {
+        true => "no significant change".to_string(),
+        false => format!("significant change: {}", changed.join(", ")),
+    };
+    let mut text = format!("{title}\n");
+    text += &wrapped(&format!(
+        "{verdict} ({} parameters compared, level {:.0} % over all of them; {} tolerances of the machine are common to both)",
+        document.compared,
+        100.0 * document.level,
+        document.common.len()
+    ));
+    text.push('\n');
+    let mut rows: Vec<(&String, &ChangeRow)> = document.parameters.iter().collect();
+    rows.sort_by(|a, b| a.1.p_value.unwrap_or(2.0).total_cmp(&b.1.p_value.unwrap_or(2.0)).then(a.0.cmp(b.0)));
+    let rows = rows.into_iter().map(|(id, row)| {
+        vec![
+            id.clone(),
+            figure(row.first),
+            figure(row.second),
+            row.unit.clone(),
+            amount(row.change, row),
+            format!("{} … {}", amount(row.change95[0], row), amount(row.change95[1], row)),
+            row.p_adjusted.map_or("not identifiable".into(), probability),
+            if row.changed { "yes" } else { "" }.into(),
+        ]
+    });
+    text += &columns(&["Parameter", "First", "Second", "Unit", "Change", "95 % interval", "p (Holm)", "Changed"].map(String::from), rows);
+    text
+}
+
+fn amount(change: f64, row: &ChangeRow) -> String {
+    if row.relative { format!("{:+.2} %", 100.0 * change) } else { format!("{change:+.3e}") }
+}

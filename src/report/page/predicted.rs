@@ -1,0 +1,145 @@
+//! Predictions at positions that were not measured: natural frequency against position, and FRFs, with their bands.
+
+use plotly::Scatter;
+use plotly::common::{Fill, Marker, MarkerSymbol, Mode};
+use plotly::layout::HoverMode;
+
+use super::chart::{Chart, Switches, axis, colour, layout, line, log_axis, with_y_axis};
+use super::text::{TextTable, cell, escape, paragraph, rounded};
+use crate::prediction::{PredictedMode, PredictedPosition, PredictionDocument};
+use crate::terminal::{figure, with_interval};
+
+/// A measured natural frequency.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeasuredMode {
+    /// Name of the position.
+    pub position: String,
+    /// Nut position (m).
+    pub nut_m: f64,
+    /// Natural frequency (Hz).
+    pub frequency_hz: f64,
+    /// Whether it was held out of the fit.
+    pub held_out: bool,
+}
+
+/// Number of orders in the chart of natural frequencies.
+const ORDERS: usize = 7;
+/// Largest distance ln(measured/predicted) of a mark from its order: beyond, the model lacks the mode.
+const REACH: f64 = 0.2;
+/// Shade of the bands.
+const SHADE: &str = "rgba(0,114,178,0.22)";
+
+/// Formats the section of a prediction.
+pub fn content(of: &PredictionDocument, measured: &[MeasuredMode]) -> String {
+    let several = if of.minima > 1 { format!(" about each of {} minima of χ²", of.minima) } else { String::new() };
+    let text = format!("95 % intervals from {} machines{several} that data and tolerances leave possible.", of.draws);
+    format!("{}{}{}{}", paragraph(&text), frequencies(of, measured), frfs(of), table(of))
+}
+
+/// Returns the predicted frequency (Hz) of an order at a nut position, linear between the predicted positions.
+fn interpolated(along: &[(f64, &PredictedPosition)], order: usize, nut_m: f64) -> Option<f64> {
+    let of = |at: usize| along.get(at).and_then(|(x, p)| Some((*x, mode(p, order)?.mode.frequency_hz)));
+    let above = along.iter().position(|(x, _)| *x >= nut_m).unwrap_or(along.len());
+    match (above.checked_sub(1).and_then(of), of(above)) {
+        (Some((a, low)), Some((b, high))) if b > a => Some(low + (high - low) * (nut_m - a) / (b - a)),
+        (Some((_, only)), _) | (None, Some((_, only))) => Some(only),
+        (None, None) => None,
+    }
+}
+
+fn mode(position: &PredictedPosition, order: usize) -> Option<&PredictedMode> {
+    position.modes.iter().find(|m| m.mode.order == order)
+}
+
+/// Formats natural frequency against position, one panel for each order.
+fn frequencies(of: &PredictionDocument, measured: &[MeasuredMode]) -> String {
+    let along: Vec<(f64, &PredictedPosition)> = of.ordered().into_iter().filter_map(|(_, p)| Some((p.nut_m?, p))).collect();
+    let most = along.iter().flat_map(|(_, p)| p.modes.iter().map(|m| m.mode.order)).max().unwrap_or(0).min(ORDERS);
+    if along.len() < 2 || most == 0 {
+        return String::new();
+    }
+    let nearest = |mark: &MeasuredMode| {
+        let distance = |order: &usize| {
+            let hz = interpolated(&along, *order, mark.nut_m)?;
+            Some((*order, (hz / mark.frequency_hz).ln().abs()))
+        };
+        let all = (1..=most).filter_map(|order| distance(&order));
+        all.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, distance)| *distance < REACH).map(|(order, _)| order)
+    };
+    let marks: Vec<(usize, &MeasuredMode)> = measured.iter().filter_map(|mark| Some((nearest(mark)?, mark))).collect();
+    let bottom = if most > 1 { format!("y{most}") } else { "y".into() };
+    let x_axis = axis("nut position (m)").anchor(&bottom);
+    let mut layout = layout().show_legend(false).hover_mode(HoverMode::Closest).x_axis(x_axis);
+    for n in 0..most {
+        let (low, high) = ((most - 1 - n) as f64 / most as f64, (most - n) as f64 / most as f64);
+        let panel = axis(&format!("order {} (Hz)", n + 1)).domain(&[low + 0.03, high - 0.03]).tick_format("~g").n_ticks(4);
+        layout = with_y_axis(layout, n, panel);
+    }
+    let caption = "Line and band: prediction with its 95 % interval. Marks: measured, filled where fitted, open where held out.";
+    let mut chart =
+        Chart::new("prediction-frequency", "Predicted natural frequencies against position", caption, 90 + 140 * most, layout);
+    for order in 1..=most {
+        let y_axis = if order == 1 { "y".to_string() } else { format!("y{order}") };
+        let rows: Vec<(f64, &PredictedMode)> = along.iter().filter_map(|(x, p)| Some((*x, mode(p, order)?))).collect();
+        let x: Vec<f64> = rows.iter().map(|r| r.0).collect();
+        let curve = |pick: &dyn Fn(&PredictedMode) -> f64| rows.iter().map(|r| rounded(pick(r.1), 6)).collect::<Vec<_>>();
+        let end = |y: Vec<_>| Scatter::new(x.clone(), y).mode(Mode::Lines).line(line(colour(0), 0.6)).y_axis(&y_axis);
+        let hover = format!("order {order}, %{{x:.4~g}} m<br>%{{y:.5~g}} Hz<extra></extra>");
+        chart.trace(end(curve(&|m| m.frequency95[0])).hover_template(&hover));
+        chart.trace(end(curve(&|m| m.frequency95[1])).fill(Fill::ToNextY).fill_color(SHADE).hover_template(&hover));
+        let predicted = Scatter::new(x.clone(), curve(&|m| m.mode.frequency_hz)).mode(Mode::Lines).line(line(colour(0), 1.8));
+        chart.trace(predicted.y_axis(&y_axis).hover_template(&hover));
+        for (held_out, symbol) in [(false, MarkerSymbol::Circle), (true, MarkerSymbol::CircleOpen)] {
+            let own: Vec<&MeasuredMode> =
+                marks.iter().filter(|(of, mark)| *of == order && mark.held_out == held_out).map(|(_, mark)| *mark).collect();
+            if own.is_empty() {
+                continue;
+            }
+            let (x, y): (Vec<f64>, Vec<f64>) = own.iter().map(|mark| (mark.nut_m, mark.frequency_hz)).unzip();
+            let names: Vec<String> = own.iter().map(|mark| escape(&mark.position)).collect();
+            let hover = "%{text}, measured<br>%{y:.5~g} Hz<extra></extra>";
+            let marker = Marker::new().color(colour(1)).size(9).symbol(symbol);
+            chart.trace(Scatter::new(x, y).mode(Mode::Markers).marker(marker).text_array(names).hover_template(hover).y_axis(&y_axis));
+        }
+    }
+    chart.html()
+}
+
+/// Formats the predicted FRFs with their bands, one position at a time.
+fn frfs(of: &PredictionDocument) -> String {
+    let positions: Vec<_> = of.ordered().into_iter().filter_map(|(name, p)| Some((name, p.frf.as_ref()?))).collect();
+    let title = format!("|{}| (SI units)", of.quantity);
+    let layout = layout().show_legend(false).hover_mode(HoverMode::Closest).x_axis(log_axis("frequency (Hz)"));
+    let layout = layout.y_axis(log_axis(&title).tick_format("~e"));
+    let caption = format!("{}/{}. Line and band: prediction with its pointwise 95 % band, without noise.", of.response, of.excitation);
+    let options = positions.iter().map(|(name, _)| (*name).clone()).collect();
+    let switches = Switches { label: "Position".into(), options, many: false, coloured: false };
+    let mut chart = Chart::new("prediction-frf", "Predicted FRFs", &caption, 420, layout).switches(vec![switches]).log_switch();
+    for (at, (_, frf)) in positions.iter().enumerate() {
+        let hz: Vec<f64> = frf.frequency_hz.iter().map(|hz| rounded(*hz, 7)).collect();
+        let curve = |y: Vec<f64>, width: f64| Scatter::new(hz.clone(), y).mode(Mode::Lines).line(line(colour(0), width));
+        let hover = "%{x:.5~g} Hz: %{y:.3~e}<extra></extra>";
+        let end = |which: usize| frf.magnitude95.iter().map(|ends| rounded(ends[which], 5)).collect::<Vec<f64>>();
+        let value = frf.value.iter().map(|[re, im]| rounded(re.hypot(*im), 5)).collect::<Vec<f64>>();
+        chart.trace_for(vec![Some(at)], curve(end(0), 0.5).hover_template(hover));
+        chart.trace_for(vec![Some(at)], curve(end(1), 0.5).fill(Fill::ToNextY).fill_color(SHADE).hover_template(hover));
+        chart.trace_for(vec![Some(at)], curve(value, 1.6).hover_template(hover));
+    }
+    chart.html()
+}
+
+fn table(of: &PredictionDocument) -> String {
+    let header = ["Position", "Order", "Frequency (Hz)", "95 % interval", "Damping ratio (%)", "95 % interval", "Amplitude (SI)", "Static stiffness (SI)"];
+    let mut table = TextTable::new("Predicted natural frequencies, damping ratios and amplitudes", 2, header);
+    for (name, position) in of.ordered() {
+        for (at, PredictedMode { mode, frequency95, damping95, .. }) in position.modes.iter().enumerate() {
+            let (frequency, frequency95) = with_interval(mode.frequency_hz, *frequency95);
+            let damping = mode.damping_ratio.zip(*damping95).map(|(z, [a, b])| with_interval(100.0 * z, [100.0 * a, 100.0 * b]));
+            let (damping, damping95) = damping.unwrap_or_else(|| ("–".into(), "–".into()));
+            let stiffness = if at == 0 { cell(position.static_stiffness, figure) } else { String::new() };
+            let name = if at == 0 { name.clone() } else { String::new() };
+            table.row([name, mode.order.to_string(), frequency, frequency95, damping, damping95, cell(mode.amplitude, figure), stiffness]);
+        }
+    }
+    table.html()
+}

@@ -1,0 +1,266 @@
+//! Prediction: natural modes, FRFs and static stiffness of an identified machine at any position, with intervals.
+
+mod evaluate;
+mod natural;
+mod sample;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use self::evaluate::Evaluation;
+use self::sample::PredictedPlace;
+use crate::identified::{check_identification, settings_of};
+use crate::simulation::Place;
+use crate::{Study, StudyError, StudyResult};
+use identification::{Place as Minimum, draw_posterior};
+use machine::Operating;
+use measurement::{Gain, Quantity};
+use report::document::{IdentificationDocument, Input};
+use report::prediction::PredictionDocument;
+
+/// Number of machines drawn about each minimum: the 5th and the 195th of 199 values enclose a further one with a probability of exactly 95 %.
+const DRAWS: usize = 199;
+/// Largest number of positions of a prediction.
+const MOST_PLACES: usize = 2000;
+/// Largest number of lines of an FRF, and of places times lines times draws.
+const MOST_LINES: (usize, f64) = (200_000, 4e8);
+
+/// What a prediction computes. The default predicts all positions of the measurement set, without FRFs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PredictionRequest {
+    /// Places of the nut; all positions of the measurement set where empty.
+    pub places: Vec<Place>,
+    /// Lowest and highest frequency (Hz); those of the fitted data by default.
+    pub band_hz: Option<(f64, f64)>,
+    /// Whether FRFs are predicted.
+    pub frf: bool,
+    /// Frequencies of the FRFs (Hz); by default spread over the band, and dense about the peaks.
+    pub lines_hz: Option<Vec<f64>>,
+    /// Number of machines drawn about each minimum.
+    pub draws: usize,
+    /// Seed of the draws.
+    pub seed: u64,
+    /// File of the identification; absent for a result in memory.
+    pub file: Option<Input>,
+}
+
+impl Default for PredictionRequest {
+    fn default() -> Self {
+        PredictionRequest { places: Vec::new(), band_hz: None, frf: false, lines_hz: None, draws: DRAWS, seed: 1, file: None }
+    }
+}
+
+impl PredictionRequest {
+    fn name(&self) -> String {
+        self.file.as_ref().map_or_else(|| "the identification".into(), |file| file.path.clone())
+    }
+}
+
+/// Numbers of draws.
+const DRAWS_RANGE: std::ops::RangeInclusive<usize> = 39..=9999;
+
+impl Study {
+    /// Predicts natural modes and static stiffness of an identified machine at places of the nut, each with its 95 % interval.
+    ///
+    /// # Errors  as [`Study::predict_with`].
+    pub fn predict(&self, identified: &IdentificationDocument, places: &[Place]) -> StudyResult<PredictionDocument> {
+        self.predict_with(identified, &PredictionRequest { places: places.to_vec(), ..PredictionRequest::default() })
+    }
+
+    /// As [`Study::predict`], with FRFs on request.
+    ///
+    /// # Errors  the identification is incomplete, of another version, or of another machine or measurement set than this study's; a place is outside
+    /// the screw; a setting is outside its range.
+    pub fn predict_with(&self, identified: &IdentificationDocument, request: &PredictionRequest) -> StudyResult<PredictionDocument> {
+        let study = self.with_posterior_of(identified, &request.name())?;
+        if !DRAWS_RANGE.contains(&request.draws) {
+            let fault = format!("write a number from {} to {}", DRAWS_RANGE.start(), DRAWS_RANGE.end());
+            return Err(StudyError::setting("draws", request.draws, fault));
+        }
+        let Some(posterior) = &identified.posterior else { return Err(StudyError::impossible("no posterior")) };
+        let made = study.identification_settings()?;
+        let (fit, _) = study.set.split(study.fit.as_deref(), &study.hold_out)?;
+        let places = study.predicted_places(&request.places, fit.positions())?;
+        let band_hz = study.predicted_band(request.band_hz)?;
+        let minima: Vec<Minimum> = posterior.minima.iter().map(|place| Minimum(place.clone())).collect();
+        let (draws, machine) = ((request.draws, request.seed), &study.config.machine);
+        let estimate = study.identified_values(Path::new(&request.name()), identified)?;
+        let sample = draw_posterior(machine, &fit, &made, (&estimate, &minima, posterior.variance), draws, &self.control)?;
+        if sample.draws.iter().any(|drawn| drawn.len() < *DRAWS_RANGE.start()) {
+            return Err(StudyError::Stopped);
+        }
+        let (response, excitation) = study.channel()?;
+        let quantity = study.quantity();
+        let evaluation = Evaluation::new(&sample.machine, (response, excitation), quantity, study.settings.rods, band_hz)?;
+        let nut_sd_m = if made.tolerances { study.set.tolerance.nut_m } else { 0.0 };
+        let mut positions = BTreeMap::new();
+        for (at, place) in places.iter().enumerate() {
+            let nut = (nut_sd_m, request.seed.wrapping_add(1 + at as u64));
+            let predicted = sample::predict(&evaluation, &sample, place, nut, request)?;
+            positions.insert(place.name.clone(), predicted);
+        }
+        let mut warnings: Vec<String> = identified.stamp.warnings.iter().filter(|w| w.starts_with("χ²")).cloned().collect();
+        warnings.extend(study.reach_warning(&places));
+        let mut stamp = study.stamp("prediction", request.seed, sample.complete, warnings);
+        stamp.inputs.extend(request.file.clone());
+        Ok(PredictionDocument {
+            stamp,
+            result: request.file.clone(),
+            quantity: quantity.word().into(),
+            response: machine.points[response].name.clone(),
+            excitation: machine.points[excitation].name.clone(),
+            band_hz: [band_hz.0, band_hz.1],
+            draws: sample.draws.iter().map(Vec::len).min().unwrap_or(0),
+            minima: minima.len(),
+            nut_sd_m,
+            positions,
+        })
+    }
+
+    /// Returns the study with split and settings of an identification, after all checks that its posterior is that of this machine and set.
+    ///
+    /// # Errors  the result is incomplete, of motion records, of another version, machine or measurement set, or has no posterior.
+    pub(crate) fn with_posterior_of(&self, identified: &IdentificationDocument, name: &str) -> StudyResult<Study> {
+        let fault = |text: String| Err(StudyError::input(name, text));
+        check_identification(Path::new(name), identified)?;
+        let own = env!("CARGO_PKG_VERSION");
+        if identified.stamp.tool_version != own {
+            let other = &identified.stamp.tool_version;
+            return fault(format!("was written by version {other}, this is {own}; identify again"));
+        }
+        if !identified.stamp.complete {
+            return fault("is not complete: the identification was stopped early; run it to its end".into());
+        }
+        if !identified.records.is_empty() {
+            return fault("is of motion records; name an identification from FRFs or modes".into());
+        }
+        let Some(posterior) = &identified.posterior else {
+            return fault(match identified.settings.objective.as_str() {
+                "eq26" => "has no intervals: the objective eq26 is no likelihood; identify with least-squares".into(),
+                _ => "lacks the covariance of what was fitted (posterior), which versions before this one did not write; identify again".into(),
+            });
+        };
+        if !self.is_machine_of(identified) {
+            let title = &self.config.machine.title;
+            return fault(format!("is of another machine than «{title}»: text, overrides or removed effects of its description differ; identify again"));
+        }
+        if self.outdated_machine().is_some() {
+            return fault(format!("is of a machine whose file {} has changed since; identify again", self.config.path));
+        }
+        let then = &identified.stamp.inputs;
+        let now = self.inputs();
+        let differs = |a: &[Input], b: &[Input]| a.iter().find(|i| !b.contains(i)).map(|i| i.path.clone());
+        if let Some(path) = differs(&now, then).or_else(|| differs(then, &now)) {
+            return fault(format!("is of a measurement set that has changed since ({path}); identify again"));
+        }
+        let settings = settings_of(identified);
+        let fit_tolerances = posterior.coordinates.iter().any(|c| c.of_machine && !identified.parameters.contains_key(&c.name));
+        let (fit, hold_out) = (identified.settings.positions.clone(), identified.settings.hold_out.clone());
+        let mut study = Study { fit, hold_out, settings: crate::Settings { fit_tolerances, ..settings }, ..self.clone() };
+        // The checks above refuse what this warning is about.
+        study.config.warnings.retain(|w| !w.contains("has changed since the result"));
+        Ok(study)
+    }
+
+    /// Returns the places to predict, each once.
+    fn predicted_places(&self, places: &[Place], fitted: &[usize]) -> StudyResult<Vec<PredictedPlace>> {
+        let (set, machine) = (&self.set, &self.config.machine);
+        let mut wanted = places.to_vec();
+        if wanted.is_empty() {
+            wanted.extend(set.positions.iter().map(|p| Place::Position(p.name.clone())));
+        }
+        if wanted.is_empty() {
+            wanted.push(Place::MidStroke);
+        }
+        if wanted.len() > MOST_PLACES {
+            return Err(StudyError::setting("nut_m", "", format!("{} positions are too many; write at most {MOST_PLACES}", wanted.len())));
+        }
+        let mut found: Vec<PredictedPlace> = Vec::new();
+        for place in &wanted {
+            let (name, nut_m, fit) = match place {
+                Place::Nut(nut_m) => (nut_m.to_string(), Some(*nut_m), None),
+                Place::MidStroke => ("mid-stroke".to_string(), machine.stroke_m().map(|s| 0.5 * s), None),
+                Place::Position(name) => {
+                    let index = set.positions_named(std::slice::from_ref(name))?[0];
+                    (name.clone(), set.positions[index].nut_m, Some(fitted.contains(&index)))
+                }
+            };
+            if matches!(place, Place::Nut(_)) && machine.stroke_m().is_none() {
+                return Err(StudyError::setting("nut_m", &name, "the machine has no nut; name positions of the measurement set, or none"));
+            }
+            let operating = Operating::at(nut_m);
+            match machine.check_operating("nut_m", &operating) {
+                Ok(()) => {}
+                Err(error) if matches!(place, Place::Nut(_)) && error.part == "nut_m" => {
+                    return Err(StudyError::setting("nut_m", "", error.fault));
+                }
+                Err(error) => return Err(error.into()),
+            }
+            if found.iter().any(|other| other.name == name) {
+                return Err(StudyError::setting("nut_m", &name, "is named twice; write each position once"));
+            }
+            found.push(PredictedPlace { name, nut_m, fit });
+        }
+        Ok(found)
+    }
+
+    /// Returns the band of a prediction: the requested one, or that of the data.
+    fn predicted_band(&self, wanted: Option<(f64, f64)>) -> StudyResult<(f64, f64)> {
+        if let Some((from, to)) = wanted {
+            return match from > 0.0 && to > from && to.is_finite() {
+                true => Ok((from, to)),
+                false => Err(StudyError::setting("band_hz", "", "write the lowest and the highest frequency in Hz, such as 5,1000")),
+            };
+        }
+        let within = self.settings.band_hz.unwrap_or((0.0, f64::INFINITY));
+        let lines = self.set.frfs.iter().flat_map(|frf| frf.lines.iter().map(|line| line.frequency_hz));
+        let lines = lines.filter(|hz| (within.0..=within.1).contains(hz));
+        let modes = self.set.modes.iter().flat_map(|table| table.positions.iter().flatten()).filter_map(|mode| mode.frequency_hz);
+        let extremes = |all: &mut dyn Iterator<Item = f64>| all.fold((f64::INFINITY, 0.0_f64), |(a, b), hz| (a.min(hz), b.max(hz)));
+        let (from, to) = match self.settings.fits_frfs(&self.set) {
+            true => extremes(&mut lines.into_iter()),
+            false => {
+                let (low, high) = extremes(&mut modes.into_iter());
+                (0.5 * low, 1.1 * high)
+            }
+        };
+        if to > from { Ok((from, to)) } else { Err(StudyError::setting("band_hz", "", "the data have no band; write one, such as 5,1000")) }
+    }
+
+    /// Returns response and excitation of the set (points of the machine).
+    fn channel(&self) -> StudyResult<(usize, usize)> {
+        let (set, machine) = (&self.set, &self.config.machine);
+        let first = set.frfs.first();
+        let named = |own: &Option<String>, of_first: Option<&String>, key: &str| {
+            let name = own.as_ref().or(of_first).ok_or_else(|| StudyError::input(&set.path, format!("names no {key}")))?;
+            machine.point(name).ok_or_else(|| StudyError::input(&set.path, format!("{key} «{name}» is not a point of the machine")))
+        };
+        Ok((
+            named(&set.response, first.map(|f| &f.response), "response")?,
+            named(&set.excitation, first.map(|f| &f.excitation), "excitation")?,
+        ))
+    }
+
+    fn quantity(&self) -> Quantity {
+        self.set.quantity.or_else(|| self.set.frfs.first().map(|frf| frf.quantity)).unwrap_or(Quantity::Receptance)
+    }
+
+    /// Warns of amplitudes that the set measures with an unknown gain, and of places beyond the outermost measured ones.
+    fn reach_warning(&self, places: &[PredictedPlace]) -> Vec<String> {
+        let measured = || self.set.positions.iter().filter_map(|p| p.nut_m);
+        let (low, high) = measured().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+        let beyond: Vec<&str> =
+            places.iter().filter(|p| p.nut_m.is_some_and(|x| x < low || x > high)).map(|p| p.name.as_str()).collect();
+        let mut warnings = Vec::new();
+        if !beyond.is_empty() && low <= high {
+            warnings.push(format!(
+                "{} lies beyond the measured positions ({low} to {high} m): no measurement there supports the model",
+                beyond.join(", ")
+            ));
+        }
+        if self.set.gain == Gain::Unknown {
+            warnings.push("the gain of the set is unknown: predicted amplitudes are those of the machine, without it".into());
+        }
+        warnings
+    }
+}
