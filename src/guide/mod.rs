@@ -1,7 +1,7 @@
 //! The user's guide: each page answers one question.
 //!
-//! Use: [own_machine], [own_frfs], [motion], [mistakes]. Results: [results], [verdicts], [own_effect]. Background: [models], [validation], [speed],
-//! [published], [papers]. Source code: [crates].
+//! Use: [own_machine], [own_frfs], [motion], [mistakes]. Results: [results], [prediction], [verdicts], [own_effect]. Background: [models], [validation],
+//! [speed], [published], [papers]. Source code: [crates].
 
 #[doc = include_str!("own-machine.md")]
 pub mod own_machine {}
@@ -11,6 +11,9 @@ pub mod own_frfs {}
 
 #[doc = include_str!("results.md")]
 pub mod results {}
+
+#[doc = include_str!("prediction.md")]
+pub mod prediction {}
 
 #[doc = include_str!("verdicts.md")]
 pub mod verdicts {}

@@ -89,7 +89,10 @@ enum Objective<'m> {
 struct ModePosterior<'m> {
     objective: ModeObjective<'m>,
     whitened: DMatrix<f64>,
+    /// The machine with its tolerances as parameters, equal to that as described where they have their start values.
     fitted: Machine,
+    /// Tolerance of each column: index of its parameter, coordinate, and change of the parameter by one standard deviation; 0 for one that is held.
+    tolerances: Vec<(usize, Coordinate, f64)>,
     /// Fitted nut positions with a tolerance: name, position (m).
     nuts: Vec<(String, f64)>,
     nut_sd_m: f64,
@@ -104,7 +107,8 @@ fn fitted_machine(machine: &Machine, fit: &FitSet<'_>, plan: &IdentificationSett
 impl<'m> ModePosterior<'m> {
     /// Builds the objective about an estimate of the parameters as described.
     fn new(machine: &'m Machine, fit: &FitSet<'_>, plan: &IdentificationSettings, estimate: &[f64]) -> Result<Self, ObjectiveError> {
-        let fitted = fitted_machine(machine, fit, plan)?;
+        let mut fitted = fitted_machine(machine, fit, plan)?;
+        let tolerances = neutral_tolerances(&mut fitted, machine.parameters.len());
         let narrow = ModeObjective::new(machine, fit, plan.settings, &plan.frozen)?;
         let own: Vec<f64> = narrow.free.iter().map(|i| machine.parameters[*i].to_unit(estimate[*i]).clamp(0.0, 1.0)).collect();
         let columns = if plan.tolerances { mode_columns(machine, fit, plan, (&narrow, &narrow.extended(&own)))? } else { Vec::new() };
@@ -112,19 +116,12 @@ impl<'m> ModePosterior<'m> {
             true => ModeObjective::with_all_free(machine, fit, plan.settings, &plan.frozen, &narrow.free)?.correlated(&columns),
             false => narrow,
         };
-        let tolerances = fitted.parameters.iter().skip(machine.parameters.len()).filter(|p| p.prior.is_some()).count();
         let set = fit.set();
         let position = |p: &usize| Some((set.positions[*p].name.clone(), set.positions[*p].nut_m?));
-        let nuts: Vec<(String, f64)> = if columns.len() > tolerances { fit.positions().iter().filter_map(position).collect() } else { Vec::new() };
+        let nuts: Vec<(String, f64)> = if columns.len() > tolerances.len() { fit.positions().iter().filter_map(position).collect() } else { Vec::new() };
         let whitened = objective.whitened(&columns);
         let described = machine.parameters.len();
-        Ok(ModePosterior { objective, whitened, fitted, nuts, nut_sd_m: set.tolerance.nut_m, described })
-    }
-
-    /// Returns the tolerances of the description, in the order of the columns.
-    fn tolerances(&self) -> impl Iterator<Item = (usize, &machine::Parameter, Prior)> {
-        let added = self.fitted.parameters.iter().enumerate().skip(self.described);
-        added.filter_map(|(index, parameter)| Some((index, parameter, parameter.prior?)))
+        Ok(ModePosterior { objective, whitened, fitted, tolerances, nuts, nut_sd_m: set.tolerance.nut_m, described })
     }
 
     /// Returns the number of coordinates that least squares varies.
@@ -137,8 +134,9 @@ impl<'m> ModePosterior<'m> {
         let own = self.objective.parameters(place);
         let mut values: Vec<f64> = own.iter().copied().chain(self.fitted.parameters.iter().skip(self.described).map(|p| p.start)).collect();
         let mut left = deviations.iter();
-        for ((index, parameter, prior), deviation) in self.tolerances().zip(&mut left) {
-            values[index] = prior.value(parameter.start, *deviation).clamp(parameter.lower, parameter.upper);
+        for ((index, _, sd), deviation) in self.tolerances.iter().zip(&mut left) {
+            let parameter = &self.fitted.parameters[*index];
+            values[*index] = (parameter.start + sd * deviation).clamp(parameter.lower, parameter.upper);
         }
         let nut_shifts_m = self.nuts.iter().zip(left).map(|((_, nut_m), deviation)| (*nut_m, deviation * self.nut_sd_m)).collect();
         PosteriorDraw { values: ParameterValues(values), nut_shifts_m }
@@ -165,7 +163,7 @@ impl<'m> ModePosterior<'m> {
     fn coordinates(&self, machine: &Machine) -> Vec<Coordinate> {
         let own = self.objective.free.iter().map(|i| parameter_coordinate(&machine.parameters[*i]));
         let gain = self.objective.estimates_gain().then(|| of_measurement("gain".into(), None));
-        let tolerances = self.tolerances().map(|(_, parameter, _)| parameter_coordinate(parameter));
+        let tolerances = self.tolerances.iter().map(|(_, coordinate, _)| coordinate.clone());
         let nuts = self.nuts.iter().map(|(name, _)| of_measurement(format!("nut position of {name}"), Some((NUT_SD, 0.5))));
         own.chain(gain).chain(tolerances).chain(nuts).collect()
     }
@@ -205,6 +203,27 @@ impl<'m> ModePosterior<'m> {
         };
         Posterior { minima: minima.iter().map(whole).collect(), coordinates, covariance, variance }
     }
+}
+
+/// Sets the tolerances of a machine to the values that leave it as described, since modes are fitted without them. Returns the tolerances.
+///
+/// Such a value is 0. A nut without length and joints without loss are only approached: these tolerances stay at the lower end of their range, and with
+/// them the load centre of the nut.
+fn neutral_tolerances(fitted: &mut Machine, described: usize) -> Vec<(usize, Coordinate, f64)> {
+    let offsets: Vec<usize> = fitted.shafts.iter().flat_map(|shaft| shaft.nut_support_offset.depends_on().collect::<Vec<_>>()).collect();
+    let mut tolerances = Vec::new();
+    for (index, parameter) in fitted.parameters.iter_mut().enumerate().skip(described) {
+        let Some(prior) = parameter.prior else { continue };
+        let coordinate = parameter_coordinate(parameter);
+        let has_zero = (parameter.lower..=parameter.upper).contains(&0.0);
+        let sd = match prior {
+            Prior::Normal(sd) if has_zero && !offsets.contains(&index) => sd,
+            _ => 0.0,
+        };
+        parameter.start = if has_zero { 0.0 } else { parameter.lower };
+        tolerances.push((index, coordinate, sd));
+    }
+    tolerances
 }
 
 fn parameter_coordinate(parameter: &machine::Parameter) -> Coordinate {
@@ -293,7 +312,7 @@ pub fn draw_posterior(
     let best = match &objective {
         Objective::Frfs(own) => PosteriorDraw { values: own.parameters(&minima[0]), nut_shifts_m: own.nuts_at(&minima[0]) },
         Objective::Modes(own) => {
-            let added = fitted.parameters.iter().skip(own.described).map(|p| p.start);
+            let added = own.fitted.parameters.iter().skip(own.described).map(|p| p.start);
             PosteriorDraw { values: ParameterValues(estimate.iter().copied().chain(added).collect()), nut_shifts_m: Vec::new() }
         }
     };
@@ -333,6 +352,9 @@ pub fn draw_posterior(
         .zip(&seeds)
         .map(|(minimum, seeds)| seeds.par_iter().filter_map(|seed| draw(&minimum[..dimension], *seed)).collect())
         .collect();
-    drop(objective);
-    Ok(PosteriorSample { best, draws, complete: !control.stopped(), machine: fitted })
+    let machine = match &objective {
+        Objective::Frfs(_) => fitted.clone(),
+        Objective::Modes(own) => own.fitted.clone(),
+    };
+    Ok(PosteriorSample { best, draws, complete: !control.stopped(), machine })
 }

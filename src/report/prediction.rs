@@ -122,8 +122,7 @@ pub fn prediction_text(title: &str, document: &PredictionDocument) -> String {
         };
         for (at, PredictedMode { mode, frequency95, damping95, .. }) in position.modes.iter().enumerate() {
             let (frequency, frequency95) = with_interval(mode.frequency_hz, *frequency95);
-            let damping = mode.damping_ratio.zip(*damping95).map(|(z, [a, b])| with_interval(100.0 * z, [100.0 * a, 100.0 * b]));
-            let (damping, damping95) = damping.unwrap_or_else(|| ("–".into(), "–".into()));
+            let (damping, damping95) = damping_cells(mode.damping_ratio, *damping95);
             let place = if at == 0 { place.clone() } else { String::new() };
             let amplitude = mode.amplitude.map_or("–".into(), figure);
             rows.push(vec![place, mode.order.to_string(), frequency, frequency95, damping, damping95, amplitude]);
@@ -131,7 +130,8 @@ pub fn prediction_text(title: &str, document: &PredictionDocument) -> String {
     }
     text += &columns(&HEADER.map(String::from), rows.into_iter());
     let stiffness = document.ordered().into_iter().filter_map(|(name, position)| {
-        let (value, interval) = with_interval(position.static_stiffness?, position.static_stiffness95?);
+        let value = position.static_stiffness?;
+        let (value, interval) = position.static_stiffness95.map_or_else(|| (figure(value), "–".into()), |ends| with_interval(value, ends));
         Some(vec![name.clone(), value, interval])
     });
     let stiffness: Vec<Vec<String>> = stiffness.collect();
@@ -145,7 +145,16 @@ pub fn prediction_text(title: &str, document: &PredictionDocument) -> String {
     text
 }
 
-/// The modes and static stiffnesses of a prediction as CSV.
+/// Writes a damping ratio and its interval in per cent, each «–» where it is absent.
+pub(super) fn damping_cells(ratio: Option<f64>, interval: Option<[f64; 2]>) -> (String, String) {
+    match (ratio, interval) {
+        (Some(z), Some([a, b])) => with_interval(100.0 * z, [100.0 * a, 100.0 * b]),
+        (Some(z), None) => (figure(100.0 * z), "–".into()),
+        (None, _) => ("–".into(), "–".into()),
+    }
+}
+
+/// The modes of a prediction as CSV.
 pub fn prediction_csv(document: &PredictionDocument) -> String {
     let mut text = String::from(
         "position,nut_m,order,frequency_hz,frequency_low_hz,frequency_high_hz,damping_ratio,damping_low,damping_high,amplitude,amplitude_low,amplitude_high\n",

@@ -172,8 +172,8 @@ impl Joint {
 
     /// Computes the change of each own parameter, and its standard deviation, between two minima. `None` where a covariance is singular.
     fn changes(&self, first: &[f64], second: &[f64]) -> Option<Vec<(f64, f64)>> {
-        let mut information = DMatrix::zeros(self.size, self.size);
-        let mut target = DVector::zeros(self.size);
+        let mut information: DMatrix<f64> = DMatrix::zeros(self.size, self.size);
+        let mut target: DVector<f64> = DVector::zeros(self.size);
         for ((columns, precision), place) in self.columns.iter().zip(&self.precision).zip([first, second]) {
             let precision = precision.as_ref()?;
             let pull = precision * DVector::from_row_slice(place);
@@ -187,7 +187,7 @@ impl Joint {
             information[(i, i)] -= 1.0 / (sd * sd);
             target[i] -= centre / (sd * sd);
         }
-        let covariance = information.try_inverse()?;
+        let covariance: DMatrix<f64> = information.try_inverse()?;
         let state: DVector<f64> = &covariance * target;
         let count = self.own.len();
         let change = |at: usize| {

@@ -6,7 +6,7 @@ use plotly::layout::HoverMode;
 
 use super::chart::{Chart, Switches, axis, colour, layout, line, log_axis, with_y_axis};
 use super::text::{TextTable, cell, escape, paragraph, rounded};
-use crate::prediction::{PredictedMode, PredictedPosition, PredictionDocument};
+use crate::prediction::{PredictedMode, PredictedPosition, PredictionDocument, damping_cells};
 use crate::terminal::{figure, with_interval};
 
 /// A measured natural frequency.
@@ -134,8 +134,7 @@ fn table(of: &PredictionDocument) -> String {
     for (name, position) in of.ordered() {
         for (at, PredictedMode { mode, frequency95, damping95, .. }) in position.modes.iter().enumerate() {
             let (frequency, frequency95) = with_interval(mode.frequency_hz, *frequency95);
-            let damping = mode.damping_ratio.zip(*damping95).map(|(z, [a, b])| with_interval(100.0 * z, [100.0 * a, 100.0 * b]));
-            let (damping, damping95) = damping.unwrap_or_else(|| ("–".into(), "–".into()));
+            let (damping, damping95) = damping_cells(mode.damping_ratio, *damping95);
             let stiffness = if at == 0 { cell(position.static_stiffness, figure) } else { String::new() };
             let name = if at == 0 { name.clone() } else { String::new() };
             table.row([name, mode.order.to_string(), frequency, frequency95, damping, damping95, cell(mode.amplitude, figure), stiffness]);

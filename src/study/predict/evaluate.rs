@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use nalgebra::DVector;
 use num_complex::Complex64;
 
 use crate::{StudyError, StudyResult};
@@ -117,6 +118,15 @@ impl<'m> Evaluation<'m> {
     /// Computes the static stiffness at the excited point; `None` where the response is another point, or a part of the machine is free to move.
     pub(super) fn static_stiffness(&self, values: &[f64], operating: &Operating) -> Option<f64> {
         let (machine, point) = self.at_rest.as_ref()?;
-        matrices(machine, values, operating, 1).ok()?.static_stiffness(point).ok().filter(|k| k.is_finite())
+        let found = matrices(machine, values, operating, 1).ok()?;
+        let at = found.names.iter().position(|name| name == point)?;
+        if !found.free_parts().is_empty() {
+            return None;
+        }
+        let mut force = DVector::zeros(found.names.len());
+        force[at] = 1.0;
+        // The two supports of a short nut may pass its centre, which leaves K regular but not positive definite.
+        let deflection: DVector<f64> = found.stiffness.lu().solve(&force)?;
+        Some(1.0 / deflection[at]).filter(|k| k.is_finite())
     }
 }
