@@ -138,8 +138,8 @@ pub fn identify(
             found.warnings.extend(found.tolerances.iter().filter_map(ToleranceEstimate::warning));
             let validation = FrfObjective::held_out(&fitted, held_out, settings.as_stated())?.calibrated(&found.channels);
             found.fitted_frfs = objective.gaps_at(&place);
-            let minima = found.basins.iter().map(|basin| basin.place.clone()).collect();
-            found.posterior = plan.profile.then(|| of_frfs(&objective, fit, minima, (found.misfit(), found.correlation_factor)));
+            let minima: Vec<Place> = found.basins.iter().map(|basin| basin.place.clone()).collect();
+            found.posterior = (plan.profile && free && !minima.is_empty()).then(|| of_frfs(&objective, fit, minima, (found.misfit(), found.correlation_factor)));
             found.held_out_frfs = validation.gaps(&found.values, gain.gain);
             Ok(found)
         }
@@ -153,7 +153,7 @@ pub fn identify(
             let held_out = validation.predict(&estimation.values);
             let mut found = identification(machine, machine, estimation, gain, &objective.free, objective.observations());
             (found.fitted, found.held_out) = (fitted, held_out);
-            if objective.is_likelihood() && plan.profile {
+            if objective.is_likelihood() && plan.profile && !found.basins.is_empty() && !objective.free.is_empty() {
                 let minima: Vec<Place> = found.basins.iter().map(|basin| basin.place.clone()).collect();
                 found.posterior = Some(of_modes(machine, fit, plan, &found.values, (&minima, found.misfit()))?);
             }
