@@ -147,7 +147,11 @@ fn recover_a_loss_of_preload_between_two_sets() {
         }
         let claimed: Vec<&String> = same.parameters.iter().filter(|(_, row)| row.changed).map(|(id, _)| id).collect();
         claims += usize::from(!claimed.is_empty());
-        println!("{number}: k_n {:+.2} %, non-centrality {noncentrality:.0}, changed {}; without a change {claimed:?}", 100.0 * nut.change, nut.changed);
+        println!(
+            "{number}: k_n {:+.2} %, non-centrality {noncentrality:.0}, changed {}; without a change {claimed:?}",
+            100.0 * nut.change,
+            nut.changed
+        );
     }
     let interval = |k: usize, n: usize| clopper_pearson(k, n, 0.95).map_or([0.0, 1.0], |i| i);
     println!("found {found_changes} of {shown} ({:?}); another parameter called in {wrong}", interval(found_changes, shown));
@@ -289,5 +293,11 @@ fn refuses(folder: &Path, result: &str) {
     let (code, text, fault) = command(&["compare", "--results", result, result, "--json"]);
     assert_eq!(code, 0, "{fault}");
     let document: Value = serde_json::from_str(&text).unwrap();
-    assert!(document["parameters"].as_object().unwrap().values().all(|row| row["changed"] == false && row["change"].as_f64().unwrap().abs() < 1e-6));
+    assert!(
+        document["parameters"]
+            .as_object()
+            .unwrap()
+            .values()
+            .all(|row| row["changed"] == false && row["change"].as_f64().unwrap().abs() < 1e-6)
+    );
 }

@@ -16,8 +16,8 @@ use rayon::prelude::*;
 use super::place::Place;
 use super::problem::Problem;
 use super::settings::IdentificationSettings;
-use super::uncertainty::certainty;
 use super::tolerance::mode_columns;
+use super::uncertainty::certainty;
 use crate::objective::{FrfObjective, ModeObjective, ObjectiveError};
 use machine::{Machine, ParameterValues, Prior};
 use measurement::FitSet;
@@ -118,7 +118,8 @@ impl<'m> ModePosterior<'m> {
         };
         let set = fit.set();
         let position = |p: &usize| Some((set.positions[*p].name.clone(), set.positions[*p].nut_m?));
-        let nuts: Vec<(String, f64)> = if columns.len() > tolerances.len() { fit.positions().iter().filter_map(position).collect() } else { Vec::new() };
+        let nuts: Vec<(String, f64)> =
+            if columns.len() > tolerances.len() { fit.positions().iter().filter_map(position).collect() } else { Vec::new() };
         let whitened = objective.whitened(&columns);
         let described = machine.parameters.len();
         Ok(ModePosterior { objective, whitened, fitted, tolerances, nuts, nut_sd_m: set.tolerance.nut_m, described })

@@ -49,12 +49,8 @@ pub struct ChangeDocument {
 
 /// Changes as text: the significant ones first.
 pub fn change_text(title: &str, document: &ChangeDocument) -> String {
-    let changed: Vec<String> = document
-        .parameters
-        .iter()
-        .filter(|(_, row)| row.changed)
-        .map(|(id, row)| format!("{id} by {}", amount(row.change, row)))
-        .collect();
+    let changed: Vec<String> =
+        document.parameters.iter().filter(|(_, row)| row.changed).map(|(id, row)| format!("{id} by {}", amount(row.change, row))).collect();
     let verdict = match changed.is_empty() {
         true => "no significant change".to_string(),
         false => format!("significant change: {}", changed.join(", ")),

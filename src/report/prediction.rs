@@ -112,7 +112,9 @@ pub fn prediction_text(title: &str, document: &PredictionDocument) -> String {
     let PredictionDocument { quantity, response, excitation, draws, minima, .. } = document;
     let several = if *minima > 1 { format!(" about each of {minima} minima") } else { String::new() };
     let mut text = format!("{title}\n");
-    text += &wrapped(&format!("95 % intervals from {draws} machines that data and tolerances leave possible{several}; amplitudes: {quantity} {response}/{excitation}, SI units"));
+    text += &wrapped(&format!(
+        "95 % intervals from {draws} machines that data and tolerances leave possible{several}; amplitudes: {quantity} {response}/{excitation}, SI units"
+    ));
     text.push('\n');
     let mut rows = Vec::new();
     for (name, position) in document.ordered() {
@@ -202,8 +204,7 @@ pub fn natural_frequencies_text(modes: &BTreeMap<String, Vec<NaturalMode>>) -> S
         return String::new();
     }
     let shown = most.min(MOST_SHOWN);
-    let header: Vec<String> =
-        std::iter::once("Position".to_string()).chain((1..=shown).map(|order| format!("Order {order}"))).collect();
+    let header: Vec<String> = std::iter::once("Position".to_string()).chain((1..=shown).map(|order| format!("Order {order}"))).collect();
     let rows = modes.iter().map(|(name, modes)| {
         let of = |order: usize| modes.iter().find(|m| m.order == order).map_or("–".into(), |m| figure(m.frequency_hz));
         std::iter::once(name.clone()).chain((1..=shown).map(of)).collect()

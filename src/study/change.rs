@@ -29,17 +29,20 @@ const NORMAL_95: f64 = 1.959_963_984_540_054;
 /// # Errors  a result is incomplete, of another version, or has no covariance; the two are of unlike machines.
 ///
 /// # Source  p-values over several parameters: Holm, Scand. J. Stat. 6 (1979) 65–70.
-pub fn compare_results(first: (&IdentificationDocument, &Input), second: (&IdentificationDocument, &Input)) -> StudyResult<(Machine, ChangeDocument)> {
+pub fn compare_results(
+    first: (&IdentificationDocument, &Input),
+    second: (&IdentificationDocument, &Input),
+) -> StudyResult<(Machine, ChangeDocument)> {
     let (a, b) = (posterior(first)?, posterior(second)?);
     let machine = common_machine(first, second)?;
     let joint = Joint::new(&machine, a, b);
     let pairs = a.minima.iter().flat_map(|x| b.minima.iter().map(move |y| (x, y)));
-    let changes: Vec<Vec<(f64, f64)>> = pairs.map(|(x, y)| joint.changes(x, y)).collect::<Option<_>>().ok_or_else(|| {
-        StudyError::impossible("the covariances of the two results cannot be combined; identify again")
-    })?;
-    let is_identifiable = |id: &str| {
-        [first.0, second.0].iter().all(|document| document.parameters.get(id).is_some_and(|row| row.identifiable == Some(true)))
-    };
+    let changes: Vec<Vec<(f64, f64)>> = pairs
+        .map(|(x, y)| joint.changes(x, y))
+        .collect::<Option<_>>()
+        .ok_or_else(|| StudyError::impossible("the covariances of the two results cannot be combined; identify again"))?;
+    let is_identifiable =
+        |id: &str| [first.0, second.0].iter().all(|document| document.parameters.get(id).is_some_and(|row| row.identifiable == Some(true)));
     let z_of = |(change, sd): &(f64, f64)| if *sd > 0.0 { (change / sd).abs() } else { 0.0 };
     let mut p_values: Vec<(usize, f64)> = (0..joint.own.len())
         .filter(|at| is_identifiable(&joint.own[*at].0))
@@ -78,7 +81,11 @@ pub fn compare_results(first: (&IdentificationDocument, &Input), second: (&Ident
     };
     let minima = a.minima.len() * b.minima.len();
     let warnings = (minima > 1).then(|| {
-        format!("the results have {} and {} minima: a change counts only where it is significant between all of them", a.minima.len(), b.minima.len())
+        format!(
+            "the results have {} and {} minima: a change counts only where it is significant between all of them",
+            a.minima.len(),
+            b.minima.len()
+        )
     });
     let document = ChangeDocument {
         stamp: stamp_files("change", vec![first.1.clone(), second.1.clone()], warnings.into_iter().collect()),
@@ -102,7 +109,10 @@ fn posterior<'d>((document, file): (&'d IdentificationDocument, &Input)) -> Stud
         return Err(fault("is not complete: the identification was stopped early; run it to its end".into()));
     }
     let found = document.posterior.as_ref().ok_or_else(|| {
-        fault("lacks the covariance of what was fitted (posterior): it is of motion records, of eq26, or of an older version; identify again".into())
+        fault(
+            "lacks the covariance of what was fitted (posterior): it is of motion records, of eq26, or of an older version; identify again"
+                .into(),
+        )
     })?;
     let count = found.coordinates.len();
     let is_whole = found.covariance.len() == count && found.covariance.iter().enumerate().all(|(at, row)| row.len() == at + 1);
@@ -116,10 +126,13 @@ fn common_machine(first: (&IdentificationDocument, &Input), second: (&Identifica
     let Some(text) = &a.machine else { return Err(StudyError::input(&first.1.path, "embeds no machine; identify again")) };
     let same_text = b.machine.as_ref().is_some_and(|other| other.text == text.text);
     let same = same_text && (&a.stamp.overrides, &a.stamp.without) == (&b.stamp.overrides, &b.stamp.without);
-    let fitted = |document: &IdentificationDocument| (document.settings.freeze.clone(), document.settings.lumps, document.settings.objective == "frf");
+    let fitted = |document: &IdentificationDocument| {
+        (document.settings.freeze.clone(), document.settings.lumps, document.settings.objective == "frf")
+    };
     if !same || fitted(a) != fitted(b) {
         let what = if same { "frozen parameters, model or objective" } else { "text, overrides or removed effects of the description" };
-        let fault = format!("is of another machine than {}: {what} differ; identify both with the same description and settings", first.1.path);
+        let fault =
+            format!("is of another machine than {}: {what} differ; identify both with the same description and settings", first.1.path);
         return Err(StudyError::input(&second.1.path, fault));
     }
     Ok(read_machine_text(&text.path, &text.text, &a.stamp.overrides, &a.stamp.without)?.machine)

@@ -71,7 +71,8 @@ pub(crate) fn tolerances(estimates: &[ToleranceEstimate]) -> BTreeMap<String, To
 
 /// Returns a posterior: minima, and the lower triangle of the covariance to nine digits.
 pub(crate) fn posterior(posterior: &Posterior) -> PosteriorRow {
-    let coordinate = |c: &Coordinate| CoordinateRow { name: c.name.clone(), of_machine: c.of_machine, prior: c.prior.map(|(sd, at)| [at, sd]) };
+    let coordinate =
+        |c: &Coordinate| CoordinateRow { name: c.name.clone(), of_machine: c.of_machine, prior: c.prior.map(|(sd, at)| [at, sd]) };
     let rounded = |x: f64| format!("{x:.8e}").parse().unwrap_or(x);
     let row = |at: usize| (0..=at).map(|column| rounded(posterior.covariance[(at, column)])).collect();
     PosteriorRow {

@@ -191,12 +191,7 @@ struct Simulated {
 }
 
 /// Simulates the table FRFs at all positions. Each line has noise and the coherence of so many blows.
-fn simulated_frfs(
-    drawn: &DrawnMachine,
-    nuisance: &Nuisance,
-    machine: &Machine,
-    draw: &mut Draw,
-) -> Result<Simulated, SimulatorError> {
+fn simulated_frfs(drawn: &DrawnMachine, nuisance: &Nuisance, machine: &Machine, draw: &mut Draw) -> Result<Simulated, SimulatorError> {
     let channel = Channel::direct(Point::Table);
     let (gain, delay_s) = nuisance.channel(channel);
     let lowest_hz = drawn.band_hz / 130.0;

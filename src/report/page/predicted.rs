@@ -76,8 +76,7 @@ fn frequencies(of: &PredictionDocument, measured: &[MeasuredMode]) -> String {
         layout = with_y_axis(layout, n, panel);
     }
     let caption = "Line and band: prediction with its 95 % interval. Marks: measured, filled where fitted, open where held out.";
-    let mut chart =
-        Chart::new("prediction-frequency", "Predicted natural frequencies against position", caption, 90 + 140 * most, layout);
+    let mut chart = Chart::new("prediction-frequency", "Predicted natural frequencies against position", caption, 90 + 140 * most, layout);
     for order in 1..=most {
         let y_axis = if order == 1 { "y".to_string() } else { format!("y{order}") };
         let rows: Vec<(f64, &PredictedMode)> = along.iter().filter_map(|(x, p)| Some((*x, mode(p, order)?))).collect();
@@ -129,7 +128,16 @@ fn frfs(of: &PredictionDocument) -> String {
 }
 
 fn table(of: &PredictionDocument) -> String {
-    let header = ["Position", "Order", "Frequency (Hz)", "95 % interval", "Damping ratio (%)", "95 % interval", "Amplitude (SI)", "Static stiffness (SI)"];
+    let header = [
+        "Position",
+        "Order",
+        "Frequency (Hz)",
+        "95 % interval",
+        "Damping ratio (%)",
+        "95 % interval",
+        "Amplitude (SI)",
+        "Static stiffness (SI)",
+    ];
     let mut table = TextTable::new("Predicted natural frequencies, damping ratios and amplitudes", 2, header);
     for (name, position) in of.ordered() {
         for (at, PredictedMode { mode, frequency95, damping95, .. }) in position.modes.iter().enumerate() {

@@ -91,9 +91,12 @@ pub(super) fn predict(
     };
     let frf = (!lines_hz.is_empty()).then(|| PredictedFrf {
         value: best.frf.iter().map(|h| [h.re, h.im]).collect(),
-        magnitude95: best.frf.iter().enumerate().map(|(at, h)| {
-            interval(h.norm(), &|p| Some(p.frf[at].norm())).unwrap_or([h.norm(); 2])
-        }).collect(),
+        magnitude95: best
+            .frf
+            .iter()
+            .enumerate()
+            .map(|(at, h)| interval(h.norm(), &|p| Some(p.frf[at].norm())).unwrap_or([h.norm(); 2]))
+            .collect(),
         frequency_hz: lines_hz.clone(),
     });
     Ok(PredictedPosition {
