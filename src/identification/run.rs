@@ -139,7 +139,7 @@ pub fn identify(
             let validation = FrfObjective::held_out(&fitted, held_out, settings.as_stated())?.calibrated(&found.channels);
             found.fitted_frfs = objective.gaps_at(&place);
             let minima: Vec<Place> = found.basins.iter().map(|basin| basin.place.clone()).collect();
-            found.posterior = (plan.profile && free && !minima.is_empty())
+            found.posterior = (plan.profile && is_free && !minima.is_empty())
                 .then(|| of_frfs(&objective, fit, minima, (found.misfit(), found.correlation_factor)));
             found.held_out_frfs = validation.gaps(&found.values, gain.gain);
             Ok(found)

@@ -81,6 +81,11 @@ pub fn change_text(title: &str, document: &ChangeDocument) -> String {
     text
 }
 
+/// Writes a change: in per cent, as a factor from ten on, or in the unit of the parameter.
 fn amount(change: f64, row: &ChangeRow) -> String {
-    if row.relative { format!("{:+.2} %", 100.0 * change) } else { format!("{change:+.3e}") }
+    match row.relative {
+        true if change >= 9.0 => format!("×{}", figure(1.0 + change)),
+        true => format!("{:+.2} %", 100.0 * change),
+        false => format!("{change:+.3e}"),
+    }
 }

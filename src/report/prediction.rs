@@ -130,7 +130,9 @@ pub fn prediction_text(title: &str, document: &PredictionDocument) -> String {
             rows.push(vec![place, mode.order.to_string(), frequency, frequency95, damping, damping95, amplitude]);
         }
     }
-    text += &columns(&HEADER.map(String::from), rows.into_iter());
+    // Positions of the set have names.
+    let place = if document.positions.values().any(|p| p.role.is_none() && p.nut_m.is_some()) { "Nut m" } else { "Position" };
+    text += &columns(&HEADER.map(|name| if name == "Nut m" { place } else { name }.to_string()), rows.into_iter());
     let stiffness = document.ordered().into_iter().filter_map(|(name, position)| {
         let value = position.static_stiffness?;
         let (value, interval) = position.static_stiffness95.map_or_else(|| (figure(value), "–".into()), |ends| with_interval(value, ends));
@@ -139,7 +141,7 @@ pub fn prediction_text(title: &str, document: &PredictionDocument) -> String {
     let stiffness: Vec<Vec<String>> = stiffness.collect();
     if !stiffness.is_empty() {
         text += &format!("\nstatic stiffness at {excitation} (SI units)\n");
-        text += &columns(&["Nut m", "Stiffness", "95 % interval"].map(String::from), stiffness.into_iter());
+        text += &columns(&[place, "Stiffness", "95 % interval"].map(String::from), stiffness.into_iter());
     }
     if !document.stamp.complete {
         text += "stopped early: intervals from the machines drawn so far\n";

@@ -21,17 +21,17 @@ const SEARCHED: (f64, f64) = (0.5, 1.15);
 const LIGHT: f64 = 0.3;
 
 /// What is predicted, and on which machine.
-pub(super) struct Evaluation<'m> {
+pub(crate) struct Evaluation<'m> {
     machine: &'m Machine,
     /// The machine under a constant load: without integral action and relaxing dampers.
     at_rest: Option<(Machine, String)>,
     structure: Arc<Structure>,
     quantity: Quantity,
-    pub(super) band_hz: (f64, f64),
+    pub(crate) band_hz: (f64, f64),
 }
 
 /// Working memory of one thread.
-pub(super) struct EvaluationSpace {
+pub(crate) struct EvaluationSpace {
     model: AssembledModel,
     work: Workspace,
 }
@@ -40,7 +40,7 @@ impl<'m> Evaluation<'m> {
     /// Prepares the prediction of a response (points of the machine) in a quantity, over a band (Hz).
     ///
     /// # Errors  the machine has no coordinate that moves.
-    pub(super) fn new(
+    pub(crate) fn new(
         machine: &'m Machine,
         (response, excitation): (usize, usize),
         quantity: Quantity,
@@ -59,17 +59,17 @@ impl<'m> Evaluation<'m> {
         Ok(Evaluation { machine, at_rest, structure, quantity, band_hz })
     }
 
-    pub(super) fn space(&self) -> EvaluationSpace {
+    pub(crate) fn space(&self) -> EvaluationSpace {
         EvaluationSpace { model: self.structure.empty_model(), work: self.structure.workspace() }
     }
 
     /// Returns the highest frequency (Hz) up to which modes are computed.
-    pub(super) fn highest_hz(&self) -> f64 {
+    pub(crate) fn highest_hz(&self) -> f64 {
         SEARCHED.1 * self.band_hz.1
     }
 
     /// Computes the natural modes in ascending frequency, without rigid-body modes.
-    pub(super) fn modes(&self, values: &[f64], operating: &Operating, space: &mut EvaluationSpace) -> Vec<NaturalMode> {
+    pub(crate) fn modes(&self, values: &[f64], operating: &Operating, space: &mut EvaluationSpace) -> Vec<NaturalMode> {
         let EvaluationSpace { model, work } = space;
         model.update(self.machine, values, operating);
         let elastic: Vec<UndampedMode> =
@@ -108,7 +108,7 @@ impl<'m> Evaluation<'m> {
     }
 
     /// Computes the FRF at some frequencies (Hz).
-    pub(super) fn frf(&self, values: &[f64], operating: &Operating, lines_hz: &[f64], space: &mut EvaluationSpace) -> Vec<Complex64> {
+    pub(crate) fn frf(&self, values: &[f64], operating: &Operating, lines_hz: &[f64], space: &mut EvaluationSpace) -> Vec<Complex64> {
         space.model.update(self.machine, values, operating);
         let omegas: Vec<f64> = lines_hz.iter().copied().map(omega_rad_s).collect();
         let receptances = space.model.sweep(&omegas, &mut space.work);
@@ -116,7 +116,7 @@ impl<'m> Evaluation<'m> {
     }
 
     /// Computes the static stiffness at the excited point; `None` where the response is another point, or a part of the machine is free to move.
-    pub(super) fn static_stiffness(&self, values: &[f64], operating: &Operating) -> Option<f64> {
+    pub(crate) fn static_stiffness(&self, values: &[f64], operating: &Operating) -> Option<f64> {
         let (machine, point) = self.at_rest.as_ref()?;
         let found = matrices(machine, values, operating, 1).ok()?;
         let at = found.names.iter().position(|name| name == point)?;

@@ -2,12 +2,15 @@
 
 mod evaluate;
 mod natural;
+mod request;
 mod sample;
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use self::evaluate::Evaluation;
+pub(crate) use self::evaluate::Evaluation;
+pub use self::request::PredictionRequest;
+use self::request::{DRAWS_RANGE, MOST_PLACES};
 use self::sample::PredictedPlace;
 use crate::identified::{check_identification, settings_of};
 use crate::simulation::Place;
@@ -17,47 +20,6 @@ use machine::Operating;
 use measurement::{Gain, Quantity};
 use report::document::{IdentificationDocument, Input};
 use report::prediction::PredictionDocument;
-
-/// Number of machines drawn about each minimum: the 5th and the 195th of 199 values enclose a further one with a probability of exactly 95 %.
-const DRAWS: usize = 199;
-/// Largest number of positions of a prediction.
-const MOST_PLACES: usize = 2000;
-/// Largest number of lines of an FRF, and of places times lines times draws.
-const MOST_LINES: (usize, f64) = (200_000, 4e8);
-
-/// What a prediction computes. The default predicts all positions of the measurement set, without FRFs.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PredictionRequest {
-    /// Places of the nut; all positions of the measurement set where empty.
-    pub places: Vec<Place>,
-    /// Lowest and highest frequency (Hz); those of the fitted data by default.
-    pub band_hz: Option<(f64, f64)>,
-    /// Whether FRFs are predicted.
-    pub frf: bool,
-    /// Frequencies of the FRFs (Hz); by default spread over the band, and dense about the peaks.
-    pub lines_hz: Option<Vec<f64>>,
-    /// Number of machines drawn about each minimum.
-    pub draws: usize,
-    /// Seed of the draws.
-    pub seed: u64,
-    /// File of the identification; absent for a result in memory.
-    pub file: Option<Input>,
-}
-
-impl Default for PredictionRequest {
-    fn default() -> Self {
-        PredictionRequest { places: Vec::new(), band_hz: None, frf: false, lines_hz: None, draws: DRAWS, seed: 1, file: None }
-    }
-}
-
-impl PredictionRequest {
-    fn name(&self) -> String {
-        self.file.as_ref().map_or_else(|| "the identification".into(), |file| file.path.clone())
-    }
-}
-
-/// Numbers of draws.
-const DRAWS_RANGE: std::ops::RangeInclusive<usize> = 39..=9999;
 
 impl Study {
     /// Predicts natural modes and static stiffness of an identified machine at places of the nut, each with its 95 % interval.
@@ -137,12 +99,15 @@ impl Study {
         let Some(posterior) = &identified.posterior else {
             return fault(match identified.settings.objective.as_str() {
                 "eq26" => "has no intervals: the objective eq26 is no likelihood; identify with least-squares".into(),
-                _ => "lacks the covariance of what was fitted (posterior), which versions before this one did not write; identify again".into(),
+                _ => "lacks the covariance of what was fitted (posterior), which versions before this one did not write; identify again"
+                    .into(),
             });
         };
         if !self.is_machine_of(identified) {
             let title = &self.config.machine.title;
-            return fault(format!("is of another machine than «{title}»: text, overrides or removed effects of its description differ; identify again"));
+            return fault(format!(
+                "is of another machine than «{title}»: text, overrides or removed effects of its description differ; identify again"
+            ));
         }
         if self.outdated_machine().is_some() {
             return fault(format!("is of a machine whose file {} has changed since; identify again", self.config.path));
@@ -163,7 +128,7 @@ impl Study {
     }
 
     /// Returns the places to predict, each once.
-    fn predicted_places(&self, places: &[Place], fitted: &[usize]) -> StudyResult<Vec<PredictedPlace>> {
+    pub(crate) fn predicted_places(&self, places: &[Place], fitted: &[usize]) -> StudyResult<Vec<PredictedPlace>> {
         let (set, machine) = (&self.set, &self.config.machine);
         let mut wanted = places.to_vec();
         if wanted.is_empty() {
@@ -205,7 +170,7 @@ impl Study {
     }
 
     /// Returns the band of a prediction: the requested one, or that of the data.
-    fn predicted_band(&self, wanted: Option<(f64, f64)>) -> StudyResult<(f64, f64)> {
+    pub(crate) fn predicted_band(&self, wanted: Option<(f64, f64)>) -> StudyResult<(f64, f64)> {
         if let Some((from, to)) = wanted {
             return match from > 0.0 && to > from && to.is_finite() {
                 true => Ok((from, to)),
@@ -241,7 +206,7 @@ impl Study {
         ))
     }
 
-    fn quantity(&self) -> Quantity {
+    pub(crate) fn quantity(&self) -> Quantity {
         self.set.quantity.or_else(|| self.set.frfs.first().map(|frf| frf.quantity)).unwrap_or(Quantity::Receptance)
     }
 
@@ -249,8 +214,7 @@ impl Study {
     fn reach_warning(&self, places: &[PredictedPlace]) -> Vec<String> {
         let measured = || self.set.positions.iter().filter_map(|p| p.nut_m);
         let (low, high) = measured().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
-        let beyond: Vec<&str> =
-            places.iter().filter(|p| p.nut_m.is_some_and(|x| x < low || x > high)).map(|p| p.name.as_str()).collect();
+        let beyond: Vec<&str> = places.iter().filter(|p| p.nut_m.is_some_and(|x| x < low || x > high)).map(|p| p.name.as_str()).collect();
         let mut warnings = Vec::new();
         if !beyond.is_empty() && low <= high {
             warnings.push(format!(

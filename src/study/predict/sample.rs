@@ -6,7 +6,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
 use super::evaluate::Evaluation;
-use super::{MOST_LINES, PredictionRequest};
+use super::request::{MOST_LINES, PredictionRequest};
 use crate::{StudyError, StudyResult};
 use identification::{PosteriorDraw, PosteriorSample};
 use machine::{Operating, Station, StationPlace};
@@ -14,11 +14,11 @@ use numeric::random::normal;
 use report::prediction::{NaturalMode, PredictedFrf, PredictedMode, PredictedPosition};
 
 /// A place to predict.
-pub(super) struct PredictedPlace {
-    pub(super) name: String,
-    pub(super) nut_m: Option<f64>,
+pub(crate) struct PredictedPlace {
+    pub(crate) name: String,
+    pub(crate) nut_m: Option<f64>,
     /// Whether it is a fitted position of the measurement set; `None` for a place that the set does not name.
-    pub(super) fit: Option<bool>,
+    pub(crate) fit: Option<bool>,
 }
 
 /// Number of lines of an FRF that are spread over the band, evenly in ln f.
@@ -28,7 +28,8 @@ const PEAK_LINES: (i32, f64) = (30, 0.15);
 
 /// The numbers of one machine at one place.
 struct Predicted {
-    modes: Vec<NaturalMode>,
+    /// The modes that continue those of the best machine, in their order; `None` for one above the searched frequencies.
+    modes: Vec<Option<NaturalMode>>,
     static_stiffness: Option<f64>,
     frf: Vec<Complex64>,
 }
@@ -52,11 +53,9 @@ pub(super) fn predict(
     let mut space = evaluation.space();
     let best_modes = evaluation.modes(&sample.best.values, &at_best, &mut space);
     let lines_hz = lines(evaluation, &best_modes, request)?;
-    let best = Predicted {
-        frf: evaluation.frf(&sample.best.values, &at_best, &lines_hz, &mut space),
-        static_stiffness: evaluation.static_stiffness(&sample.best.values, &at_best),
-        modes: best_modes.into_iter().filter(|m| m.frequency_hz <= evaluation.band_hz.1).collect(),
-    };
+    let frf = evaluation.frf(&sample.best.values, &at_best, &lines_hz, &mut space);
+    let static_stiffness = evaluation.static_stiffness(&sample.best.values, &at_best);
+    let modes: Vec<NaturalMode> = best_modes.into_iter().filter(|m| m.frequency_hz <= evaluation.band_hz.1).collect();
     let generator = &mut Xoshiro256PlusPlus::seed_from_u64(seed);
     let drawn: Vec<Vec<Predicted>> = sample
         .draws
@@ -71,7 +70,7 @@ pub(super) fn predict(
                     |space, (draw, shift_m)| {
                         let operating = operating(draw, shift_m);
                         Predicted {
-                            modes: evaluation.modes(&draw.values, &operating, space),
+                            modes: continued(&modes, evaluation.modes(&draw.values, &operating, space), evaluation.highest_hz()),
                             static_stiffness: evaluation.static_stiffness(&draw.values, &operating),
                             frf: evaluation.frf(&draw.values, &operating, &lines_hz, space),
                         }
@@ -83,16 +82,15 @@ pub(super) fn predict(
     let interval = |value: f64, of: &dyn Fn(&Predicted) -> Option<f64>| hull(value, &drawn, of);
     let mode = |(at, mode): (usize, &NaturalMode)| PredictedMode {
         // A mode above the searched frequencies lies at least there.
-        frequency95: interval(mode.frequency_hz, &|p| Some(p.modes.get(at).map_or(evaluation.highest_hz(), |m| m.frequency_hz)))
+        frequency95: interval(mode.frequency_hz, &|p| Some(p.modes[at].as_ref().map_or(evaluation.highest_hz(), |m| m.frequency_hz)))
             .unwrap_or([mode.frequency_hz; 2]),
-        damping95: mode.damping_ratio.and_then(|z| interval(z, &|p| p.modes.get(at)?.damping_ratio)),
-        amplitude95: mode.amplitude.and_then(|a| interval(a, &|p| p.modes.get(at)?.amplitude)),
+        damping95: mode.damping_ratio.and_then(|z| interval(z, &|p| p.modes[at].as_ref()?.damping_ratio)),
+        amplitude95: mode.amplitude.and_then(|a| interval(a, &|p| p.modes[at].as_ref()?.amplitude)),
         mode: mode.clone(),
     };
-    let frf = (!lines_hz.is_empty()).then(|| PredictedFrf {
-        value: best.frf.iter().map(|h| [h.re, h.im]).collect(),
-        magnitude95: best
-            .frf
+    let predicted_frf = (!lines_hz.is_empty()).then(|| PredictedFrf {
+        value: frf.iter().map(|h| [h.re, h.im]).collect(),
+        magnitude95: frf
             .iter()
             .enumerate()
             .map(|(at, h)| interval(h.norm(), &|p| Some(p.frf[at].norm())).unwrap_or([h.norm(); 2]))
@@ -102,11 +100,40 @@ pub(super) fn predict(
     Ok(PredictedPosition {
         nut_m: place.nut_m,
         role: place.fit.map(|fit| if fit { "fit" } else { "held_out" }.into()),
-        modes: best.modes.iter().enumerate().map(mode).collect(),
-        static_stiffness: best.static_stiffness,
-        static_stiffness95: best.static_stiffness.and_then(|k| interval(k, &|p| p.static_stiffness)),
-        frf,
+        modes: modes.iter().enumerate().map(mode).collect(),
+        static_stiffness,
+        static_stiffness95: static_stiffness.and_then(|k| interval(k, &|p| p.static_stiffness)),
+        frf: predicted_frf,
     })
+}
+
+/// Returns the modes of a drawn machine that continue those of the best machine: in the same order, with the least sum of |ln(frequency ratio)|.
+///
+/// Machines that the data leave possible may differ in a mode that the data do not show; counted by order, it would shift all modes above it. A mode that
+/// has no counterpart up to `beyond_hz` lies above.
+fn continued(best: &[NaturalMode], drawn: Vec<NaturalMode>, beyond_hz: f64) -> Vec<Option<NaturalMode>> {
+    let (rows, columns) = (best.len(), drawn.len() + best.len());
+    let hz = |column: usize| drawn.get(column).map_or(beyond_hz, |mode| mode.frequency_hz);
+    let with = |row: usize, column: usize| (best[row].frequency_hz / hz(column)).ln().abs();
+    // Least sum for the first rows within the first columns.
+    let mut least = vec![vec![f64::INFINITY; columns + 1]; rows + 1];
+    least[0].fill(0.0);
+    for row in 1..=rows {
+        for column in row..=columns {
+            least[row][column] = least[row][column - 1].min(least[row - 1][column - 1] + with(row - 1, column - 1));
+        }
+    }
+    let mut found = vec![None; rows];
+    let (mut row, mut column) = (rows, columns);
+    while row > 0 {
+        if column > row && least[row][column] == least[row][column - 1] {
+            column -= 1;
+            continue;
+        }
+        found[row - 1] = drawn.get(column - 1).cloned();
+        (row, column) = (row - 1, column - 1);
+    }
+    found
 }
 
 /// Checks that the supports of the nut lie between the neighbouring stations of the screw, for every drawn machine.
@@ -181,7 +208,23 @@ fn order_statistic(sorted: &[f64], probability: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::order_statistic;
+    use super::{NaturalMode, continued, order_statistic};
+
+    #[test]
+    fn limit_a_further_mode_shifts_no_other() {
+        let modes = |all: &[f64]| -> Vec<NaturalMode> {
+            let mode = |(at, hz): (usize, &f64)| NaturalMode { order: at + 1, frequency_hz: *hz, damping_ratio: None, amplitude: None };
+            all.iter().enumerate().map(mode).collect()
+        };
+        let best = modes(&[24.0, 116.0, 530.0]);
+        let of = |drawn: &[f64]| -> Vec<Option<f64>> {
+            continued(&best, modes(drawn), 800.0).into_iter().map(|m| m.map(|m| m.frequency_hz)).collect()
+        };
+        assert_eq!(of(&[25.0, 110.0, 239.0, 520.0]), [Some(25.0), Some(110.0), Some(520.0)]);
+        assert_eq!(of(&[25.0, 110.0]), [Some(25.0), Some(110.0), None]);
+        assert_eq!(of(&[25.0, 110.0, 500.0, 540.0]), [Some(25.0), Some(110.0), Some(540.0)]);
+        assert_eq!(of(&[]), [None, None, None]);
+    }
 
     #[test]
     fn limit_ends_of_199_draws_are_the_5th_and_the_195th() {
