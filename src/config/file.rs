@@ -7,6 +7,7 @@ use serde::Deserialize;
 
 use super::contact::{ContactDefaults, ContactFile, FrictionFile, SegmentFile, contacts, segments};
 use super::error::fault;
+use super::fitted::FittedFile;
 use super::rescale::RescaleFile;
 use super::servo::ServoFile;
 use super::tolerance::ToleranceFile;
@@ -68,6 +69,8 @@ pub struct MachineFile {
     /// Tolerances of stated numbers.
     #[serde(default)]
     pub tolerance: ToleranceFile,
+    /// Tolerances at identified values; only in the file of an identified machine.
+    pub fitted: Option<FittedFile>,
 }
 
 /// The effect library: a file with effects only.

@@ -5,6 +5,8 @@ mod embedded;
 mod error;
 mod extent;
 mod file;
+mod fitted;
+mod identified;
 mod plausibility;
 mod read;
 mod rescale;
@@ -16,6 +18,7 @@ mod unit;
 
 pub use embedded::{BENCH, embedded_config};
 pub use error::ConfigError;
+pub use identified::{Found, machine_as_found};
 pub use read::{MachineConfig, Overrides, effect_library, read_machine, read_machine_text};
 pub use schema::{effects_schema, machine_schema};
 pub use template::MACHINE_TEMPLATE;

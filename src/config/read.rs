@@ -109,6 +109,7 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
     }
     let tolerance = file.tolerance.tolerance().map_err(in_file)?;
     let with_tolerance = file.tolerance.stated();
+    let fitted = file.fitted.take();
     let contained = std::mem::take(&mut file.effects);
     if file.point.is_empty() {
         return Err(content("describes no [[point]]; a machine needs at least one".into()));
@@ -139,6 +140,9 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
     let removed: Vec<&str> =
         effects.iter().filter(|e| without.contains(&e.id)).flat_map(|e| e.patch.parameters.iter().map(|p| p.id.as_str())).collect();
     let unused = machine.drop_unused_parameters();
+    if let Some(fitted) = fitted {
+        machine = fitted.applied(&machine, !without.is_empty()).map_err(in_file)?;
+    }
     let idle = unused
         .iter()
         .filter(|id| !removed.contains(&id.as_str()))
@@ -223,7 +227,7 @@ fn parse<T: DeserializeOwned>(path: &str, text: &str, overrides: Overrides<'_>) 
 }
 
 /// Returns the keys of a file as it states them, with overrides.
-fn stated_table(text: &str, overrides: Overrides<'_>) -> Result<toml::Table, ConfigError> {
+pub(super) fn stated_table(text: &str, overrides: Overrides<'_>) -> Result<toml::Table, ConfigError> {
     let mut table: toml::Table = toml::from_str(text).unwrap_or_default();
     overrides.iter().try_for_each(|given| set(&mut table, given))?;
     Ok(table)

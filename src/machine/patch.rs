@@ -139,11 +139,11 @@ impl Machine {
             .chain(levers)
     }
 
-    fn values(&self) -> impl Iterator<Item = &Value> {
+    pub(super) fn values(&self) -> impl Iterator<Item = &Value> {
         self.linear_values().chain(self.motion_values().into_iter().map(|(_, value)| value))
     }
 
-    fn values_mut(&mut self) -> impl Iterator<Item = &mut Value> {
+    pub(super) fn values_mut(&mut self) -> impl Iterator<Item = &mut Value> {
         let points = self.points.iter_mut().map(|p| &mut p.inertia);
         let shafts = self.shafts.iter_mut().flat_map(|s| {
             [

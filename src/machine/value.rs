@@ -52,15 +52,19 @@ pub enum Modifier {
     Added(usize),
     /// Subtracts p, but keeps at least a hundredth of x.
     Less(usize),
+    /// Multiplies by a number.
+    Scaled(f64),
+    /// Adds a number.
+    Shifted(f64),
 }
 
 impl Modifier {
-    /// Returns the index of the parameter on which it depends.
-    fn parameter(&self) -> usize {
-        *self.clone().parameter_mut()
+    /// Returns the index of the parameter on which it depends; `None` for one that changes x by a number.
+    fn parameter(&self) -> Option<usize> {
+        self.clone().parameter_mut().copied()
     }
 
-    fn parameter_mut(&mut self) -> &mut usize {
+    fn parameter_mut(&mut self) -> Option<&mut usize> {
         match self {
             Modifier::Relative(index)
             | Modifier::Times(index)
@@ -71,14 +75,27 @@ impl Modifier {
             | Modifier::With(index, _)
             | Modifier::InSeries(index)
             | Modifier::Less(index)
-            | Modifier::Added(index) => index,
+            | Modifier::Added(index) => Some(index),
+            Modifier::Scaled(_) | Modifier::Shifted(_) => None,
+        }
+    }
+
+    /// Returns the modifier with its parameter held at a number. `None` for one that tolerances do not use.
+    fn held_at(self, p: f64) -> Option<Modifier> {
+        match self {
+            Modifier::Relative(_) => Some(Modifier::Scaled(1.0 + p)),
+            Modifier::Times(_) => Some(Modifier::Scaled(p)),
+            Modifier::Added(_) => Some(Modifier::Shifted(p)),
+            _ => None,
         }
     }
 
     /// Returns the modified x and its derivatives with respect to x and to the parameter.
     fn apply(&self, x: f64, parameters: &[f64], operating: &Operating) -> (f64, f64, f64) {
-        let p = parameters[self.parameter()];
+        let p = self.parameter().map_or(0.0, |index| parameters[index]);
         match *self {
+            Modifier::Scaled(factor) => (x * factor, factor, 0.0),
+            Modifier::Shifted(by) => (x + by, 1.0, 0.0),
             Modifier::Relative(_) => (x * (1.0 + p), 1.0 + p, x),
             Modifier::Added(_) => (x + p, 1.0, 1.0),
             Modifier::Less(_) if p < 0.99 * x => (x - p, 1.0, -1.0),
@@ -190,7 +207,9 @@ impl Value {
         for (at, modifier) in self.modifiers.iter().enumerate() {
             let (next, _, with_parameter) = modifier.apply(x, parameters, operating);
             x = next;
-            each(modifier.parameter(), with_parameter * onward(at + 1, x));
+            if let Some(index) = modifier.parameter() {
+                each(index, with_parameter * onward(at + 1, x));
+            }
         }
     }
 
@@ -201,9 +220,26 @@ impl Value {
             Base::Parameter(index) => *index = moved[*index],
             Base::Series(springs) => Arc::make_mut(springs).iter_mut().for_each(|(_, spring)| spring.renumber(moved)),
         }
-        for modifier in &mut self.modifiers {
-            let index = modifier.parameter_mut();
+        for index in self.modifiers.iter_mut().filter_map(Modifier::parameter_mut) {
             *index = moved[*index];
+        }
+    }
+
+    /// Replaces parameters by numbers: `held` returns the number of each parameter that is held.
+    pub(super) fn hold(&mut self, held: &dyn Fn(usize) -> Option<f64>) {
+        match &mut self.base {
+            Base::Number(_) | Base::Contact(_) | Base::Segment(_) => {}
+            Base::Parameter(index) => {
+                if let Some(number) = held(*index) {
+                    self.base = Base::Number(number);
+                }
+            }
+            Base::Series(springs) => Arc::make_mut(springs).iter_mut().for_each(|(_, spring)| spring.hold(held)),
+        }
+        for modifier in &mut self.modifiers {
+            if let Some(number) = modifier.parameter().and_then(held).and_then(|p| modifier.held_at(p)) {
+                *modifier = number;
+            }
         }
     }
 
@@ -214,7 +250,7 @@ impl Value {
             Base::Parameter(index) => Box::new(std::iter::once(*index)),
             Base::Series(springs) => Box::new(springs.iter().flat_map(|(_, spring)| spring.depends_on())),
         };
-        Box::new(base.chain(self.modifiers.iter().map(Modifier::parameter)))
+        Box::new(base.chain(self.modifiers.iter().filter_map(Modifier::parameter)))
     }
 }
 

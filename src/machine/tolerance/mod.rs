@@ -4,6 +4,7 @@
 //! parameters, each with its prior. [`Machine::with_tolerances`] makes them parameters of the machine.
 
 mod guide;
+mod held;
 mod journal;
 mod number;
 mod nut;
@@ -46,6 +47,24 @@ pub struct Tolerance {
     /// Viscous damping (1/s) of the guide of the largest mass, over that mass, where the description states no joint between it and the ground: a
     /// half-normal distribution from 0 with this standard deviation.
     pub guide_damping: f64,
+}
+
+impl Tolerance {
+    /// All numbers as stated.
+    pub const NONE: Tolerance = Tolerance {
+        diameter: 0.0,
+        youngs_modulus: 0.0,
+        shear_modulus: 0.0,
+        end_diameters: 0.0,
+        nut_length: 0.0,
+        mass: 0.0,
+        inertia: 0.0,
+        loss_factor: 0.0,
+        loss_spread: 0.0,
+        loss_dispersion: 0.0,
+        loss_dispersion_sd: 0.0,
+        guide_damping: 0.0,
+    };
 }
 
 impl Default for Tolerance {
@@ -108,11 +127,14 @@ impl Machine {
     ///
     /// They are diameters and moduli of shafts, journals at their ends, the length of nuts at `nuts_m` (m), and the largest mass and
     /// inertia. Loss factors of joints and shafts, their dispersion, the integral action of a holding servo, and the damping of a guide that the
-    /// description lacks follow. Tolerances of 0 are omitted: their numbers stay fixed.
+    /// description lacks follow. Tolerances of 0 are omitted: their numbers stay fixed; with [`Tolerance::NONE`] all do.
     ///
     /// # Errors  none for a machine that was checked.
     pub fn with_tolerances(&self, nuts_m: &[f64]) -> Result<Machine, MachineError> {
         let known = self.tolerance;
+        if known == Tolerance::NONE {
+            return Ok(self.clone());
+        }
         let mut patch = Patch::default();
         let mut add = |target: Target, rescale: Rescale, parameter: Parameter| {
             patch.rescales.push((target, rescale, parameter.id.clone()));
@@ -137,8 +159,8 @@ impl Machine {
                 add(Target::ShaftLossFactor(name.clone()), Rescale::Replace, parameter);
             }
         }
-        // A joint between a rotation and the ground is a holding servo: a controller has no hysteresis.
-        let is_servo = |j: &Joint| matches!(j.on[..], [(point, _)] if self.points[point].motion == PointMotion::Rotation);
+        // A controller has no hysteresis.
+        let is_servo = |j: &Joint| self.is_servo(j);
         let is_spring = |j: &&Joint| j.on.len() > 1 || j.stiffness.depends_on().next().is_some();
         for joint in self.joints.iter().filter(is_spring).filter(|j| !is_servo(j)) {
             if let Some(median) = self.loss_median(&joint.loss_factor, known.loss_factor) {
@@ -189,7 +211,7 @@ impl Machine {
     }
 
     /// Returns the point with the largest inertia of a kind.
-    fn largest(&self, motion: PointMotion) -> Option<usize> {
+    pub(super) fn largest(&self, motion: PointMotion) -> Option<usize> {
         let size = |at: &usize| size(&self.points[*at].inertia, self);
         let own = (0..self.points.len()).filter(|at| self.points[*at].motion == motion && size(at) > 0.0);
         own.max_by(|a, b| size(a).total_cmp(&size(b)))

@@ -1,0 +1,93 @@
+//! Text of an identified machine: the description with parameters at identified values, tolerances held, and effects added.
+
+use std::collections::BTreeMap;
+
+use super::error::ConfigError;
+use super::read::{MachineConfig, Overrides, read_machine_text, stated_table};
+use machine::{FitRule, Parameter, Prior, Scale};
+
+/// What an identification or a diagnosis found about a machine.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Found {
+    /// Values of the parameters, by id.
+    pub values: BTreeMap<String, f64>,
+    /// Nut positions (m) of the set, and values of the tolerances by name; `None` where tolerances were not fitted along.
+    pub tolerances: Option<(Vec<f64>, BTreeMap<String, f64>)>,
+    /// Ids of effects to add.
+    pub effects: Vec<String>,
+    /// Whether the measurement set that the description names stays named.
+    pub keeps_measurements: bool,
+}
+
+/// Returns the description of a machine as found, overrides included: text that [`read_machine_text`] reads.
+///
+/// `heading` becomes a comment. Comments of the description are lost, its descriptions and sources of parameters stay.
+///
+/// # Errors  an effect is unknown or does not apply; a value is missing.
+pub fn machine_as_found(config: &MachineConfig, overrides: Overrides<'_>, found: &Found, heading: &str) -> Result<String, ConfigError> {
+    let content = |fault: String| ConfigError::Content { path: config.path.clone(), fault };
+    let mut table = stated_table(&config.text, overrides)?;
+    if !found.keeps_measurements {
+        table.remove("measurements");
+    }
+    let effects: Vec<toml::Value> = config.machine.effects.iter().chain(&found.effects).cloned().map(toml::Value::String).collect();
+    if effects.is_empty() {
+        table.remove("effects");
+    } else {
+        table.insert("effects".into(), effects.into());
+    }
+    let text = |table: &toml::Table| toml::to_string(table).map_err(|e| content(format!("the machine cannot be written as TOML: {e}")));
+    // Ranges of added parameters are those of the description, where it states them, else those of the library.
+    let machine = read_machine_text(&config.path, &text(&table)?, &[], &[])?.machine;
+    let parameters = table.entry("parameter").or_insert_with(|| toml::Table::new().into());
+    let parameters = parameters.as_table_mut().ok_or_else(|| content("parameter is no table".into()))?;
+    parameters.retain(|id, _| machine.parameter(id).is_some());
+    for parameter in &machine.parameters {
+        let value = found.values.get(&parameter.id).ok_or_else(|| content(format!("the result has no parameter «{}»", parameter.id)))?;
+        parameters.insert(parameter.id.clone(), entry(parameter, *value).into());
+    }
+    if parameters.is_empty() {
+        table.remove("parameter");
+    }
+    // Tolerances that are held already stay as they are.
+    if let Some((nuts_m, values)) = found.tolerances.as_ref().filter(|_| !table.contains_key("fitted")) {
+        let numbers: toml::Table = values.iter().map(|(name, value)| (name.clone(), (*value).into())).collect();
+        let mut fitted = toml::Table::new();
+        fitted.insert("nuts_m".into(), nuts_m.iter().map(|x| toml::Value::Float(*x)).collect::<Vec<_>>().into());
+        fitted.insert("tolerances".into(), numbers.into());
+        table.insert("fitted".into(), fitted.into());
+    }
+    let heading: String = heading.lines().map(|line| format!("# {line}\n")).collect();
+    let text = heading + "\n" + &text(&table)?;
+    // What is written is read back: a file that no command reads must not come out.
+    read_machine_text(&config.path, &text, &[], &[])?;
+    Ok(text)
+}
+
+/// Returns the configuration of a parameter in SI units, starting at a value.
+fn entry(parameter: &Parameter, value: f64) -> toml::Table {
+    let Parameter { unit, lower, upper, scale, fit, prior, source, description, .. } = parameter;
+    let mut table = toml::Table::new();
+    let mut put = |key: &str, value: toml::Value| {
+        table.insert(key.into(), value);
+    };
+    put("unit", unit.clone().into());
+    put("start", value.clamp(*lower, *upper).into());
+    put("lower", (*lower).into());
+    put("upper", (*upper).into());
+    put("scale", if *scale == Scale::Logarithmic { "logarithmic" } else { "linear" }.into());
+    match fit {
+        FitRule::Always => {}
+        FitRule::Frf => put("fit", "frf".into()),
+        FitRule::Never => put("fit", "never".into()),
+    }
+    if let Some(Prior::Normal(sd)) = prior {
+        put("sd", (*sd).into());
+    }
+    for (key, text) in [("source", source), ("description", description)] {
+        if !text.is_empty() {
+            put(key, text.clone().into());
+        }
+    }
+    table
+}
