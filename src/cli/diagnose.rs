@@ -1,16 +1,18 @@
 //! `jointid diagnose`: the effect that the model lacks, where, and what it closes.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::arguments::{OutputArguments, SearchArguments, Sources, SplitArguments};
 use crate::long_work::{finish, on_threads, resumable};
-use crate::message::shown;
-use crate::outcome::{CommandResult, deliver, prepare, warn};
+use crate::message::{shown, to_message};
+use crate::outcome::{CommandResult, Outcome, deliver, prepare, prepare_file, print_out, warn, write_announced};
 use crate::progress::WorkProgress;
 use crate::search::settings;
-use report::diagnosis::diagnosis_text;
+use crate::terminal;
+use report::diagnosis::{DiagnosisDocument, diagnosis_text};
 use report::record::motion_diagnosis_text;
-use study::{Ablation, DiagnosisRequest, NullCache};
+use report::{OutputFolder, identification_text, to_json};
+use study::{Ablation, DiagnosisRequest, NullCache, Study};
 
 /// A part of the method that can be disabled.
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
@@ -62,6 +64,9 @@ pub struct DiagnoseArguments {
     /// Parts of the method to disable, comma-separated
     #[arg(long, value_name = "PARTS", value_delimiter = ',')]
     pub ablate: Vec<MethodPart>,
+    /// Machine file to write where the verdict names one effect: the machine with it, which is then identified
+    #[arg(long, value_name = "FILE")]
+    pub apply: Option<PathBuf>,
     #[command(flatten)]
     pub search: SearchArguments,
     #[command(flatten)]
@@ -83,6 +88,7 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
         },
         ablated: given.ablate.iter().map(|part| part.ablation()).collect(),
     };
+    let target = given.apply.as_deref().map(|path| prepare_file(path, "--apply")).transpose()?;
     let folder = prepare(&given.output)?;
     let progress = WorkProgress::begin(given.output.quiet, "diagnose");
     let study = resumable(study, &given.output, folder.as_ref(), &progress, &format!("diagnose {request:?}"))?;
@@ -96,5 +102,45 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
         if document.motion.is_some() { motion_diagnosis_text(&document) } else { diagnosis_text(&document) }
     );
     deliver(&given.output, folder.as_ref(), "diagnosis.json", &document, &text)?;
-    Ok(finish(&given.output, study.control(), document.stamp.complete))
+    match (finish(&given.output, study.control(), document.stamp.complete), &given.apply, &target) {
+        (Outcome::Done, Some(path), Some(target)) => apply(given, &study, &document, (path, target), folder.as_ref()),
+        (ended, _, _) => Ok(ended),
+    }
+}
+
+/// Writes the machine with the effect that the verdict names, and identifies it. The diagnosis is delivered already.
+fn apply(
+    given: &DiagnoseArguments,
+    study: &Study,
+    diagnosis: &DiagnosisDocument,
+    (path, (target, name)): (&Path, &(OutputFolder, String)),
+    folder: Option<&OutputFolder>,
+) -> CommandResult {
+    let text = match study.machine_of_diagnosis(diagnosis) {
+        Ok(text) => text,
+        Err(fault) => {
+            terminal::warning(&format!("--apply: {fault}"));
+            return Ok(Outcome::LimitNotMet);
+        }
+    };
+    write_announced(&given.output, target, &[(name, &text)])?;
+    let applied = study.with_machine_file(&path.display().to_string()).map_err(shown)?;
+    let progress = WorkProgress::searches(given.output.quiet, "identify", applied.settings().repeats);
+    let applied = resumable(applied, &given.output, folder, &progress, "identify")?;
+    let ran = on_threads(given.search.threads, || applied.identify())?;
+    progress.end();
+    let document = match ran {
+        Err(error) if error.is_stop() => return Ok(finish(&given.output, applied.control(), false)),
+        made => made.map_err(shown)?,
+    };
+    warn(&given.output, &document.stamp.warnings);
+    if let Some(folder) = folder {
+        let json = to_json(&document).map_err(to_message)?;
+        write_announced(&given.output, folder, &[("identification.json", &json)])?;
+    }
+    if !given.output.json {
+        let derived: Vec<String> = applied.machine().derived.iter().map(|d| d.name.clone()).collect();
+        print_out(&format!("\n{}", identification_text(&applied.machine().title, &document, &derived)))?;
+    }
+    Ok(finish(&given.output, applied.control(), document.stamp.complete))
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use crate::arguments::QuantityName;
 use crate::message::{shown, to_message};
-use crate::outcome::{CommandResult, Outcome, print_out};
+use crate::outcome::{CommandResult, Outcome, prepare_file, print_out};
 use crate::terminal;
 use report::{OutputFolder, wrapped};
 use study::{ImportRequest, read_set};
@@ -151,13 +151,9 @@ fn nut_positions(given: &[String]) -> Result<BTreeMap<String, f64>, String> {
 /// Writes the FRFs of a set as a universal file.
 pub fn export(given: &ExportArguments) -> CommandResult {
     let set = read_set(&given.measurements).map_err(shown)?;
-    let folder = match given.out.parent().filter(|p| !p.as_os_str().is_empty()) {
-        Some(parent) => parent.to_path_buf(),
-        None => PathBuf::from("."),
-    };
     let exported = study::export(&set, given.binary).map_err(shown)?;
-    let name = given.out.file_name().and_then(|n| n.to_str()).ok_or_else(|| format!("--out {}: name a file", given.out.display()))?;
-    OutputFolder::prepare(&folder).map_err(to_message)?.write(name, &exported.bytes).map_err(to_message)?;
+    let (folder, name) = prepare_file(&given.out, "--out")?;
+    folder.write(&name, &exported.bytes).map_err(to_message)?;
     exported.notes.iter().for_each(|n| terminal::warning(n));
     print_out(&format!("{} FRFs written to {}\n", exported.frfs, given.out.display()))?;
     Ok(Outcome::Done)

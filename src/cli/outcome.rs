@@ -74,6 +74,16 @@ pub fn write_announced(output: &OutputArguments, folder: &OutputFolder, files: &
     Ok(())
 }
 
+/// Checks that a file can be written. Returns its folder and its name.
+pub fn prepare_file(path: &Path, argument: &str) -> Result<(OutputFolder, String), String> {
+    let folder = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let name = path.file_name().and_then(|name| name.to_str()).ok_or_else(|| format!("{argument} {}: name a file", path.display()))?;
+    if path.is_dir() {
+        return Err(format!("{argument} {}: is a folder; name a file", path.display()));
+    }
+    Ok((OutputFolder::prepare(folder).map_err(to_message)?, name.into()))
+}
+
 /// Prints to stdout, hidden characters escaped; a closed pipe is no error.
 pub fn print_out(text: &str) -> Result<(), String> {
     let text = printable(text);

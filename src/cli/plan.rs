@@ -6,7 +6,7 @@ use crate::arguments::{OutputArguments, RodArguments, Sources, band};
 use crate::message::shown;
 use crate::outcome::{CommandResult, deliver, prepare, used, warn};
 use report::plan_table;
-use study::{PlanRequest, PlannedData, Settings};
+use study::{PlanRequest, PlannedData, Settings, read_diagnosis};
 
 /// Kinds of data, by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -37,6 +37,15 @@ pub struct PlanArguments {
     /// Channels to choose from, response/excitation, comma-separated; that of the set by default
     #[arg(long, value_name = "POINT/POINT", value_delimiter = ',')]
     pub channels: Vec<String>,
+    /// Operating states to choose from, comma-separated: as-is, servo-off, mass=KG, level=N
+    #[arg(long, value_name = "STATES", value_delimiter = ',')]
+    pub states: Vec<String>,
+    /// Nut positions (m), comma-separated: rank by the intervals of the natural frequencies predicted there
+    #[arg(long, value_name = "M", value_delimiter = ',', allow_negative_numbers = true)]
+    pub predict_at: Vec<f64>,
+    /// diagnosis.json with an ambiguous verdict: rank by the probability that the measurements settle it
+    #[arg(long, value_name = "FILE")]
+    pub diagnosis: Option<PathBuf>,
     /// Relative standard deviation of an FRF line
     #[arg(long, value_name = "SHARE", default_value_t = 0.02)]
     pub noise: f64,
@@ -77,6 +86,9 @@ pub fn run(given: &PlanArguments) -> CommandResult {
         choose: given.choose.iter().copied().map(usize::from).collect(),
         measured: given.measured.clone(),
         channels: given.channels.clone(),
+        states: given.states.clone(),
+        predict_at_m: given.predict_at.clone(),
+        diagnosis: given.diagnosis.as_deref().map(read_diagnosis).transpose().map_err(shown)?.map(|(found, file)| (found, Some(file))),
         noise: given.noise,
         band_hz: band(&given.band, "5,1000")?,
         lines: usize::from(given.lines),

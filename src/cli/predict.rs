@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::arguments::{OutputArguments, band, opened};
 use crate::long_work::{on_threads, stop_flag};
 use crate::message::shown;
-use crate::outcome::{CommandResult, Outcome, deliver_with, prepare, used, warn};
+use crate::outcome::{CommandResult, Outcome, deliver_with, prepare, prepare_file, used, warn, write_announced};
 use crate::progress::WorkProgress;
 use report::{predicted_frfs_csv, prediction_csv, prediction_text};
 use study::simulation::Place;
@@ -41,6 +41,9 @@ pub struct PredictArguments {
     /// Number of threads, which does not change the result; all cores by default
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
+    /// Machine file to write: parameters at their estimates, tolerances as fitted
+    #[arg(long, value_name = "FILE")]
+    pub machine_out: Option<PathBuf>,
     #[command(flatten)]
     pub output: OutputArguments,
 }
@@ -71,8 +74,17 @@ pub fn run(given: &PredictArguments) -> CommandResult {
         Err(StudyError::Stopped) => return Ok(Outcome::Stopped),
         ran => ran.map_err(shown)?,
     };
-    // The folder is made after all checks: nothing is written for a result that is refused.
+    // Folders are made after all checks: nothing is written for a result that is refused.
+    let machine = given.machine_out.as_deref().map(|path| {
+        let text = study.machine_of_identification(&identified, &given.result.display().to_string()).map_err(shown)?;
+        let (folder, name) = prepare_file(path, "--machine-out")?;
+        Ok::<_, String>((folder, name, text))
+    });
+    let machine = machine.transpose()?;
     let folder = prepare(&given.output)?;
+    if let Some((folder, name, text)) = &machine {
+        write_announced(&given.output, folder, &[(name, text)])?;
+    }
     warn(&given.output, &document.stamp.warnings);
     let text = used(&study, &given.result) + &prediction_text(&study.machine().title, &document);
     let tables = [("prediction.csv", Some(prediction_csv(&document))), ("prediction-frf.csv", predicted_frfs_csv(&document))];

@@ -103,7 +103,7 @@ const LEAST_GENERIC: f64 = 16.0;
 const PENALTY: f64 = 8.0;
 /// Difference of χ² within which candidates are indistinguishable (error rate 7 %). The second adds a share of the best reduction of χ² for the error
 /// of the model, for FRFs at most the misfit beyond null simulations.
-const EQUIVALENT: f64 = 9.0;
+pub const EQUIVALENT: f64 = 9.0;
 const MODEL_ERROR: f64 = 0.1;
 /// Least reduction of χ² by a rival, as a share of that by the best candidate.
 const RIVAL_REDUCTION: f64 = 0.5;

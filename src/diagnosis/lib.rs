@@ -22,7 +22,7 @@ mod verdict;
 
 pub use bootstrap::closed_interval;
 pub use cross_validation::cross_validation;
-pub use decision::{Diagnosis, DiagnosisSettings, TriedEffect, TriedLocation, closed, diagnose};
+pub use decision::{Diagnosis, DiagnosisSettings, EQUIVALENT, TriedEffect, TriedLocation, closed, diagnose};
 pub use evidence::{Domain, DomainObjective, PartialGap, floor_over, gap_over, gaps, gaps_by_mode, share_closed};
 pub use fit::{Ablation, Fitted, Fitter, at_start, coordinates_of, values_of};
 pub use hypothesis::{Amplitudes, Hypothesis, HypothesisKind, Shape, interfaces};

@@ -7,10 +7,10 @@ use nalgebra::DMatrix;
 use super::uncertainty::{NARROWING, RANGE_SD, certainty};
 use crate::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings, ModeSquares, ObjectiveError, VISIBLE};
 use dynamics::model::{PeakSearch, Structure, peaks};
-use machine::{Chain, Machine, Operating, ParameterValues};
+use machine::{Chain, Machine, Operating, ParameterValues, State};
 use measurement::{Condition, Frf, FrfLine, FrfNoise, MeasurementSet, ModeObservation, ModeTable, Quantity};
 use numeric::unit::omega_rad_s;
-use optimizer::LeastSquares;
+use optimizer::{LeastSquares, NormalEquations};
 
 /// A candidate measurement.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,6 +19,8 @@ pub struct PlannedMeasurement {
     pub position: Option<usize>,
     /// Point that responds and point that is excited.
     pub channel: (String, String),
+    /// Operating state.
+    pub state: State,
     /// Information JᵀJ that it adds, in the unit intervals of the free parameters and, last, of an unknown gain.
     pub information: DMatrix<f64>,
 }
@@ -32,6 +34,8 @@ pub struct Choice {
     pub sd: Vec<f64>,
     /// Geometric mean over the parameters of posterior over prior standard deviation (1); 1 if the measurements add no information.
     pub score: f64,
+    /// Root mean square of the relative standard deviations of the numbers to predict (1); `None` where nothing is to be predicted.
+    pub prediction_sd: Option<f64>,
 }
 
 impl Choice {
@@ -50,6 +54,8 @@ pub struct PlanDesign {
     pub free: Vec<usize>,
     /// Prior information on each of them (`sd` of the machine's parameters).
     pub prior_information: Vec<f64>,
+    /// Numbers to predict: derivatives of their logarithms with respect to the unit intervals of the parameters. Empty: the parameters alone count.
+    pub predicted: Vec<Vec<f64>>,
 }
 
 /// Noise and lines of a planned FRF measurement.
@@ -64,43 +70,40 @@ pub struct FrfPlan {
 }
 
 impl PlanDesign {
-    /// Plans FRFs of the given channels at all positions of a set, predicted by the machine with the given parameter values.
+    /// Plans FRFs of the given channels at all positions of a set and in the given states, predicted by the machine with the given parameter values.
     ///
-    /// # Errors  as [`FrfObjective::new`].
+    /// # Errors  as [`FrfObjective::new`]; the machine has no such state.
     pub fn of_frfs(
         machine: &Machine,
         values: &ParameterValues,
         set: &MeasurementSet,
-        channels: &[(String, String)],
+        among: (&[(String, String)], &[State]),
         plan: FrfPlan,
         settings: FrfSettings,
         frozen: &[String],
     ) -> Result<Self, ObjectiveError> {
-        let mut made = set.clone();
-        made.frfs.clear();
-        made.split = None;
-        let mut places: Vec<(Option<usize>, Option<f64>)> = set.positions.iter().enumerate().map(|(at, p)| (Some(at), p.nut_m)).collect();
-        if places.is_empty() {
-            places.push((None, None));
-        }
-        for place in places {
-            for (response, excitation) in channels {
-                made.frfs.push(predicted_frf(machine, values, place, (response, excitation), plan)?);
-            }
-        }
-        let mut design = PlanDesign { candidates: Vec::new(), free: Vec::new(), prior_information: Vec::new() };
+        let (made, in_states) = planned_frfs(machine, values, set, among, plan)?;
+        let mut design = PlanDesign::empty();
         let Ok((all, _)) = made.split(None, &[]) else { return Ok(design) };
-        for (index, frf) in made.frfs.iter().enumerate() {
+        let mut found = Vec::new();
+        for (index, (_, machine)) in (0..made.frfs.len()).zip(in_states.iter().cycle()) {
             let fit = all.with_frfs(|at| at == index);
             let objective = FrfObjective::new(machine, &fit, settings, frozen)?;
             let place = coordinates_of(machine, &objective.free, values, objective.estimates_gain());
-            design.free.clone_from(&objective.free);
+            let prior = prior_information(machine, &objective.free, values);
+            let normal = objective.normal(&place);
+            found.push((NormalEquations { information: without_prior(normal.information, &prior), ..normal }, objective.free.clone()));
+        }
+        // A state may leave a parameter without effect, which is then no coordinate of its objective.
+        design.free = union(found.iter().map(|(_, free)| &free[..]));
+        design.prior_information = prior_information(machine, &design.free, values);
+        for ((frf, (normal, free)), (state, _)) in made.frfs.iter().zip(found).zip(in_states.iter().cycle()) {
             design.candidates.push(PlannedMeasurement {
                 position: frf.position,
                 channel: (frf.response.clone(), frf.excitation.clone()),
-                information: without_prior(objective.normal(&place).information, &prior_information(machine, &objective.free, values)),
+                state: *state,
+                information: embedded(&normal, &free, &design.free).information,
             });
-            design.prior_information = prior_information(machine, &objective.free, values);
         }
         Ok(design)
     }
@@ -141,7 +144,7 @@ impl PlanDesign {
             table.positions.push(visible.enumerate().map(observed).collect());
         }
         made.modes = Some(table);
-        let mut design = PlanDesign { candidates: Vec::new(), free: Vec::new(), prior_information: Vec::new() };
+        let mut design = PlanDesign::empty();
         let Ok((all, _)) = made.split(None, &[]) else { return Ok(design) };
         for position in 0..set.positions.len() {
             let fit = all.with_positions(|at| at == position);
@@ -150,7 +153,12 @@ impl PlanDesign {
             design.free.clone_from(&objective.free);
             design.prior_information = prior_information(machine, &objective.free, values);
             let information = without_prior(ModeSquares::new(&objective, None).normal(&place).information, &design.prior_information);
-            design.candidates.push(PlannedMeasurement { position: Some(position), channel: channel.clone(), information });
+            design.candidates.push(PlannedMeasurement {
+                position: Some(position),
+                channel: channel.clone(),
+                state: State::Described,
+                information,
+            });
         }
         Ok(design)
     }
@@ -161,12 +169,20 @@ impl PlanDesign {
         let mut information = DMatrix::zeros(size, size);
         which.iter().for_each(|i| information += &self.candidates[*i].information);
         self.prior_information.iter().enumerate().for_each(|(column, prior)| information[(column, column)] += prior);
-        let sd: Vec<f64> = certainty(&information, 1.0, &[]).sd.into_iter().take(self.free.len()).collect();
+        let found = certainty(&information, 1.0, &[]);
+        let variance = |slopes: &Vec<f64>| -> f64 {
+            let term =
+                |(row, a): (usize, &f64)| slopes.iter().enumerate().map(|(column, b)| a * b * found.covariance[(row, column)]).sum::<f64>();
+            slopes.iter().enumerate().map(term).sum()
+        };
+        let mean = self.predicted.iter().map(variance).sum::<f64>() / self.predicted.len() as f64;
+        let sd: Vec<f64> = found.sd.into_iter().take(self.free.len()).collect();
         let score = (sd.iter().map(|s| (s / RANGE_SD).ln()).sum::<f64>() / sd.len().max(1) as f64).exp();
-        Choice { candidates: which.to_vec(), sd, score }
+        Choice { candidates: which.to_vec(), sd, score, prediction_sd: (!self.predicted.is_empty()).then(|| mean.max(0.0).sqrt()) }
     }
 
-    /// Ranks all choices of `count` candidates in addition to the measurements `made`; the least remaining uncertainty comes first.
+    /// Ranks all choices of `count` candidates in addition to the measurements `made`. The least remaining uncertainty comes first: that of the numbers
+    /// to predict, where there are any, else that of the parameters.
     pub fn ranking(&self, made: &[usize], count: usize) -> Vec<Choice> {
         let open: Vec<usize> = (0..self.candidates.len()).filter(|i| !made.contains(i)).collect();
         let mut choices: Vec<Choice> = subsets(&open, count)
@@ -176,8 +192,13 @@ impl PlanDesign {
                 Choice { candidates: added, ..self.choice(&all) }
             })
             .collect();
-        choices.sort_by(|a, b| a.score.total_cmp(&b.score));
+        let rank = |choice: &Choice| choice.prediction_sd.unwrap_or(choice.score);
+        choices.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
         choices
+    }
+
+    fn empty() -> Self {
+        PlanDesign { candidates: Vec::new(), free: Vec::new(), prior_information: Vec::new(), predicted: Vec::new() }
     }
 
     /// Returns the number of choices of `count` candidates in addition to `made`.
@@ -187,8 +208,27 @@ impl PlanDesign {
     }
 }
 
+/// Returns the parameters of all objectives, each once, in ascending order.
+pub(super) fn union<'f>(all: impl Iterator<Item = &'f [usize]>) -> Vec<usize> {
+    all.flatten().copied().collect::<std::collections::BTreeSet<usize>>().into_iter().collect()
+}
+
+/// Returns normal equations of some parameters, and of a gain where there is one, as those of more parameters. The gain stays last.
+pub(super) fn embedded(normal: &NormalEquations, own: &[usize], all: &[usize]) -> NormalEquations {
+    let gains = normal.gradient.len() - own.len();
+    let columns: Vec<usize> =
+        own.iter().map(|index| all.partition_point(|other| other < index)).chain(all.len()..all.len() + gains).collect();
+    let mut whole = NormalEquations::zero(all.len() + gains);
+    whole.chi_square = normal.chi_square;
+    for (row, i) in columns.iter().enumerate() {
+        whole.gradient[*i] = normal.gradient[row];
+        columns.iter().enumerate().for_each(|(column, j)| whole.information[(*i, *j)] = normal.information[(row, column)]);
+    }
+    whole
+}
+
 /// Returns the prior information on each free parameter, in its unit interval.
-fn prior_information(machine: &Machine, free: &[usize], values: &ParameterValues) -> Vec<f64> {
+pub(super) fn prior_information(machine: &Machine, free: &[usize], values: &ParameterValues) -> Vec<f64> {
     let of = |i: &usize| {
         let parameter = &machine.parameters[*i];
         parameter.prior.map_or(0.0, |prior| (parameter.unit_slope(values[*i]) * prior.slope(values[*i])).powi(2))
@@ -212,15 +252,41 @@ fn structure(machine: &Machine, channel: &(String, String), rods: dynamics::mode
     Ok(Arc::new(Structure::new(machine, named(&channel.0)?, named(&channel.1)?, rods)?))
 }
 
+/// Returns the set with the FRFs of all positions, channels and states as predicted, the states innermost; and each state with its machine.
+pub(super) fn planned_frfs(
+    machine: &Machine,
+    values: &ParameterValues,
+    set: &MeasurementSet,
+    (channels, states): (&[(String, String)], &[State]),
+    plan: FrfPlan,
+) -> Result<(MeasurementSet, Vec<(State, Machine)>), ObjectiveError> {
+    let mut made = set.clone();
+    made.frfs.clear();
+    made.split = None;
+    let mut places: Vec<(Option<usize>, Option<f64>)> = set.positions.iter().enumerate().map(|(at, p)| (Some(at), p.nut_m)).collect();
+    if places.is_empty() {
+        places.push((None, None));
+    }
+    let in_states = states.iter().map(|state| Ok((*state, machine.in_state(*state)?))).collect::<Result<Vec<_>, ObjectiveError>>()?;
+    for place in places {
+        for (response, excitation) in channels {
+            for (state, machine) in &in_states {
+                made.frfs.push(predicted_frf(machine, values, (place, *state), (response, excitation), plan)?);
+            }
+        }
+    }
+    Ok((made, in_states))
+}
+
 fn predicted_frf(
     machine: &Machine,
     values: &ParameterValues,
-    (position, nut_m): (Option<usize>, Option<f64>),
+    ((position, nut_m), state): ((Option<usize>, Option<f64>), State),
     (response, excitation): (&String, &String),
     plan: FrfPlan,
 ) -> Result<Frf, ObjectiveError> {
     let structure = structure(machine, &(response.clone(), excitation.clone()), dynamics::model::RodModel::Exact)?;
-    let operating = Operating { nut_m, ..Operating::default() };
+    let operating = Operating { nut_m, level_n: state.level_n(), ..Operating::default() };
     machine.check_operating("plan", &operating)?;
     let (mut model, mut work) = (structure.empty_model(), structure.workspace());
     model.update(machine, values, &operating);
@@ -240,7 +306,7 @@ fn predicted_frf(
         response: response.clone(),
         excitation: excitation.clone(),
         quantity: Quantity::Receptance,
-        condition: Condition::default(),
+        condition: Condition { force_level_n: state.level_n(), ..Condition::default() },
         averages: None,
         source: format!("plan: {response}/{excitation}"),
         lines,
@@ -249,7 +315,7 @@ fn predicted_frf(
 }
 
 /// Returns the unit-cube coordinates of parameter values, with an unknown gain in the middle of its range.
-fn coordinates_of(machine: &Machine, free: &[usize], values: &ParameterValues, gain: bool) -> Vec<f64> {
+pub(super) fn coordinates_of(machine: &Machine, free: &[usize], values: &ParameterValues, gain: bool) -> Vec<f64> {
     let mut place: Vec<f64> = free.iter().map(|i| machine.parameters[*i].to_unit(values[*i])).collect();
     place.extend(gain.then_some(0.5));
     place
@@ -287,12 +353,14 @@ mod tests {
         let candidate = |(position, d): (usize, &[f64; 2])| PlannedMeasurement {
             position: Some(position),
             channel: ("a".into(), "a".into()),
+            state: State::Described,
             information: DMatrix::from_diagonal(&nalgebra::DVector::from_row_slice(d)),
         };
         PlanDesign {
             candidates: informations.iter().enumerate().map(candidate).collect(),
             free: vec![0, 1],
             prior_information: vec![0.0, 0.0],
+            predicted: Vec::new(),
         }
     }
 
@@ -305,9 +373,33 @@ mod tests {
     }
 
     #[test]
+    fn limit_embedded_equations_keep_their_numbers() {
+        let mut own = NormalEquations::zero(3);
+        own.chi_square = 7.0;
+        own.gradient.copy_from_slice(&[1.0, 2.0, 3.0]);
+        own.information = DMatrix::from_fn(3, 3, |i, j| (10 * i + j) as f64);
+        assert_eq!(union([&[1, 5][..], &[2, 5]].into_iter()), [1, 2, 5]);
+        let whole = embedded(&own, &[1, 5], &[1, 2, 5]);
+        assert_eq!((whole.chi_square, whole.gradient.as_slice()), (7.0, &[1.0, 0.0, 2.0, 3.0][..]));
+        assert_eq!((whole.information[(3, 2)], whole.information[(2, 0)], whole.information[(1, 1)]), (21.0, 10.0, 0.0));
+    }
+
+    #[test]
     fn measured_candidates_are_not_ranked_again() {
         let ranking = design(&[[1e6, 0.0], [1e6, 0.0], [0.0, 1e6]]).ranking(&[0], 1);
         assert_eq!(ranking[0].candidates, [2]);
         assert_eq!(ranking.len(), 2);
+    }
+
+    /// What is predicted depends on the second parameter alone, with a known interval.
+    #[test]
+    fn limit_predictions_decide_the_ranking_where_they_are_named() {
+        let of_second = PlanDesign { predicted: vec![vec![0.0, 0.5]], ..design(&[[1e8, 1e2], [0.0, 1e4]]) };
+        let ranking = of_second.ranking(&[], 1);
+        assert_eq!(ranking[0].candidates, [1]);
+        assert!(ranking[0].score > ranking[1].score);
+        // Information 1e4 and that of the range, 12.
+        let sd = 0.5 / (1e4_f64 + 12.0).sqrt();
+        assert!((ranking[0].prediction_sd.unwrap() / sd - 1.0).abs() < 1e-9, "{ranking:?}");
     }
 }

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::certainty::{BasinRow, BootstrapRow, CombinationRow, PosteriorRow, RepeatRow, SearchRow, ToleranceRow};
 use super::motion_row::{CurveRow, MotionRecordRow, PreprocessingRow};
 pub use super::parameter::ParameterRow;
+pub use super::plan::{ChoiceRow, PlanDocument, PlanRanking};
 use super::prediction::NaturalMode;
 pub use super::provenance::{Input, MachineText, Stamp};
 
@@ -418,46 +419,6 @@ pub struct PeaksDocument {
     pub modes: Vec<PeakModeRow>,
     /// Modal fits by record.
     pub fits: BTreeMap<String, PeakFitRow>,
-}
-
-/// One choice of further measurements.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct ChoiceRow {
-    /// Names of the measurements to make: position, channel (`RESPONSE/EXCITATION`), or both.
-    pub measure: Vec<String>,
-    /// Geometric mean over parameters of standard deviation after the measurement over that of the plausible range (1).
-    pub score: f64,
-    /// Ids of the identifiable parameters.
-    pub determined: Vec<String>,
-    /// Half width of the 95 % interval by parameter id, in the unit of the parameter.
-    pub half_width95: BTreeMap<String, f64>,
-}
-
-/// Ranking of all choices of a given number of measurements.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct PlanRanking {
-    /// Number of measurements in each choice.
-    pub count: usize,
-    /// Rank (from 1) of the split stated in the measurement set; absent where it is not among the choices.
-    pub split_rank: Option<usize>,
-    /// Choices in ascending score.
-    pub choices: Vec<ChoiceRow>,
-}
-
-/// Plan of further measurements (`plan.json`).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct PlanDocument {
-    /// Schema, inputs, overrides and warnings of the document.
-    #[serde(flatten)]
-    pub stamp: Stamp,
-    /// Kind of measurement: `frf` or `modes`.
-    pub data: String,
-    /// Names of the measurements already made.
-    pub measured: Vec<String>,
-    /// Ids of the parameters to identify.
-    pub parameters: Vec<String>,
-    /// Rankings, one for each number of measurements.
-    pub rankings: Vec<PlanRanking>,
 }
 
 /// Predicted FRFs (`frf.json`).

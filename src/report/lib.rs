@@ -20,6 +20,7 @@ mod motion_text;
 pub mod order;
 pub mod page;
 mod parameter;
+mod plan;
 pub mod prediction;
 mod provenance;
 pub mod published;
@@ -44,13 +45,14 @@ pub use identification::{comparison_text, identification_text, validation_text};
 pub use loops_text::{bode_text, circles_text, gain_text, hold_gains_text, hold_text};
 pub use motion_text::{motion_csv, motion_summary};
 pub use numeric::digest::digest;
+pub use plan::plan_table;
 pub use prediction::{natural_frequencies_text, predicted_frfs_csv, prediction_csv, prediction_text};
 pub use published_text::{published_markdown, published_text};
 pub use schema::{SCHEMAS, schema};
 pub use simulation_text::{frfs_csv, matrices_text, modes_text, sensitivity_text, sweep_text};
 pub use table::{
     bootstrap_table, derived_table, frfs_table, gap_summary_table, gaps_table, moved_tolerances, objectives_table, parameters_table,
-    peaks_table, plan_table, positions_table, summary_table,
+    peaks_table, positions_table, summary_table,
 };
 pub use terminal::{brief_numbers, columns, width, wrapped};
 pub use write::{OutputFolder, to_json};

@@ -2,10 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use numeric::statistics::median;
-
 use super::certainty::{BootstrapRow, PriorRow, ToleranceRow};
-use super::document::{ChoiceRow, ComparisonDocument, FrfRow, ObjectivesDocument, ParameterRow, PeaksDocument, PlanDocument, PositionRow};
+use super::document::{ComparisonDocument, FrfRow, ObjectivesDocument, ParameterRow, PeaksDocument, PositionRow};
 use super::terminal::{figure, percent, range, table, table_text, unit, width, with_deviation, with_interval, wrapped};
 
 /// Width (columns) from which on a table of parameters has a column of descriptions; below, they follow as text.
@@ -187,46 +185,6 @@ pub fn peaks_table(peaks: &PeaksDocument, all: bool) -> String {
         let short = format!("observed in {} of {}{}", evidence.observed, evidence.expected, predicted.unwrap_or_default());
         let why = if all { evidence.reasons.join("; ") } else { short };
         text += &wrapped(&format!("{} at {:.1} Hz, {verdict}: {why}", mode.order, mode.frequency_hz));
-    }
-    text
-}
-
-/// Choices of measurements, the best `top` of each size, and how the set's split fares. `size` gives the size of a parameter's value.
-pub fn plan_table(plan: &PlanDocument, size: &dyn Fn(&str) -> f64, top: usize) -> String {
-    let mut text = String::new();
-    let half = |choice: &ChoiceRow, id: &String| choice.half_width95.get(id).map_or(f64::INFINITY, |h| h / size(id));
-    for ranking in &plan.rankings {
-        let added = if plan.measured.is_empty() { String::new() } else { format!(" in addition to {}", plan.measured.join(", ")) };
-        let noun = if ranking.count == 1 { "measurement" } else { "measurements" };
-        text += &wrapped(&format!("{} {noun}{added}, best first ({} choices)", ranking.count, ranking.choices.len()));
-        text.push('\n');
-        let mut out = table(["Measure", "Range left", "Identifiable", "Median ±", "Not identifiable"]);
-        let mut add = |choice: &ChoiceRow| {
-            let widths = choice.determined.iter().map(|id| half(choice, id));
-            let open: Vec<&str> = plan.parameters.iter().filter(|id| !choice.determined.contains(id)).map(String::as_str).collect();
-            out.add_row([
-                choice.measure.join(" "),
-                percent(choice.score),
-                format!("{} of {}", choice.determined.len(), plan.parameters.len()),
-                median(widths).map_or_else(|| "–".into(), percent),
-                if open.is_empty() { "–".into() } else { open.join(" ") },
-            ]);
-        };
-        ranking.choices.iter().take(top).for_each(&mut add);
-        let split = ranking.split_rank.filter(|rank| *rank > top);
-        split.and_then(|rank| ranking.choices.get(rank - 1)).into_iter().for_each(&mut add);
-        text += &table_text(&out);
-        if let (Some(rank), Some(best)) = (ranking.split_rank, ranking.choices.first()) {
-            let own = &ranking.choices[rank - 1];
-            text.push('\n');
-            text += &wrapped(&format!(
-                "the set's split, {}, is number {rank} of {}: it leaves intervals {:.1} % wider than the best choice",
-                own.measure.join(", "),
-                ranking.choices.len(),
-                100.0 * (own.score / best.score - 1.0)
-            ));
-        }
-        text.push('\n');
     }
     text
 }

@@ -11,6 +11,7 @@ use file_access::{MOST_DOCUMENT_BYTES, MOST_TEXT_BYTES, ReadFault, read_file, sh
 use identification::held_at;
 use machine::{Machine, ParameterValues};
 use measurement::read_set_from;
+use report::diagnosis::DiagnosisDocument;
 use report::digest;
 use report::document::{IdentificationDocument, Input, MachineText, Stamp};
 use serde::de::DeserializeOwned;
@@ -23,13 +24,25 @@ const ROUNDING: f64 = 1e-9;
 ///
 /// # Errors  the file cannot be read, or is no result of an identification.
 pub fn read_identification(path: &Path) -> StudyResult<(IdentificationDocument, Input)> {
+    read_result(path, "identification", "identify")
+}
+
+/// Reads `diagnosis.json`, as [`read_identification`].
+///
+/// # Errors  the file cannot be read, or is no result of a diagnosis.
+pub fn read_diagnosis(path: &Path) -> StudyResult<(DiagnosisDocument, Input)> {
+    read_result(path, "diagnosis", "diagnose")
+}
+
+/// Reads a result document of a kind, which a command writes.
+fn read_result<T: DeserializeOwned>(path: &Path, kind: &str, command: &str) -> StudyResult<(T, Input)> {
     let fault = |fault: ReadFault| match fault {
-        ReadFault::Folder => "is a folder; name the identification.json in it".to_string(),
-        fault if fault.is_missing() => format!("{fault}; run identify with an output folder first"),
+        ReadFault::Folder => format!("is a folder; name the {kind}.json in it"),
+        fault if fault.is_missing() => format!("{fault}; run {command} with an output folder first"),
         fault => fault.to_string(),
     };
     let bytes = read_file(path, MOST_DOCUMENT_BYTES).map_err(|e| StudyError::input(path.display(), fault(e)))?;
-    let document = result_document(path, &bytes, "identification")?;
+    let document = result_document(path, &bytes, kind)?;
     Ok((document, Input { path: path.display().to_string(), sha256: digest(&bytes) }))
 }
 

@@ -119,7 +119,7 @@ impl Study {
     }
 
     /// Leaves the journal of a work, which is that of the study as it was.
-    fn other_work(mut self) -> Self {
+    pub(crate) fn other_work(mut self) -> Self {
         self.control = self.control.with_journal(None);
         self
     }
@@ -239,7 +239,7 @@ fn described(sources: &Sources) -> StudyResult<MachineConfig> {
 }
 
 /// Returns the measurement set that a description names.
-fn named_set(config: &MachineConfig) -> Option<String> {
+pub(crate) fn named_set(config: &MachineConfig) -> Option<String> {
     config.measurements.as_ref().map(|name| format!("measurements/{name}"))
 }
 

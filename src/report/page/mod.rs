@@ -25,8 +25,8 @@ use std::collections::BTreeMap;
 use super::diagnosis::DiagnosisDocument;
 use super::document::{ComparisonDocument, IdentificationDocument, PeaksDocument, ValidationDocument};
 use super::hybrid::HybridDocument;
-use super::prediction::PredictionDocument;
 use super::loops::{BodeDocument, CirclesDocument, GainStudyDocument};
+use super::prediction::PredictionDocument;
 
 /// Contents of a page. Absent parts are left out.
 #[derive(Debug, Clone, Default)]

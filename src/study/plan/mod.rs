@@ -1,4 +1,7 @@
-//! Plan of measurements: ranks choices of positions and channels by the remaining uncertainty of the parameters.
+//! Plan of measurements: ranks choices of positions, channels and operating states by what they decide.
+
+mod prediction;
+mod verdict;
 
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -6,7 +9,8 @@ use std::path::Path;
 use crate::{Study, StudyError, StudyResult};
 use identification::objective::{FrfSettings, ModeSettings};
 use identification::{Choice, FrfPlan, PlanDesign};
-use machine::ParameterValues;
+use machine::{ParameterValues, State};
+use report::diagnosis::DiagnosisDocument;
 use report::document::{ChoiceRow, IdentificationDocument, Input, PlanDocument, PlanRanking};
 
 /// Kinds of data to plan.
@@ -31,6 +35,12 @@ pub struct PlanRequest {
     pub measured: Vec<String>,
     /// Channels to choose from, as `response/excitation`; that of the set by default.
     pub channels: Vec<String>,
+    /// Operating states to choose from: `as-is`, `servo-off`, `mass=KG` and `level=N`; `as-is` alone where empty.
+    pub states: Vec<String>,
+    /// Nut positions (m) whose predicted natural frequencies decide the ranking; empty: the parameters decide.
+    pub predict_at_m: Vec<f64>,
+    /// Ambiguous diagnosis, with its file where it has one: the probability that a choice settles it decides the ranking.
+    pub diagnosis: Option<(DiagnosisDocument, Option<Input>)>,
     /// Relative standard deviation of an FRF line (1).
     pub noise: f64,
     /// Lowest and highest frequency (Hz).
@@ -47,6 +57,9 @@ impl Default for PlanRequest {
             choose: Vec::new(),
             measured: Vec::new(),
             channels: Vec::new(),
+            states: Vec::new(),
+            predict_at_m: Vec::new(),
+            diagnosis: None,
             noise: 0.02,
             band_hz: None,
             lines: 400,
@@ -70,7 +83,7 @@ impl Study {
         self.plan_with(&PlanRequest::default())
     }
 
-    /// Ranks choices of measurements by the intervals that they would leave.
+    /// Ranks choices of measurements by what they decide: intervals of the parameters or of predictions, or the verdict of a diagnosis.
     ///
     /// # Errors  a setting is outside its range; a measurement, channel or parameter is unknown; no parameter is free; there are too many choices.
     pub fn plan_with(&self, request: &PlanRequest) -> StudyResult<PlanDocument> {
@@ -93,19 +106,29 @@ impl Study {
         self.check_measured_band()?;
         let frfs = request.data.map_or(!self.set.frfs.is_empty(), |d| d == PlannedData::Frf);
         let channels = self.channels(request)?;
-        let design =
-            if frfs { self.design_of_frfs(request, &values, &channels)? } else { self.design_of_modes(request, &values, &channels)? };
+        let states = states(request)?;
+        let mut design = if frfs {
+            self.design_of_frfs(request, &values, (&channels, &states))?
+        } else {
+            self.design_of_modes(request, &values, &channels)?
+        };
+        design.predicted = self.predicted_frequencies(request, &values, &design.free, &channels[0])?;
+        let discrimination = self.discrimination(request, (&channels, &states), frfs)?;
+        if let Some((_, _, file)) = &discrimination {
+            inputs.extend(file.clone());
+        }
         if design.free.is_empty() {
             return Err(StudyError::impossible("no free parameter to plan for; freeze fewer"));
         }
         let name = |candidate: usize| {
             let c = &design.candidates[candidate];
             let channel = format!("{}/{}", c.channel.0, c.channel.1);
-            match c.position.map(|p| &self.set.positions[p].name) {
+            let measurement = match c.position.map(|p| &self.set.positions[p].name) {
                 Some(position) if channels.len() > 1 => format!("{position}:{channel}"),
                 Some(position) => position.clone(),
                 None => channel,
-            }
+            };
+            if c.state == State::Described { measurement } else { format!("{measurement}@{}", c.state.name()) }
         };
         let made = self.made(request, &design, &name)?;
         let counts: Vec<usize> = match (&request.choose[..], made.is_empty()) {
@@ -119,32 +142,32 @@ impl Study {
             let at = design.free[column];
             1.96 * choice.sd[column] * machine.parameters[at].unit_slope(values[at])
         };
-        let row = |choice: &Choice| ChoiceRow {
+        let row = |(choice, settled): &(Choice, Option<f64>)| ChoiceRow {
             measure: choice.candidates.iter().map(|i| name(*i)).collect(),
+            prediction95: choice.prediction_sd.map(|sd| 1.96 * sd),
+            settled: *settled,
             score: choice.score,
             determined: ids.iter().enumerate().filter(|(c, _)| choice.determines(*c)).map(|(_, id)| id.clone()).collect(),
             half_width95: ids.iter().enumerate().map(|(column, id)| (id.clone(), half_width(choice, column))).collect(),
         };
         let mut rankings = Vec::new();
         for &count in &counts {
-            let number = design.choices(made.len(), count);
-            if number < 1.0 {
-                let fault = format!("only {} measurements to choose from; choose fewer", design.candidates.len() - made.len());
-                return Err(StudyError::setting("choose", count, fault));
-            }
-            if number > MOST_CHOICES {
-                let fault =
-                    format!("{number:.0} choices are too many to rank; choose fewer at once, and name those made already as measured");
-                return Err(StudyError::setting("choose", count, fault));
-            }
-            let ranked = design.ranking(&made, count);
+            check_count(count, &design, made.len())?;
+            let with_settled = |choice: Choice| {
+                let all: Vec<usize> = made.iter().chain(&choice.candidates).copied().collect();
+                let settled = discrimination.as_ref().map(|(found, _, _)| found.settled(&all));
+                (choice, settled)
+            };
+            let mut ranked: Vec<(Choice, Option<f64>)> = design.ranking(&made, count).into_iter().map(with_settled).collect();
+            // Choices that settle the verdict alike keep the order of their intervals.
+            ranked.sort_by(|(_, a), (_, b)| b.unwrap_or(0.0).total_cmp(&a.unwrap_or(0.0)));
             // Rank of the set's own split.
             let split: Option<Vec<usize>> = self.set.split.as_ref().filter(|_| made.is_empty() && channels.len() == 1).map(|names| {
                 let mut which: Vec<usize> = (0..design.candidates.len()).filter(|i| names.contains(&name(*i))).collect();
                 which.sort_unstable();
                 which
             });
-            let split_rank = split.and_then(|split| ranked.iter().position(|c| c.candidates == split)).map(|at| at + 1);
+            let split_rank = split.and_then(|split| ranked.iter().position(|(c, _)| c.candidates == split)).map(|at| at + 1);
             rankings.push(PlanRanking { count, split_rank, choices: ranked.iter().map(row).collect() });
         }
         let other = request.identified.iter().filter(|(identified, _)| !self.is_machine_of(identified));
@@ -157,6 +180,8 @@ impl Study {
             data: if frfs { "frf" } else { "modes" }.into(),
             measured: made.iter().map(|i| name(*i)).collect(),
             parameters: ids,
+            predict_at_m: request.predict_at_m.clone(),
+            rivals: discrimination.map(|(_, names, _)| names).unwrap_or_default(),
             rankings,
         })
     }
@@ -181,18 +206,31 @@ impl Study {
         request.channels.iter().map(pair).collect()
     }
 
-    fn design_of_frfs(&self, request: &PlanRequest, values: &ParameterValues, channels: &[ChannelNames]) -> StudyResult<PlanDesign> {
+    fn design_of_frfs(
+        &self,
+        request: &PlanRequest,
+        values: &ParameterValues,
+        among: (&[ChannelNames], &[State]),
+    ) -> StudyResult<PlanDesign> {
+        let (plan, settings) = self.planned_frf(request)?;
+        Ok(PlanDesign::of_frfs(&self.config.machine, values, &self.set, among, plan, settings, &self.settings.freeze)?)
+    }
+
+    /// Returns noise and lines of a planned FRF, and the settings of its objective.
+    fn planned_frf(&self, request: &PlanRequest) -> StudyResult<(FrfPlan, FrfSettings)> {
         let band_hz = band(request, (5.0, 1000.0))?;
         if !(request.noise > 0.0 && request.noise < 1.0) {
             return Err(StudyError::setting("noise", request.noise, "write a share above 0 and below 1, such as 0.02"));
         }
         let plan = FrfPlan { noise: request.noise, band_hz, lines: request.lines };
-        let settings = FrfSettings { rods: self.settings.rods, ..FrfSettings::default() };
-        Ok(PlanDesign::of_frfs(&self.config.machine, values, &self.set, channels, plan, settings, &self.settings.freeze)?)
+        Ok((plan, FrfSettings { rods: self.settings.rods, ..FrfSettings::default() }))
     }
 
     fn design_of_modes(&self, request: &PlanRequest, values: &ParameterValues, channels: &[ChannelNames]) -> StudyResult<PlanDesign> {
         let set = &self.set;
+        if !request.states.is_empty() {
+            return Err(StudyError::setting("states", "", "operating states are planned for FRFs (data frf)"));
+        }
         if set.positions.is_empty() {
             return Err(StudyError::input(&set.path, "has no positions to take modes at; plan FRFs (data frf)"));
         }
@@ -211,7 +249,10 @@ impl Study {
     fn made(&self, request: &PlanRequest, design: &PlanDesign, name: &dyn Fn(usize) -> String) -> StudyResult<Vec<usize>> {
         let mut made = Vec::new();
         for wanted in &request.measured {
-            let of_position = |i: &usize| design.candidates[*i].position.is_some_and(|p| self.set.positions[p].name == *wanted);
+            let of_position = |i: &usize| {
+                let candidate = &design.candidates[*i];
+                candidate.state == State::Described && candidate.position.is_some_and(|p| self.set.positions[p].name == *wanted)
+            };
             let found: Vec<usize> = (0..design.candidates.len()).filter(|i| name(*i) == *wanted || of_position(i)).collect();
             if found.is_empty() {
                 let known: Vec<String> = (0..design.candidates.len()).map(name).collect();
@@ -224,6 +265,34 @@ impl Study {
         made.dedup();
         Ok(made)
     }
+}
+
+/// Checks that there are enough measurements to choose from, and not too many choices.
+fn check_count(count: usize, design: &PlanDesign, made: usize) -> StudyResult<()> {
+    let number = design.choices(made, count);
+    if number < 1.0 {
+        let fault = format!("only {} measurements to choose from; choose fewer", design.candidates.len() - made);
+        return Err(StudyError::setting("choose", count, fault));
+    }
+    if number > MOST_CHOICES {
+        let fault = format!("{number:.0} choices are too many to rank; choose fewer at once, and name those made already as measured");
+        return Err(StudyError::setting("choose", count, fault));
+    }
+    Ok(())
+}
+
+/// Returns the operating states to choose from.
+fn states(request: &PlanRequest) -> StudyResult<Vec<State>> {
+    let mut states = Vec::new();
+    for text in &request.states {
+        let fault = |fault: &str| StudyError::setting("states", text, fault);
+        let state = State::named(text).ok_or_else(|| fault("write as-is, servo-off, mass=KG or level=N, such as mass=20"))?;
+        if states.contains(&state) {
+            return Err(fault("is named twice; write each state once"));
+        }
+        states.push(state);
+    }
+    Ok(if states.is_empty() { vec![State::Described] } else { states })
 }
 
 fn band(request: &PlanRequest, default_hz: (f64, f64)) -> StudyResult<(f64, f64)> {
