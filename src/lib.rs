@@ -27,8 +27,8 @@ pub mod guide;
 
 #[doc(inline)]
 pub use study::{
-    Ablation, Control, DiagnosisRequest, MachineConfig, NullCache, ObjectiveKind, PlanRequest, PlannedData, PredictionRequest, Progress,
-    RodModel, Settings, Sources, Study, StudyError, ValidationRequest, Watcher, compare_results, effects, machine_from_text,
+    Ablation, Control, DiagnosisRequest, Drawing, MachineConfig, NullCache, ObjectiveKind, PlanRequest, PlannedData, PredictionRequest,
+    Progress, RodModel, Settings, Sources, Study, StudyError, ValidationRequest, Watcher, compare_results, effects, machine_from_text,
     read_diagnosis, read_identification, read_machine, simulation,
 };
 

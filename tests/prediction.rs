@@ -6,7 +6,7 @@ use std::path::Path;
 use assert_cmd::Command;
 use jointid::document::{IdentificationDocument, PredictedMode};
 use jointid::simulation::Place;
-use jointid::{PredictionRequest, Settings, Study, compare_results, read_identification};
+use jointid::{Drawing, PredictionRequest, Settings, Study, compare_results, read_identification};
 use numeric::distribution::clopper_pearson;
 use numeric::statistics::median;
 use reference_simulator::{Ordinary, measured_again, ordinary, write_case};
@@ -49,6 +49,7 @@ fn recover_predictions_at_positions_not_tested() {
     let (seed, count) = (4_311, draws(4, 60) as usize);
     let (mut frequencies, mut lines) = (Vec::new(), Vec::new());
     let (mut frequency_widths, mut frf_widths) = (Vec::new(), Vec::new());
+    let (mut bootstrap_widths, mut of_bootstrap) = (Vec::new(), Covered::default());
     for number in 0..count {
         let simulated = ordinary(seed, number).unwrap();
         let folder = tempfile::tempdir().unwrap();
@@ -60,6 +61,8 @@ fn recover_predictions_at_positions_not_tested() {
         let places = ["l2", "l4", "l6"].map(|name| Place::Position(name.into())).to_vec();
         let request = PredictionRequest { places, lines_hz: Some(lines_hz.clone()), frf: true, ..PredictionRequest::default() };
         let predicted = study.predict_with(&found, &request).unwrap();
+        let by_lines = PredictionRequest { lines_hz: None, frf: false, drawing: Drawing::Lines, ..request.clone() };
+        let bootstrap = study.predict_with(&found, &by_lines).unwrap();
         let (mut of_frequencies, mut of_lines) = (Covered::default(), Covered::default());
         let mut missed = Vec::new();
         for (at, name) in [(1, "l2"), (3, "l4"), (5, "l6")] {
@@ -72,6 +75,10 @@ fn recover_predictions_at_positions_not_tested() {
                 let [low, high] = nearest.frequency95;
                 of_frequencies.count((low..=high).contains(hz));
                 frequency_widths.push((high / low).ln());
+                let same = |m: &&PredictedMode| m.mode.order == nearest.mode.order;
+                let [from, to] = bootstrap.positions[name].modes.iter().find(same).unwrap().frequency95;
+                of_bootstrap.count((from..=to).contains(hz));
+                bootstrap_widths.push((to / from).ln());
                 if !(low..=high).contains(hz) {
                     missed.push(format!("{name} {hz:.2} Hz not in {low:.2} … {high:.2}"));
                 }
@@ -103,6 +110,12 @@ fn recover_predictions_at_positions_not_tested() {
         100.0 * interval[1],
         100.0 * mean(&frequencies),
         100.0 * median(frequency_widths).unwrap()
+    );
+    println!(
+        "bootstrap over lines, for comparison: {} of {} frequencies inside, median width {:.2} %",
+        of_bootstrap.held,
+        of_bootstrap.all,
+        100.0 * median(bootstrap_widths).unwrap()
     );
     let spread = (lines.iter().map(|c| (c.share() - mean(&lines)).powi(2)).sum::<f64>() / (count as f64 - 1.0)).sqrt();
     println!(

@@ -65,6 +65,7 @@ pub fn run(given: &PredictArguments) -> CommandResult {
         draws: usize::from(given.draws),
         seed: given.seed,
         file: Some(file),
+        ..PredictionRequest::default()
     };
     let progress = WorkProgress::begin(given.output.quiet, "predict");
     let study = opened(Ok(study))?.with_control(Control::new(stop_flag(), Some(progress.watcher())));

@@ -32,7 +32,7 @@ pub struct Bootstrap {
 /// Draws one sample with replacement and returns how often each row occurs.
 ///
 /// Lines are drawn in runs of `run`, since residuals of neighbouring lines may be correlated.
-fn draw(drawn: Drawn, blocks: &[(usize, usize)], run: usize, generator: &mut Xoshiro256PlusPlus) -> Vec<Vec<f64>> {
+pub(super) fn draw(drawn: Drawn, blocks: &[(usize, usize)], run: usize, generator: &mut Xoshiro256PlusPlus) -> Vec<Vec<f64>> {
     match drawn {
         Drawn::Lines => blocks
             .iter()

@@ -27,6 +27,9 @@ pub struct RivalMachine {
     pub values: ParameterValues,
 }
 
+/// Normal equations and the parameters of their columns.
+type Normal = (NormalEquations, Vec<usize>);
+
 /// How well planned measurements discriminate between rival machines.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Discrimination {
@@ -65,13 +68,13 @@ impl Discrimination {
                 Ok((objective.normal(&place), objective.free.clone()))
             }
         });
-        let known: Vec<(NormalEquations, Vec<usize>)> = known.collect::<Result<_, ObjectiveError>>()?;
+        let known: Vec<Normal> = known.collect::<Result<_, ObjectiveError>>()?;
         // By truth, rival and candidate.
-        let mut found: Vec<Vec<Vec<(NormalEquations, Vec<usize>)>>> = Vec::new();
+        let mut found: Vec<Vec<Vec<Normal>>> = Vec::new();
         for truth in rivals {
             let (made, _) = planned_frfs(&truth.machine, &truth.values, set, among, plan)?;
             let (all, _) = made.split(None, &[]).map_err(|error| ObjectiveError::Data(error.to_string()))?;
-            let of_rival = |rival: &RivalMachine| -> Result<Vec<(NormalEquations, Vec<usize>)>, ObjectiveError> {
+            let of_rival = |rival: &RivalMachine| -> Result<Vec<Normal>, ObjectiveError> {
                 let in_states: Vec<Machine> =
                     among.1.iter().map(|state| Ok(rival.machine.in_state(*state)?)).collect::<Result<_, ObjectiveError>>()?;
                 let of = |(index, machine): (usize, &Machine)| {
@@ -86,7 +89,7 @@ impl Discrimination {
         let free: Vec<Vec<usize>> = (0..rivals.len())
             .map(|b| union(found.iter().flat_map(|of| of[b].iter().map(|(_, free)| &free[..])).chain([&known[b].1[..]])))
             .collect();
-        let whole = |(normal, own): &(NormalEquations, Vec<usize>), b: usize| embedded(normal, own, &free[b]);
+        let whole = |(normal, own): &Normal, b: usize| embedded(normal, own, &free[b]);
         let candidates = found.first().map_or(0, |of| of[0].len());
         let misfits: Vec<Vec<Vec<NormalEquations>>> = (0..candidates)
             .map(|c| found.iter().map(|of| of.iter().enumerate().map(|(b, all)| whole(&all[c], b)).collect()).collect())

@@ -13,6 +13,7 @@ use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
+use super::bootstrap::{Drawn, draw as draw_sample};
 use super::place::Place;
 use super::problem::Problem;
 use super::settings::IdentificationSettings;
@@ -69,6 +70,16 @@ pub struct PosteriorSample {
     pub complete: bool,
 }
 
+/// How machines are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Drawing {
+    /// From the posterior.
+    #[default]
+    Posterior,
+    /// By a bootstrap over the lines of FRFs, for comparison: it leaves out what tolerances and ranges leave possible.
+    Lines,
+}
+
 /// End of the least squares of a draw: number of steps, and relative reduction of χ².
 const END: (u64, f64) = (25, 3e-6);
 
@@ -81,8 +92,8 @@ const NUT_SD: f64 = 0.05;
 
 /// The objective on which the intervals of a fit are computed.
 enum Objective<'m> {
-    Frfs(FrfObjective<'m>),
-    Modes(ModePosterior<'m>),
+    Frfs(Box<FrfObjective<'m>>),
+    Modes(Box<ModePosterior<'m>>),
 }
 
 /// A mode objective in which tolerances correlate the residuals. They follow from the minimum, to first order.
@@ -292,16 +303,16 @@ pub fn draw_posterior(
     fit: &FitSet<'_>,
     plan: &IdentificationSettings,
     (estimate, minima, variance): (&ParameterValues, &[Place], f64),
-    (count, seed): (usize, u64),
+    (count, seed, drawing): (usize, u64, Drawing),
     control: &Control,
 ) -> Result<PosteriorSample, ObjectiveError> {
     let fitted = fitted_machine(machine, fit, plan)?;
     let objective = match plan.frf {
         Some(settings) => {
             let settings = if plan.tolerances { settings.with_tolerances(&fit.set().tolerance) } else { settings };
-            Objective::Frfs(FrfObjective::new(&fitted, fit, settings, &plan.frozen)?)
+            Objective::Frfs(Box::new(FrfObjective::new(&fitted, fit, settings, &plan.frozen)?))
         }
-        None => Objective::Modes(ModePosterior::new(machine, fit, plan, estimate)?),
+        None => Objective::Modes(Box::new(ModePosterior::new(machine, fit, plan, estimate)?)),
     };
     let (dimension, whole) = match &objective {
         Objective::Frfs(objective) => (LeastSquares::dimension(objective), LeastSquares::dimension(objective)),
@@ -317,12 +328,19 @@ pub fn draw_posterior(
             PosteriorDraw { values: ParameterValues(estimate.iter().copied().chain(added).collect()), nut_shifts_m: Vec::new() }
         }
     };
+    let lines = match (&objective, drawing) {
+        (_, Drawing::Posterior) => None,
+        (Objective::Frfs(own), Drawing::Lines) => Some((own.blocks(), own.correlation_factor(&minima[0]).ceil() as usize)),
+        (Objective::Modes(_), Drawing::Lines) => return Err(ObjectiveError::Data("a bootstrap draws the lines of FRFs, not modes".into())),
+    };
     let objective = match objective {
-        // Without priors the weights of the lines alone carry the variance.
-        Objective::Frfs(own) if variance > 1.0 => Objective::Frfs(own.with_inflated_variance(variance).unwrap_or_else(|| {
-            let weights: Vec<Vec<f64>> = own.lines().iter().map(|lines| vec![1.0 / variance; *lines]).collect();
-            own.resampled(&weights)
-        })),
+        // Without priors the weights of the lines alone carry the variance. A bootstrap repeats the fit as it was.
+        Objective::Frfs(own) if variance > 1.0 && lines.is_none() => {
+            Objective::Frfs(Box::new(own.with_inflated_variance(variance).unwrap_or_else(|| {
+                let weights: Vec<Vec<f64>> = own.lines().iter().map(|lines| vec![1.0 / variance; *lines]).collect();
+                own.resampled(&weights)
+            })))
+        }
         other => other,
     };
     let mut generator = Xoshiro256PlusPlus::seed_from_u64(seed);
@@ -335,8 +353,14 @@ pub fn draw_posterior(
         let generator = &mut Xoshiro256PlusPlus::seed_from_u64(seed);
         let drawn = match &objective {
             Objective::Frfs(own) => {
-                let squares = own.redrawn(generator);
-                let place = Place(least_squares_within(&squares, minimum, &[], END, control.stop()).place);
+                let place = match &lines {
+                    None => least_squares_within(&own.redrawn(generator), minimum, &[], END, control.stop()).place,
+                    Some((blocks, run)) => {
+                        let sample = own.resampled(&draw_sample(Drawn::Lines, blocks, *run, generator));
+                        least_squares_within(&sample, minimum, &[], END, control.stop()).place
+                    }
+                };
+                let place = Place(place);
                 PosteriorDraw { values: own.parameters(&place), nut_shifts_m: own.nuts_at(&place) }
             }
             Objective::Modes(own) => {

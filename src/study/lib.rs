@@ -38,6 +38,7 @@ pub use error::{StudyError, StudyResult};
 pub use files::{schema, schema_names, templates};
 pub use friction::{FrictionRequest, friction};
 pub use hybrid::{HybridRequest, hybrid};
+pub use identification::Drawing;
 pub use identified::{check_identification, read_diagnosis, read_identification};
 pub use import::{ExportedSet, FileContents, ImportRequest, ImportedSet, export, import, list_contents};
 pub use machine::contact::StribeckNoise;

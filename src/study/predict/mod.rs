@@ -45,7 +45,7 @@ impl Study {
         let places = study.predicted_places(&request.places, fit.positions())?;
         let band_hz = study.predicted_band(request.band_hz)?;
         let minima: Vec<Minimum> = posterior.minima.iter().map(|place| Minimum(place.clone())).collect();
-        let (draws, machine) = ((request.draws, request.seed), &study.config.machine);
+        let (draws, machine) = ((request.draws, request.seed, request.drawing), &study.config.machine);
         let estimate = study.identified_values(Path::new(&request.name()), identified)?;
         let sample = draw_posterior(machine, &fit, &made, (&estimate, &minima, posterior.variance), draws, &self.control)?;
         if sample.draws.iter().any(|drawn| drawn.len() < *DRAWS_RANGE.start()) {

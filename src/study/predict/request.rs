@@ -1,6 +1,7 @@
 //! What a prediction computes.
 
 use crate::simulation::Place;
+use identification::Drawing;
 use report::document::Input;
 
 /// Number of machines drawn about each minimum: the 5th and the 195th of 199 values enclose a further one with a probability of exactly 95 %.
@@ -25,13 +26,24 @@ pub struct PredictionRequest {
     pub draws: usize,
     /// Seed of the draws.
     pub seed: u64,
+    /// How machines are drawn: from the posterior, or by a bootstrap over lines, for comparison.
+    pub drawing: Drawing,
     /// File of the identification; absent for a result in memory.
     pub file: Option<Input>,
 }
 
 impl Default for PredictionRequest {
     fn default() -> Self {
-        PredictionRequest { places: Vec::new(), band_hz: None, frf: false, lines_hz: None, draws: DRAWS, seed: 1, file: None }
+        PredictionRequest {
+            places: Vec::new(),
+            band_hz: None,
+            frf: false,
+            lines_hz: None,
+            draws: DRAWS,
+            seed: 1,
+            drawing: Drawing::Posterior,
+            file: None,
+        }
     }
 }
 
