@@ -315,7 +315,7 @@ pub fn draw_posterior(
         None => Objective::Modes(Box::new(ModePosterior::new(machine, fit, plan, estimate)?)),
     };
     let (dimension, whole) = match &objective {
-        Objective::Frfs(objective) => (LeastSquares::dimension(objective), LeastSquares::dimension(objective)),
+        Objective::Frfs(own) => (LeastSquares::dimension(own.as_ref()), LeastSquares::dimension(own.as_ref())),
         Objective::Modes(own) => (own.dimension(), own.dimension() + own.whitened.ncols()),
     };
     if minima.is_empty() || minima.iter().any(|minimum| minimum.len() != whole) {

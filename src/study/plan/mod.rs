@@ -114,9 +114,7 @@ impl Study {
         };
         design.predicted = self.predicted_frequencies(request, &values, &design.free, &channels[0])?;
         let discrimination = self.discrimination(request, (&channels, &states), frfs)?;
-        if let Some((_, _, file)) = &discrimination {
-            inputs.extend(file.clone());
-        }
+        inputs.extend(request.diagnosis.as_ref().and_then(|(_, file)| file.clone()));
         if design.free.is_empty() {
             return Err(StudyError::impossible("no free parameter to plan for; freeze fewer"));
         }
@@ -155,7 +153,7 @@ impl Study {
             check_count(count, &design, made.len())?;
             let with_settled = |choice: Choice| {
                 let all: Vec<usize> = made.iter().chain(&choice.candidates).copied().collect();
-                let settled = discrimination.as_ref().map(|(found, _, _)| found.settled(&all));
+                let settled = discrimination.as_ref().map(|(found, _)| found.settled(&all));
                 (choice, settled)
             };
             let mut ranked: Vec<(Choice, Option<f64>)> = design.ranking(&made, count).into_iter().map(with_settled).collect();
@@ -181,7 +179,7 @@ impl Study {
             measured: made.iter().map(|i| name(*i)).collect(),
             parameters: ids,
             predict_at_m: request.predict_at_m.clone(),
-            rivals: discrimination.map(|(_, names, _)| names).unwrap_or_default(),
+            rivals: discrimination.map(|(_, names)| names).unwrap_or_default(),
             rankings,
         })
     }

@@ -5,11 +5,10 @@ use crate::{Settings, Study, StudyError, StudyResult};
 use diagnosis::EQUIVALENT;
 use identification::{Discrimination, IdentificationSettings, RivalMachine, identify};
 use machine::State;
-use report::document::Input;
 
 impl Study {
-    /// Returns how well the candidates of a plan discriminate between the explanations that a diagnosis could not distinguish, their names, and the file of
-    /// the diagnosis. `None` where no diagnosis is given.
+    /// Returns how well the candidates of a plan discriminate between the explanations that a diagnosis could not distinguish, and their names. `None`
+    /// where no diagnosis is given.
     ///
     /// # Errors  the diagnosis is incomplete, of another version, machine or set, or leaves nothing to settle; modes are planned.
     pub(super) fn discrimination(
@@ -17,7 +16,7 @@ impl Study {
         request: &PlanRequest,
         among: (&[ChannelNames], &[State]),
         frfs: bool,
-    ) -> StudyResult<Option<(Discrimination, Vec<String>, Option<Input>)>> {
+    ) -> StudyResult<Option<(Discrimination, Vec<String>)>> {
         let Some((diagnosis, file)) = &request.diagnosis else { return Ok(None) };
         let name = file.as_ref().map_or("the diagnosis", |file| &file.path);
         let fault = |text: String| Err(StudyError::input(name, text));
@@ -63,6 +62,6 @@ impl Study {
         let variance = diagnosis.chosen.misfit_over_null.unwrap_or(1.0).max(1.0);
         let modes = made.frf.is_none().then_some(made.settings);
         let found = Discrimination::of_frfs(&rivals, (&fit, &made.frozen), among, plan, (settings, modes), (EQUIVALENT, variance))?;
-        Ok(Some((found, rivals.into_iter().map(|rival| rival.name).collect(), file.clone())))
+        Ok(Some((found, rivals.into_iter().map(|rival| rival.name).collect())))
     }
 }
