@@ -30,5 +30,5 @@ pub use posterior::{Coordinate, Drawing, Posterior, PosteriorDraw, PosteriorSamp
 pub use run::{DerivedEstimate, Identification, identify};
 pub use search::{Basin, SearchEffort};
 pub use settings::{IdentificationSettings, REPEATS, Repeat};
-pub use tolerance::{ToleranceEstimate, channels_of, held_at, tolerances_at};
+pub use tolerance::{ToleranceEstimate, channels_of, tolerances_at};
 pub use uncertainty::{Certainty, NARROWING, RANGE_SD, certainty, counted};

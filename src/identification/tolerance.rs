@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::certainty;
 use crate::objective::{Channel, FrfObjective, FrfSettings, ModeObjective, ObjectiveError};
 use crate::{IdentificationSettings, Place};
-use machine::{FitRule, Machine, MachineError, Mechanism, ParameterValues, Prior};
+use machine::{Machine, Mechanism, ParameterValues, Prior};
 use measurement::{ChannelTolerance, FitSet, MeasurementSet};
 use optimizer::LeastSquares;
 
@@ -167,25 +167,6 @@ pub fn mode_columns(
         columns.push(column(moved(STEP)?, moved(-STEP)?));
     }
     Ok(columns)
-}
-
-/// Returns a machine with its tolerances fixed at estimated values, for predictions.
-///
-/// `nuts_m` (m) are the nut positions of the set from which they were estimated.
-///
-/// # Errors  as [`Machine::with_tolerances`].
-pub fn held_at(machine: &Machine, nuts_m: &[f64], values: &BTreeMap<String, f64>) -> Result<Machine, MachineError> {
-    if values.is_empty() {
-        return Ok(machine.clone());
-    }
-    let mut fitted = machine.with_tolerances(nuts_m)?;
-    for parameter in fitted.parameters.iter_mut().filter(|p| p.is_tolerance()) {
-        if let Some(value) = values.get(parameter.name()) {
-            parameter.start = value.clamp(parameter.lower, parameter.upper);
-        }
-        parameter.fit = FitRule::Never;
-    }
-    Ok(fitted)
 }
 
 /// Returns gain and delay of every channel found among estimated tolerances.

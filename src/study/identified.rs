@@ -8,7 +8,6 @@ use crate::{ObjectiveKind, Settings, Sources, Study, StudyError, StudyResult};
 use config::{read_machine, read_machine_text};
 use dynamics::model::RodModel;
 use file_access::{MOST_DOCUMENT_BYTES, MOST_TEXT_BYTES, ReadFault, read_file, shortened};
-use identification::held_at;
 use machine::{Machine, ParameterValues};
 use measurement::read_set_from;
 use report::diagnosis::DiagnosisDocument;
@@ -163,15 +162,18 @@ impl Study {
         Ok(Study { overrides, without, ..Study::new(config, read_set_from(measurements, sources.allow_outside)?) })
     }
 
-    /// Builds the machine as identified, with tolerances held at their estimates. Returns it with the values of its parameters, in its order; those
-    /// that the tolerances add come last.
+    /// Builds the machine as identified, with tolerances held at their estimates. Returns it with the values of its parameters, in its order.
     ///
     /// # Errors  the identification belongs to another machine.
     pub fn identified_machine(&self, path: &Path, identified: &IdentificationDocument) -> StudyResult<(Machine, ParameterValues)> {
         let values = self.identified_values(path, identified)?;
-        let machine = held_at(&self.config.machine, &self.set.nuts_m(), &tolerances(identified))?;
-        let added = machine.parameters.iter().skip(values.len()).map(|p| p.start);
-        let values = ParameterValues(values.iter().copied().chain(added).collect());
+        let machine = &self.config.machine;
+        let held = tolerances(identified);
+        if held.is_empty() {
+            return Ok((machine.clone(), values));
+        }
+        // Gains, delays and nut positions among the tolerances are those of the measurement.
+        let (machine, _) = machine.with_tolerances_held(&self.set.nuts_m(), &held)?;
         Ok((machine, values))
     }
 
