@@ -236,6 +236,10 @@ fn predictions_have_intervals_and_refuse_other_results() {
     assert_eq!(code, 0, "{fault}");
     let table = fs::read_to_string(out.join("prediction.csv")).unwrap();
     assert!(table.starts_with("position,nut_m,order,frequency_hz,") && table.lines().count() > 8, "{table}");
+    let cells: Vec<&str> = table.lines().nth(1).unwrap().split(',').collect();
+    assert_eq!(cells.len(), table.lines().next().unwrap().split(',').count());
+    let [low, high] = [cells.len() - 2, cells.len() - 1].map(|at| cells[at].parse::<f64>().unwrap());
+    assert!((low..=high).contains(&cells[cells.len() - 3].parse().unwrap()), "{table}");
     assert!(out.join("prediction.json").exists() && !out.join("prediction-frf.csv").exists());
     fs::copy(&result, out.join("identification.json")).unwrap();
     let (code, _, fault) = command(&["report", out.to_str().unwrap(), "--quiet"]);

@@ -158,10 +158,10 @@ pub(super) fn damping_cells(ratio: Option<f64>, interval: Option<[f64; 2]>) -> (
     }
 }
 
-/// The modes of a prediction as CSV.
+/// The modes of a prediction as CSV, each with the static stiffness of its position.
 pub fn prediction_csv(document: &PredictionDocument) -> String {
     let mut text = String::from(
-        "position,nut_m,order,frequency_hz,frequency_low_hz,frequency_high_hz,damping_ratio,damping_low,damping_high,amplitude,amplitude_low,amplitude_high\n",
+        "position,nut_m,order,frequency_hz,frequency_low_hz,frequency_high_hz,damping_ratio,damping_low,damping_high,amplitude,amplitude_low,amplitude_high,static_stiffness,static_stiffness_low,static_stiffness_high\n",
     );
     let number = |x: Option<f64>| x.map_or(String::new(), |x| x.to_string());
     for (name, position) in document.ordered() {
@@ -178,6 +178,8 @@ pub fn prediction_csv(document: &PredictionDocument) -> String {
                 ends(damping95),
                 number(mode.amplitude),
                 ends(amplitude95),
+                number(position.static_stiffness),
+                ends(&position.static_stiffness95),
             ];
             text += &(cells.join(",") + "\n");
         }
