@@ -73,11 +73,14 @@ pub fn change_text(title: &str, document: &ChangeDocument) -> String {
             row.unit.clone(),
             amount(row.change, row),
             format!("{} … {}", amount(row.change95[0], row), amount(row.change95[1], row)),
-            row.p_adjusted.map_or("not identifiable".into(), probability),
+            row.p_adjusted.map_or("–".into(), probability),
             if row.changed { "yes" } else { "" }.into(),
         ]
     });
     text += &columns(&["Parameter", "First", "Second", "Unit", "Change", "95 % interval", "p (Holm)", "Changed"].map(String::from), rows);
+    if document.compared < document.parameters.len() {
+        text += "p –: not identifiable in both results\n";
+    }
     text
 }
 
@@ -85,7 +88,7 @@ pub fn change_text(title: &str, document: &ChangeDocument) -> String {
 fn amount(change: f64, row: &ChangeRow) -> String {
     match row.relative {
         true if change >= 9.0 => format!("×{}", figure(1.0 + change)),
-        true => format!("{:+.2} %", 100.0 * change),
+        true => format!("{:+.1} %", 100.0 * change),
         false => format!("{change:+.3e}"),
     }
 }
