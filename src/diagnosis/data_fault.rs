@@ -7,6 +7,7 @@ use super::fit::{Fitted, Fitter, MULTISTART};
 use super::hypothesis::Hypothesis;
 use super::measuring_chain::{ChainCandidate, ChainFault, fault_of_one};
 use super::null_distribution::NullDistribution;
+use super::ranking::EQUIVALENT;
 use identification::objective::ObjectiveError;
 use measurement::{Frf, FrfLine, HoldOutSet, MeasurementSet};
 use num_complex::Complex64;
@@ -35,8 +36,6 @@ pub(super) enum Fault {
 
 /// Largest excess of the misfit with which the other records agree with the model.
 const AGREES: f64 = 1.6;
-/// Difference of χ² within which explanations are indistinguishable, in units of the excess.
-const EQUIVALENT: f64 = 9.0;
 /// Steps of a fit without one record, or with two records exchanged.
 const STEPS: u64 = 25;
 /// Number of most likely pairs of records that are fitted from many starts.
