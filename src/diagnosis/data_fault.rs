@@ -217,7 +217,8 @@ fn faulty(
     }
     let kept = fitter.on(fitter.fit.with_frfs(|frf| frf != worst.frf));
     let others = kept.gaps(nominal, &worst.fitted, &kept.fit.to_predict())?;
-    let limit = OUTLIER.1 * quantile(others.iter().map(|p| p.gap), 0.5).unwrap_or(0.0);
+    // Corrected, the record is no outlier any more.
+    let limit = OUTLIER.0 * quantile(others.iter().map(|p| p.gap), 0.5).unwrap_or(0.0);
     let cause = fault_of_one(&kept, &fitter.fit.to_predict(), (nominal, &worst.fitted), worst.frf, limit)?;
     Ok(Some(cause.map_or(Fault::Contradicts(worst.frf), |fault| Fault::OfOne(fault, worst.frf))))
 }
@@ -308,7 +309,7 @@ pub(super) fn held_out_fault(
         }
     }
     let Some(frf) = contradicting(gaps) else { return Ok(None) };
-    let cause = fault_of_one(fitter, held_out, (nominal, base), frf, OUTLIER.1 * middle)?;
+    let cause = fault_of_one(fitter, held_out, (nominal, base), frf, OUTLIER.0 * middle)?;
     Ok(Some(cause.map_or(Fault::Contradicts(frf), |fault| Fault::OfOne(fault, frf))))
 }
 
