@@ -1,4 +1,4 @@
-//! Faults of the measuring chain are named with their number and record, and no effect of the structure beside them.
+//! Faults of the measuring chain are named with their number and record, and no effect of the structure with them.
 
 use std::f64::consts::TAU;
 

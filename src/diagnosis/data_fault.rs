@@ -346,7 +346,7 @@ mod tests {
         }
     }
 
-    /// Noise is told from three sharp modes at coarse and at fine lines, with a tenth of noise.
+    /// Noise is distinguished from three sharp modes at coarse and at fine lines, with a tenth of noise.
     #[test]
     fn limit_noise_has_unrelated_phases() {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(11);

@@ -167,17 +167,21 @@ pub fn diagnose(
     let agrees = best.is_some_and(|(_, fitted)| null.excess(fitted.chi_square / count) <= EXCESS);
     let as_described = (&screening.nominal, &base);
     // A fault of the measuring chain that explains the data comes before any effect of the structure.
-    let explains = significant || before > EXCESS;
-    let chain = if explains { fault_of_all(fitter, as_described, control)? } else { None };
+    let needs_explanation = significant || before > EXCESS;
     let rival = best.map(|(hypothesis, fitted)| (fitted.chi_square, hypothesis.added.len()));
-    let of_all = chain.and_then(|found| chain_fault(found, base.chi_square, rival, count, &null)).map(Fault::OfAll);
-    let by_themselves = fault_of_records(fitter, held_out);
-    let faulty = match held_out_fault(fitter, held_out, as_described, &nominal_held_out)? {
-        _ if by_themselves.is_some() => by_themselves,
-        Some(found) if restored.is_none_or(|still| still == Some(found)) => Some(found),
-        _ if of_all.is_some() => of_all,
-        _ if !agrees && explains => fault(fitter, held_out, as_described, &null, control)?,
-        _ => None,
+    let of_all = || -> Result<Option<Fault>, ObjectiveError> {
+        let chain = if needs_explanation { fault_of_all(fitter, as_described, control)? } else { None };
+        Ok(chain.and_then(|found| chain_fault(found, base.chi_square, rival, count, &null)).map(Fault::OfAll))
+    };
+    let faulty = match fault_of_records(fitter, held_out) {
+        Some(shown) => Some(shown),
+        None => match held_out_fault(fitter, held_out, as_described, &nominal_held_out)? {
+            Some(found) if restored.is_none_or(|still| still == Some(found)) => Some(found),
+            _ => match of_all()? {
+                None if !agrees && needs_explanation => fault(fitter, held_out, as_described, &null, control)?,
+                found => found,
+            },
+        },
     };
     let (verdict, chosen) = decide(&DecisionInputs {
         fitter,

@@ -5,20 +5,18 @@ use std::path::Path;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::identified::check_identification;
+use crate::identified::{check_current, check_identification};
 use crate::stamp::stamp_files;
 use crate::{StudyError, StudyResult};
 use config::read_machine_text;
 use machine::{Machine, Scale};
-use numeric::distribution::normal_upper_tail;
+use numeric::distribution::{normal_upper_tail, t_quantile_95};
 use report::certainty::PosteriorRow;
 use report::change::{ChangeDocument, ChangeRow};
 use report::document::{IdentificationDocument, Input};
 
 /// Probability of claiming any change where nothing changed (1).
 const LEVEL: f64 = 0.05;
-/// Limit of a standard normal number that 95 % of its draws do not exceed in magnitude.
-const NORMAL_95: f64 = 1.959_963_984_540_054;
 
 /// Sets two identifications of one machine side by side, and tests which parameters changed.
 ///
@@ -56,6 +54,8 @@ pub fn compare_results(
         largest = largest.max(((compared - rank) as f64 * p).min(1.0));
         adjusted.insert(*at, (*p, largest));
     }
+    // The noise is known: the quantile is that of the normal distribution.
+    let half = t_quantile_95(None);
     let row = |(at, (id, index)): (usize, &(String, usize))| {
         let parameter = &machine.parameters[*index];
         let (change, sd) = changes[0][at];
@@ -71,7 +71,7 @@ pub fn compare_results(
             second: value(second.0),
             unit: parameter.unit.clone(),
             change: amount(change),
-            change95: [amount(change - NORMAL_95 * sd), amount(change + NORMAL_95 * sd)],
+            change95: [amount(change - half * sd), amount(change + half * sd)],
             relative,
             p_value: p.map(|p| p.0),
             p_adjusted: p.map(|p| p.1),
@@ -101,13 +101,7 @@ pub fn compare_results(
 fn posterior<'d>((document, file): (&'d IdentificationDocument, &Input)) -> StudyResult<&'d PosteriorRow> {
     let fault = |text: String| StudyError::input(&file.path, text);
     check_identification(Path::new(&file.path), document)?;
-    let (own, other) = (env!("CARGO_PKG_VERSION"), &document.stamp.tool_version);
-    if other != own {
-        return Err(fault(format!("was written by version {other}, this is {own}; identify again")));
-    }
-    if !document.stamp.complete {
-        return Err(fault("is not complete: the identification was stopped early; run it to its end".into()));
-    }
+    check_current(&file.path, &document.stamp, ("identification", "identify"))?;
     let found = document.posterior.as_ref().ok_or_else(|| {
         fault(
             "lacks the covariance of what was fitted (posterior): it is of motion records, of eq26, or of an older version; identify again"

@@ -64,6 +64,21 @@ pub(crate) fn result_document<T: DeserializeOwned>(path: &Path, bytes: &[u8], ki
     serde_json::from_value(value).map_err(|e| fault(format!("is no {expected}: {}", shortened(&e.to_string(), 200))))
 }
 
+/// Checks that a result was written by this version and is complete. `of` names it and the command that makes it, such as an identification and
+/// identify.
+///
+/// # Errors  the result is of another version, or was stopped early.
+pub(crate) fn check_current(path: &str, stamp: &Stamp, of: (&str, &str)) -> StudyResult<()> {
+    let (own, other) = (env!("CARGO_PKG_VERSION"), &stamp.tool_version);
+    if other != own {
+        return Err(StudyError::input(path, format!("was written by version {other}, this is {own}; {} again", of.1)));
+    }
+    if !stamp.complete {
+        return Err(StudyError::input(path, format!("is not complete: the {} was stopped early; run it to its end", of.0)));
+    }
+    Ok(())
+}
+
 /// Checks the schema of an identification, its number of lumps, and that every value lies in its range.
 ///
 /// # Errors  a message that names file and key.

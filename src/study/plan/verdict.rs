@@ -1,6 +1,7 @@
 //! Probability that a choice of measurements settles an ambiguous verdict.
 
 use super::{ChannelNames, PlanRequest};
+use crate::identified::check_current;
 use crate::{Settings, Study, StudyError, StudyResult};
 use diagnosis::EQUIVALENT;
 use identification::{Discrimination, IdentificationSettings, RivalMachine, identify};
@@ -20,13 +21,7 @@ impl Study {
         let Some((diagnosis, file)) = &request.diagnosis else { return Ok(None) };
         let name = file.as_ref().map_or("the diagnosis", |file| &file.path);
         let fault = |text: String| Err(StudyError::input(name, text));
-        let (own, other) = (env!("CARGO_PKG_VERSION"), &diagnosis.stamp.tool_version);
-        if other != own {
-            return fault(format!("was written by version {other}, this is {own}; diagnose again"));
-        }
-        if !diagnosis.stamp.complete {
-            return fault("is not complete: the diagnosis was stopped early; run it to its end".into());
-        }
+        check_current(name, &diagnosis.stamp, ("diagnosis", "diagnose"))?;
         let same = diagnosis.machine.as_ref().is_some_and(|machine| machine.text == self.config.text);
         if !same || (&diagnosis.stamp.overrides, &diagnosis.stamp.without) != (&self.overrides, &self.without) {
             return fault(format!("is of another machine than «{}»; diagnose this one", self.config.machine.title));

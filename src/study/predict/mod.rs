@@ -12,8 +12,8 @@ pub(crate) use self::evaluate::Evaluation;
 pub use self::request::PredictionRequest;
 use self::request::{DRAWS_RANGE, MOST_PLACES};
 use self::sample::PredictedPlace;
-use crate::identified::{check_identification, settings_of};
-use crate::simulation::Place;
+use crate::identified::{check_current, check_identification, settings_of};
+use crate::simulation::{Place, checked_nut};
 use crate::{Study, StudyError, StudyResult};
 use identification::{Place as Minimum, draw_posterior};
 use machine::Operating;
@@ -85,14 +85,7 @@ impl Study {
     pub(crate) fn with_posterior_of(&self, identified: &IdentificationDocument, name: &str) -> StudyResult<Study> {
         let fault = |text: String| Err(StudyError::input(name, text));
         check_identification(Path::new(name), identified)?;
-        let own = env!("CARGO_PKG_VERSION");
-        if identified.stamp.tool_version != own {
-            let other = &identified.stamp.tool_version;
-            return fault(format!("was written by version {other}, this is {own}; identify again"));
-        }
-        if !identified.stamp.complete {
-            return fault("is not complete: the identification was stopped early; run it to its end".into());
-        }
+        check_current(name, &identified.stamp, ("identification", "identify"))?;
         if !identified.records.is_empty() {
             return fault("is of motion records; name an identification from FRFs or modes".into());
         }
@@ -150,16 +143,10 @@ impl Study {
                     (name.clone(), set.positions[index].nut_m, Some(fitted.contains(&index)))
                 }
             };
-            if matches!(place, Place::Nut(_)) && machine.stroke_m().is_none() {
-                return Err(StudyError::setting("nut_m", &name, "the machine has no nut; name positions of the measurement set, or none"));
-            }
             let operating = Operating::at(nut_m);
-            match machine.check_operating("nut_m", &operating) {
-                Ok(()) => {}
-                Err(error) if matches!(place, Place::Nut(_)) && error.part == "nut_m" => {
-                    return Err(StudyError::setting("nut_m", "", error.fault));
-                }
-                Err(error) => return Err(error.into()),
+            match place {
+                Place::Nut(_) => drop(checked_nut(machine, "nut_m", operating)?),
+                _ => machine.check_operating("nut_m", &operating)?,
             }
             if found.iter().any(|other| other.name == name) {
                 return Err(StudyError::setting("nut_m", &name, "is named twice; write each position once"));

@@ -24,6 +24,7 @@ pub use hold::{GainsRequest, HoldRequest, gains_of_identified, hold, impedance_u
 pub use matrices::{MatricesRequest, matrices};
 pub use modes::{ModesRequest, modes};
 pub use motion::{MotionRequest, Reference, motion};
+pub(crate) use operating::checked_nut;
 pub use operating::{Load, Place};
 pub use published::published;
 pub use sensitivity::{SensitivityRequest, sensitivity};

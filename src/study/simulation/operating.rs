@@ -51,7 +51,7 @@ fn checked(machine: &Machine, place: &str, operating: Operating) -> StudyResult<
 /// Returns an operating condition whose nut position was given as a setting, if the machine allows it.
 ///
 /// # Errors  the machine has no nut, or does not allow this condition; the error names the setting where its value is at fault.
-pub(super) fn checked_nut(machine: &Machine, key: &str, operating: Operating) -> StudyResult<Operating> {
+pub(crate) fn checked_nut(machine: &Machine, key: &str, operating: Operating) -> StudyResult<Operating> {
     if let (None, Some(nut_m)) = (machine.stroke_m(), operating.nut_m) {
         return Err(StudyError::setting(key, nut_m, "this machine describes no screw with a nut on it; leave the nut position out"));
     }
