@@ -32,17 +32,33 @@ mod progress;
 mod search;
 mod terminal;
 
+use std::ffi::OsString;
 use std::process::ExitCode;
+use std::sync::OnceLock;
 
 use clap::FromArgMatches;
 
 use command_line::{Arguments, Command, command};
 use outcome::Outcome;
+use study::blind_check::Program;
 
-/// Runs the command of this process and returns its exit code: 0 done, 1 a limit was not met, 2 could not run, 3 stopped early.
+/// How this program is started where that is not its own file.
+static PROGRAM: OnceLock<Program> = OnceLock::new();
+
+/// Runs the command of this process.
 pub fn run() -> ExitCode {
+    ExitCode::from(run_with(std::env::args_os(), None))
+}
+
+/// Runs the command with these arguments, the name of the program first. Returns its exit code: 0 done, 1 a limit was not met, 2 could not run, 3
+/// stopped early. A faulty command line ends the process, as do `--help` and `--version`. `program` starts this program where it is not an executable of
+/// its own.
+pub fn run_with(arguments: impl IntoIterator<Item = OsString>, program: Option<Program>) -> u8 {
+    if let Some(program) = program {
+        let _ = PROGRAM.set(program);
+    }
     std::sync::LazyLock::force(&terminal::BEGUN);
-    let parsed = command().try_get_matches().and_then(|matches| Arguments::from_arg_matches(&matches));
+    let parsed = command().try_get_matches_from(arguments).and_then(|matches| Arguments::from_arg_matches(&matches));
     let arguments = parsed.unwrap_or_else(|error| terminal::refuse(&error));
     long_work::watch_ctrl_c();
     long_work::start_threads();
@@ -69,12 +85,12 @@ pub fn run() -> ExitCode {
         Command::Withheld(given) => withheld::run(&given),
     };
     match outcome {
-        Ok(Outcome::Done) => ExitCode::SUCCESS,
-        Ok(Outcome::LimitNotMet) => ExitCode::from(1),
-        Ok(Outcome::Stopped) => ExitCode::from(3),
+        Ok(Outcome::Done) => 0,
+        Ok(Outcome::LimitNotMet) => 1,
+        Ok(Outcome::Stopped) => 3,
         Err(message) => {
             terminal::failed(&message);
-            ExitCode::from(2)
+            2
         }
     }
 }

@@ -221,8 +221,10 @@ impl MeasurementSet {
             let source = format!("motion record {}", motion.name);
             motions.push(motion.read(&source)?);
         }
+        let digest = digest_of(arrays);
         Ok(MeasurementSet {
-            path: path.into(),
+            // Results name their set by its path: other arrays are another set.
+            path: format!("{path} ({})", &digest[..8]),
             title: arrays.title.clone(),
             quantity: arrays.quantity,
             gain: arrays.gain,
@@ -235,7 +237,7 @@ impl MeasurementSet {
             split: arrays.split.clone(),
             warnings: single_average_warning(&singles).into_iter().collect(),
             // In place of files: a digest of everything that was given.
-            files: vec![SourceFile { path: format!("arrays of {path}"), bytes: digest_of(arrays).into_bytes() }],
+            files: vec![SourceFile { path: format!("arrays of {path}"), bytes: digest.into_bytes() }],
             ..MeasurementSet::none()
         })
     }

@@ -66,6 +66,17 @@ pub enum StudyError {
     Impossible(String),
 }
 
+/// Where a fault lies; each part is absent where it is unknown or does not apply.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct FaultLocation<'e> {
+    /// File, folder or measurement set.
+    pub file: Option<&'e str>,
+    /// Line of the file, from 1.
+    pub line: Option<u64>,
+    /// Key of the file, part of the machine, record, or setting.
+    pub key: Option<&'e str>,
+}
+
 fn preceded(given: &str) -> String {
     if given.is_empty() { String::new() } else { format!(" {given}") }
 }
@@ -84,6 +95,24 @@ impl StudyError {
             StudyError::Objective(error) => error.setting(),
             StudyError::Inverse(error) => error.setting(),
             _ => None,
+        }
+    }
+
+    /// Returns where the fault lies.
+    pub fn location(&self) -> FaultLocation<'_> {
+        let file = |path| FaultLocation { file: Some(path), ..FaultLocation::default() };
+        let key = |key| FaultLocation { key: Some(key), ..FaultLocation::default() };
+        match self {
+            StudyError::Config(ConfigError::Unreadable { path, .. } | ConfigError::Content { path, .. }) => file(path),
+            StudyError::Config(ConfigError::Syntax { path, line, .. }) => FaultLocation { line: Some(*line as u64), ..file(path) },
+            StudyError::Config(ConfigError::Key { path, key, .. }) => FaultLocation { key: Some(key), ..file(path) },
+            StudyError::Measurement(MeasurementError::Line { path, line, .. }) => FaultLocation { line: Some(*line), ..file(path) },
+            StudyError::Measurement(MeasurementError::File { path, .. }) => file(path),
+            StudyError::Measurement(MeasurementError::Key { path, key, .. }) => FaultLocation { key: Some(key), ..file(path) },
+            StudyError::Measurement(MeasurementError::Record { path, record, .. }) => FaultLocation { key: Some(record), ..file(path) },
+            StudyError::Machine(error) | StudyError::Objective(ObjectiveError::Machine(error)) => key(&error.part),
+            StudyError::Input { path, .. } => file(path),
+            other => FaultLocation { key: other.setting_key(), ..FaultLocation::default() },
         }
     }
 

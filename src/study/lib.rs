@@ -1,5 +1,7 @@
 //! Studies: identification, validation, comparison, diagnosis and planning for a machine and its measurements, and the documents of their results.
 
+use std::collections::BTreeMap;
+
 pub mod blind_check;
 mod change;
 mod compare;
@@ -34,7 +36,7 @@ pub use convergence::convergence;
 pub use diagnose::{Ablation, DiagnosisRequest, NullCache};
 pub use dynamics::model::RodModel;
 pub use effects::effects;
-pub use error::{StudyError, StudyResult};
+pub use error::{FaultLocation, StudyError, StudyResult};
 pub use files::{schema, schema_names, templates};
 pub use friction::{FrictionRequest, friction};
 pub use hybrid::{HybridRequest, hybrid};
@@ -42,10 +44,12 @@ pub use identification::Drawing;
 pub use identified::{check_identification, read_diagnosis, read_identification};
 pub use import::{ExportedSet, FileContents, ImportRequest, ImportedSet, export, import, list_contents};
 pub use machine::contact::StribeckNoise;
-pub use measurement::{DriveEffort, FrfArrays, MeasurementSet, MotionArrays, Quantity, SetArrays};
+pub use measurement::{
+    ChannelTolerance, Condition, DriveEffort, FrfArrays, FrfNoise, Gain, MeasurementSet, MotionArrays, Quantity, SetArrays,
+};
 pub use optimizer::{Control, Progress, Watcher};
 pub use page::{page, page_from};
-pub use peaks::{Peaks, PeaksRequest, peaks};
+pub use peaks::{DiagramPole, Peaks, PeaksRequest, peaks, stabilisation};
 pub use plan::{PlanRequest, PlannedData};
 pub use predict::PredictionRequest;
 pub use settings::{ObjectiveKind, Settings};
@@ -64,6 +68,14 @@ pub fn read_set(folder: &str) -> StudyResult<MeasurementSet> {
 /// # Errors  as [`read_set`].
 pub fn read_set_from(folder: &str, allow_outside: bool) -> StudyResult<MeasurementSet> {
     Ok(measurement::read_set_from(folder, allow_outside)?)
+}
+
+/// Reads a measurement set from the contents of its files by name, `manifest.toml` among them. `path` names the set in messages and documents.
+///
+/// # Errors  as [`read_set`].
+pub fn read_set_files(path: &str, files: &BTreeMap<String, Vec<u8>>) -> StudyResult<MeasurementSet> {
+    let missing = || std::io::Error::from(std::io::ErrorKind::NotFound);
+    Ok(measurement::read_set_with(path, |file| files.get(file).cloned().ok_or_else(missing))?)
 }
 
 /// Makes a machine from the text (TOML) of its description, under a name for messages and documents.

@@ -6,7 +6,11 @@ use rayon::prelude::*;
 
 use crate::stamp::set_stamp;
 use crate::{StudyError, StudyResult};
-use measurement::modal::{AmplitudeKind, CurveFit, CurveOptions, FrfCurve, ModalFit, TrackOptions, TrackRecord, track};
+pub use measurement::modal::DiagramPole;
+use measurement::modal::{
+    AmplitudeKind, CurveFit, CurveOptions, FrfCurve, ModalError, ModalFit, TrackOptions, TrackRecord, fit_curve, stabilisation_diagram,
+    track,
+};
 use measurement::{Frf, FrfLine, MeasurementSet};
 use numeric::parallel::OrFirstError;
 use numeric::unit::omega_rad_s;
@@ -129,6 +133,17 @@ pub fn peaks(set: &MeasurementSet, request: &PeaksRequest, control: &Control) ->
     Ok(Peaks { modes_csv: modes_csv(set, &named, &document), document })
 }
 
+/// Computes the stabilisation diagram of an FRF, by its index in the set.
+///
+/// # Errors  as [`peaks`]; the set has no FRF of this index.
+pub fn stabilisation(set: &MeasurementSet, frf: usize, request: &PeaksRequest) -> StudyResult<Vec<DiagramPole>> {
+    let Some(frf) = set.frfs.get(frf) else {
+        return Err(StudyError::setting("frf", frf, format!("the set has {} FRFs, counted from 0", set.frfs.len())));
+    };
+    let options = options(request)?;
+    with_curve(frf, request, |curve| stabilisation_diagram(curve, &options)).map_err(|e| StudyError::input(&frf.source, e.to_string()))
+}
+
 /// Returns the unit of the amplitudes; empty if the FRFs differ in quantity.
 fn amplitude_unit(set: &MeasurementSet) -> String {
     let first = set.frfs.first().map(|frf| frf.quantity);
@@ -172,7 +187,12 @@ fn band_of(frf: &Frf, request: &PeaksRequest) -> (f64, f64) {
 }
 
 /// Fits an FRF as a receptance.
-fn fit(frf: &Frf, options: &CurveOptions, request: &PeaksRequest) -> Result<ModalFit, measurement::modal::ModalError> {
+fn fit(frf: &Frf, options: &CurveOptions, request: &PeaksRequest) -> Result<ModalFit, ModalError> {
+    with_curve(frf, request, |curve| fit_curve(curve, options))
+}
+
+/// Does a piece of work on the requested lines of an FRF as a receptance.
+fn with_curve<T>(frf: &Frf, request: &PeaksRequest, work: impl FnOnce(&FrfCurve) -> T) -> T {
     let (from, to) = band_of(frf, request);
     // A local fit also uses the lines outside its band; a full fit uses only those inside.
     let is_used = |l: &FrfLine| request.local || (from..=to).contains(&l.frequency_hz);
@@ -188,7 +208,7 @@ fn fit(frf: &Frf, options: &CurveOptions, request: &PeaksRequest) -> Result<Moda
         component_sd: component_sd.as_deref(),
         omega_power: frf.quantity.power(),
     };
-    measurement::modal::fit_curve(&curve, options)
+    work(&curve)
 }
 
 /// Names each FRF by its position, its record or its file. Record, channel and number are added if the names are not unique otherwise.

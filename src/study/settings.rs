@@ -30,7 +30,8 @@ pub enum ObjectiveKind {
 }
 
 impl ObjectiveKind {
-    const ALL: [ObjectiveKind; 6] = [
+    /// All objectives.
+    pub const ALL: [ObjectiveKind; 6] = [
         ObjectiveKind::LeastSquares,
         ObjectiveKind::Eq26,
         ObjectiveKind::Frequencies,
@@ -52,7 +53,7 @@ impl ObjectiveKind {
     }
 
     /// Returns the objective of a name; `None` for an unknown one.
-    pub(crate) fn named(word: &str) -> Option<Self> {
+    pub fn named(word: &str) -> Option<Self> {
         ObjectiveKind::ALL.into_iter().find(|kind| kind.word() == word)
     }
 

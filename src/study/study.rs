@@ -66,6 +66,15 @@ impl Study {
         }
     }
 
+    /// Makes a study of a machine from the text (TOML) of its description, under a name for messages and documents, with overrides and effects taken
+    /// out.
+    ///
+    /// # Errors  the text does not describe a machine; an override or a removed effect does not fit it.
+    pub fn described((name, text): (&str, &str), set: MeasurementSet, overrides: &[String], without: &[String]) -> StudyResult<Self> {
+        let config = read_machine_text(name, text, overrides, without)?;
+        Ok(Study { overrides: overrides.to_vec(), without: without.to_vec(), ..Study::new(config, set) })
+    }
+
     /// Reads machine and measurements with overrides and effects taken out.
     ///
     /// # Errors  as [`Study::load`]; neither the sources nor the description name a measurement set.
@@ -147,6 +156,12 @@ impl Study {
         Ok(self.other_work())
     }
 
+    /// Replaces the measurement set.
+    #[must_use]
+    pub fn with_measurements(self, set: MeasurementSet) -> Self {
+        Study { set, ..self }.other_work()
+    }
+
     /// Replaces the settings.
     #[must_use]
     pub fn with_settings(self, settings: Settings) -> Self {
@@ -187,6 +202,11 @@ impl Study {
     /// Returns the machine as described.
     pub fn machine(&self) -> &Machine {
         &self.config.machine
+    }
+
+    /// Returns the text (TOML) of the machine's description, overrides and removed effects not applied.
+    pub fn machine_description(&self) -> &str {
+        &self.config.text
     }
 
     /// Returns title and file of the machine.

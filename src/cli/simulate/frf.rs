@@ -69,6 +69,7 @@ pub fn run(given: &FrfArguments) -> CommandResult {
         from_hz: given.from_hz,
         to_hz: given.to_hz,
         step_hz: given.step_hz,
+        lines_hz: None,
         response: given.response.clone(),
         excitation: given.excitation.clone(),
         closed_loop: given.closed_loop,

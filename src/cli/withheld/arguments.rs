@@ -53,6 +53,9 @@ pub struct WithheldArguments {
     /// Make and seal the cases without diagnosing them
     #[arg(long)]
     pub cases_only: bool,
+    /// Diagnose only these cases of --out, comma-separated, and keep the answers; runs beside each other share the cases
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', conflicts_with = "cases_only")]
+    pub case: Vec<String>,
     /// Additional arguments of every diagnosis, as one text
     #[arg(long, value_name = "ARGUMENTS", allow_hyphen_values = true, default_value = "", hide_default_value = true)]
     pub ablation: String,

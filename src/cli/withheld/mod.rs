@@ -4,7 +4,7 @@ pub mod arguments;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use self::arguments::{ArmName, TruthName, WithheldArguments};
 use crate::long_work::{on_threads, stop_flag};
@@ -13,7 +13,7 @@ use crate::outcome::{CommandResult, Outcome, deliver, prepare, print_out, warn};
 use crate::progress::WorkProgress;
 use crate::terminal;
 use report::to_json;
-use study::blind_check::{Arm, BlindCheck, BlindCheckRequest, CaseOrigin, Seal, WithheldDocument, withheld_text};
+use study::blind_check::{Arm, BlindCheck, BlindCheckRequest, CaseOrigin, Program, Seal, WithheldDocument, withheld_text};
 use study::{Control, StudyResult};
 
 /// Runs the command.
@@ -23,7 +23,11 @@ pub fn run(given: &WithheldArguments) -> CommandResult {
     }
     let folder = CaseFolder::new(given.output.out.as_deref())?;
     let check = BlindCheck::new(&folder.path, given.request()).map_err(shown)?;
-    let kept = prepare(&given.output)?;
+    if given.output.out.is_none() && !given.case.is_empty() {
+        return Err("--case requires the folder of the cases; name it with --out".into());
+    }
+    // Single cases may be diagnosed side by side in one folder.
+    let kept = if given.case.is_empty() { prepare(&given.output)? } else { None };
     let stop = stop_flag();
     let seal = on_threads(given.jobs, || with_progress(given, &stop, |control| check.seal(control)))?.map_err(shown)?;
     let Some(seal) = seal else {
@@ -42,7 +46,11 @@ pub fn run(given: &WithheldArguments) -> CommandResult {
         }
         return Ok(Outcome::Done);
     }
-    let program = std::env::current_exe().map_err(|e| format!("this program's own file cannot be found: {e}"))?;
+    let program = program()?;
+    if !given.case.is_empty() {
+        with_progress(given, &stop, |control| check.diagnose(&program, &seal, control)).map_err(shown)?;
+        return Ok(if stop.load(Ordering::Relaxed) { Outcome::Stopped } else { Outcome::Done });
+    }
     let document = with_progress(given, &stop, |control| scored(&check, &program, &seal, control)).map_err(shown)?;
     warn(&given.output, &document.stamp.warnings);
     let file = check.document_path();
@@ -51,9 +59,18 @@ pub fn run(given: &WithheldArguments) -> CommandResult {
 }
 
 /// Diagnoses the cases, and scores the answers.
-fn scored(check: &BlindCheck, program: &Path, seal: &Seal, control: &Control) -> StudyResult<WithheldDocument> {
+fn scored(check: &BlindCheck, program: &Program, seal: &Seal, control: &Control) -> StudyResult<WithheldDocument> {
     let answers = check.diagnose(program, seal, control)?;
     check.score(&answers, control)
+}
+
+/// Returns this program: its own file, unless its caller has named another.
+fn program() -> Result<Program, String> {
+    if let Some(program) = crate::PROGRAM.get() {
+        return Ok(program.clone());
+    }
+    let file = std::env::current_exe().map_err(|e| format!("this program's own file cannot be found: {e}"))?;
+    Ok(Program { command: vec![file.clone().into()], file })
 }
 
 /// Does work with a progress bar of its own, so that nothing is printed beside a bar.
@@ -80,6 +97,7 @@ impl WithheldArguments {
             ablation: self.ablation.split_whitespace().map(str::to_owned).collect(),
             jobs: self.jobs.map(usize::from),
             time_limit_s: self.time_limit_s.into(),
+            only: self.case.clone(),
         }
     }
 }

@@ -25,7 +25,7 @@ mod track;
 pub use curve::{CurveFit, CurveOptions, FrfCurve, LEAST_LINES};
 pub use error::ModalError;
 pub use fit::{Amplitude, AmplitudeKind, FittedMode, ModalFit, fit_curve};
-pub use stabilisation::Stability;
+pub use stabilisation::{DiagramPole, Stability, stabilisation_diagram};
 pub use track::{TrackEvidence, TrackOptions, TrackRecord, TrackedMode, track};
 
 #[cfg(test)]

@@ -8,12 +8,15 @@
 //!
 //! Guillaume et al., IMAC XXI (2003), section on stabilisation; tolerances 1 % and 5 to 10 % as used there and in `CurveOptions`.
 
+use std::f64::consts::TAU;
 use std::ops::Range;
 
 use num_complex::Complex64;
 
-use super::curve::{CurveLines, CurveOptions};
+use super::curve::{CurveLines, CurveOptions, FrfCurve};
+use super::error::ModalError;
 use super::lscf::{Order, diagram};
+use super::noise;
 
 /// Lowest order of a diagram.
 const FIRST_ORDER: usize = 4;
@@ -57,15 +60,63 @@ struct Stable {
     order: usize,
 }
 
+/// A pole of a stabilisation diagram.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DiagramPole {
+    /// Polynomial order.
+    pub order: usize,
+    /// Natural frequency (Hz).
+    pub frequency_hz: f64,
+    /// Damping ratio (1).
+    pub damping_ratio: f64,
+    /// Whether the previous order has the same pole, within the tolerances of frequency and damping.
+    pub stable: bool,
+}
+
+/// Computes the stabilisation diagram of a curve over its whole band: the poles of every order.
+///
+/// # Errors  as [`fit_curve`](super::fit_curve).
+pub fn stabilisation_diagram(curve: &FrfCurve, options: &CurveOptions) -> Result<Vec<DiagramPole>, ModalError> {
+    let lines = CurveLines::of(curve, options)?;
+    let sd = lines.sd.clone().unwrap_or_else(|| noise::from_curve(&lines));
+    let weight: Vec<f64> = sd.iter().map(|s| 1.0 / s).collect();
+    let orders = polynomial_orders(lines.len(), options.max_order);
+    let rows = diagram(&lines, 0..lines.len(), &weight, &orders);
+    let mut found = Vec::new();
+    for (at, row) in rows.iter().enumerate() {
+        found.extend(row.poles.iter().map(|pole| DiagramPole {
+            order: orders[at],
+            frequency_hz: pole.norm() / TAU,
+            damping_ratio: -pole.re / pole.norm(),
+            stable: at > 0 && is_repeated(*pole, &rows[at - 1], options),
+        }));
+    }
+    Ok(found)
+}
+
+/// Returns the orders of a diagram over a number of lines.
+fn polynomial_orders(lines: usize, highest: usize) -> Vec<usize> {
+    // A line gives two real equations; an order has two unknowns, four where they are complex.
+    (FIRST_ORDER..=highest.min(lines / 3).max(FIRST_ORDER)).step_by(2).collect()
+}
+
+/// Whether the previous order of a diagram has the same pole.
+fn is_repeated(pole: Complex64, previous: &Order, options: &CurveOptions) -> bool {
+    let size = pole.norm();
+    let damping = -pole.re / size;
+    previous.poles.iter().any(|other| {
+        (other.norm() - size).abs() <= options.frequency_tolerance * size
+            && (-other.re / other.norm() - damping).abs() <= options.damping_tolerance * damping
+    })
+}
+
 /// Returns the candidates of the lines, the most stable first.
 pub(super) fn candidates(lines: &CurveLines, weight: &[f64], options: &CurveOptions) -> Vec<StablePole> {
     let mut stable = Vec::new();
     let mut orders_of = Vec::new();
     for (band, range) in bands(lines).into_iter().enumerate() {
         let highest = if band == 0 { options.max_order } else { NARROW_ORDER.min(options.max_order) };
-        // A line gives two real equations; an order has two unknowns, four where they are complex.
-        let highest = highest.min(range.len() / 3).max(FIRST_ORDER);
-        let orders: Vec<usize> = (FIRST_ORDER..=highest).step_by(2).collect();
+        let orders = polynomial_orders(range.len(), highest);
         let rows = diagram(lines, range, weight, &orders);
         collect(&mut stable, &rows, band, options);
         orders_of.push(rows.len().saturating_sub(1).max(1));
@@ -98,13 +149,7 @@ fn bands(lines: &CurveLines) -> Vec<Range<usize>> {
 fn collect(stable: &mut Vec<Stable>, rows: &[Order], band: usize, options: &CurveOptions) {
     for (order, pair) in rows.windows(2).enumerate() {
         for pole in &pair[1].poles {
-            let size = pole.norm();
-            let repeated = pair[0].poles.iter().any(|previous| {
-                let damping = -pole.re / size;
-                (previous.norm() - size).abs() <= options.frequency_tolerance * size
-                    && (-previous.re / previous.norm() - damping).abs() <= options.damping_tolerance * damping
-            });
-            if repeated {
+            if is_repeated(*pole, &pair[0], options) {
                 stable.push(Stable { pole: *pole, band, order });
             }
         }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::closed_share::closed_share;
 use super::diagnose_cases::{CaseAnswers, diagnose_cases};
 use super::make_cases::make_cases;
-use super::request::BlindCheckRequest;
+use super::request::{BlindCheckRequest, Program};
 use crate::stamp::{document_input, stamp_files};
 use crate::{StudyError, StudyResult};
 use numeric::parallel::OrFirstError;
@@ -67,7 +67,7 @@ impl BlindCheck {
     /// After a stop the answers given before it are returned.
     ///
     /// # Errors  the program cannot be run, or a result cannot be written.
-    pub fn diagnose(&self, program: &Path, seal: &Seal, control: &Control) -> StudyResult<CaseAnswers> {
+    pub fn diagnose(&self, program: &Program, seal: &Seal, control: &Control) -> StudyResult<CaseAnswers> {
         diagnose_cases((&self.folder, &self.place()), program, seal, &self.request, control)
     }
 

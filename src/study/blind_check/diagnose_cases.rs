@@ -9,7 +9,7 @@ use file_access::{MOST_DOCUMENT_BYTES, MOST_TABLE_BYTES, create_exclusive, read_
 use rayon::prelude::*;
 use serde_json::Value;
 
-use super::request::BlindCheckRequest;
+use super::request::{BlindCheckRequest, Program};
 use crate::{StudyError, StudyResult};
 use numeric::parallel::OrFirstError;
 use optimizer::Control;
@@ -34,7 +34,7 @@ pub struct CaseAnswers {
 
 /// Runs the diagnoses of all cases.
 struct DiagnosisRunner<'r> {
-    program: &'r Path,
+    program: &'r Program,
     program_sha256: String,
     cases: PathBuf,
     kept: PathBuf,
@@ -51,12 +51,16 @@ struct DiagnosisRunner<'r> {
 /// # Errors  the program cannot be run, or a result cannot be written.
 pub fn diagnose_cases(
     (folder, place): (&Path, &Path),
-    program: &Path,
+    program: &Program,
     seal: &Seal,
     request: &BlindCheckRequest,
     control: &Control,
 ) -> StudyResult<CaseAnswers> {
-    let bytes = read_file(program, MOST_TABLE_BYTES).map_err(|e| StudyError::input(program.display(), e.to_string()))?;
+    let bytes = read_file(&program.file, MOST_TABLE_BYTES).map_err(|e| StudyError::input(program.file.display(), e.to_string()))?;
+    let cases: Vec<&SealedCase> = seal.cases.iter().filter(|case| request.only.is_empty() || request.only.contains(&case.name)).collect();
+    if let Some(unknown) = request.only.iter().find(|name| !cases.iter().any(|case| case.name == **name)) {
+        return Err(StudyError::setting("case", unknown, format!("{} has no such case; list its folder {CASES}", folder.display())));
+    }
     let kept = folder.join(place).join("diagnoses");
     if kept.is_symlink() {
         return Err(StudyError::input(kept.display(), "is a link; remove it"));
@@ -75,7 +79,7 @@ pub fn diagnose_cases(
         threads_each: (cores / jobs).max(1),
         limit: Duration::from_secs(request.time_limit_s),
     };
-    let step = control.steps("diagnose", seal.cases.len());
+    let step = control.steps("diagnose", cases.len());
     let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build();
     let pool = pool.map_err(|e| StudyError::impossible(format!("{jobs} threads cannot be started ({e}); ask for fewer jobs")))?;
     let answers = pool.install(|| {
@@ -87,7 +91,7 @@ pub fn diagnose_cases(
             Ok(answer.map(|answer| (case.name.clone(), answer)))
         };
         // A common queue of single cases, because their times differ widely.
-        seal.cases.par_iter().with_max_len(1).map(ask).or_first_error()
+        cases.par_iter().with_max_len(1).map(|case| ask(case)).or_first_error()
     });
     Ok(CaseAnswers {
         answers: answers?.into_iter().flatten().collect(),
@@ -144,7 +148,9 @@ impl DiagnosisRunner<'_> {
         };
         let ((stdout, printed), (stderr, errors)) = (file("out")?, file("err")?);
         let begun = Instant::now();
-        let mut child = Command::new(self.program)
+        let (name, first) = self.program.command.split_first().ok_or_else(|| StudyError::impossible("the program has no command"))?;
+        let mut child = Command::new(name)
+            .args(first)
             .args(self.arguments(case))
             .current_dir(&self.cases)
             .env("RAYON_NUM_THREADS", self.threads_each.to_string())
@@ -152,7 +158,7 @@ impl DiagnosisRunner<'_> {
             .stdout(stdout)
             .stderr(stderr)
             .spawn()
-            .map_err(|e| StudyError::input(self.program.display(), format!("cannot be started: {e}")))?;
+            .map_err(|e| StudyError::input(self.program.file.display(), format!("cannot be started: {e}")))?;
         let ended = self.wait(&mut child, begun, control)?;
         let seconds = begun.elapsed().as_secs_f64();
         let text = |path: &Path| fs::read(path).map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default();

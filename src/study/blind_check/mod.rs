@@ -9,5 +9,5 @@ mod request;
 
 pub use check::BlindCheck;
 pub use diagnose_cases::CaseAnswers;
-pub use request::{Arm, BlindCheckRequest, CaseCount, CaseOrigin};
+pub use request::{Arm, BlindCheckRequest, CaseCount, CaseOrigin, Program};
 pub use withheld::{Seal, WithheldDocument, withheld_text};

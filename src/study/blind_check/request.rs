@@ -1,5 +1,8 @@
 //! What a blind check checks, and on which cases.
 
+use std::ffi::OsString;
+use std::path::PathBuf;
+
 use super::make_cases::CasePlan;
 use crate::{StudyError, StudyResult};
 use reference_simulator::{Counts, motion};
@@ -33,6 +36,15 @@ pub enum CaseCount {
     Count(usize),
 }
 
+/// The program that diagnoses the cases: the command `jointid`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Program {
+    /// Command to start, with its first arguments.
+    pub command: Vec<OsString>,
+    /// File whose digest tells versions of the program apart.
+    pub file: PathBuf,
+}
+
 /// Cases of a blind check, and how each is diagnosed. A choice that is absent accepts that of cases already in the folder.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BlindCheckRequest {
@@ -50,11 +62,22 @@ pub struct BlindCheckRequest {
     pub jobs: Option<usize>,
     /// Time limit (s) after which a diagnosis counts as failed.
     pub time_limit_s: u64,
+    /// Names of the cases to diagnose, whose answers are kept for the scores of a later run; empty: all.
+    pub only: Vec<String>,
 }
 
 impl Default for BlindCheckRequest {
     fn default() -> Self {
-        BlindCheckRequest { arm: None, cases: None, seed: None, truth: None, ablation: Vec::new(), jobs: None, time_limit_s: 1800 }
+        BlindCheckRequest {
+            arm: None,
+            cases: None,
+            seed: None,
+            truth: None,
+            ablation: Vec::new(),
+            jobs: None,
+            time_limit_s: 1800,
+            only: Vec::new(),
+        }
     }
 }
 

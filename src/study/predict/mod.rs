@@ -15,7 +15,7 @@ use self::sample::PredictedPlace;
 use crate::identified::{check_current, check_identification, settings_of};
 use crate::simulation::{Place, checked_nut};
 use crate::{Study, StudyError, StudyResult};
-use identification::{Place as Minimum, draw_posterior};
+use identification::{Drawing, Place as Minimum, PosteriorSample, draw_posterior};
 use machine::Operating;
 use measurement::{Gain, Quantity};
 use report::document::{IdentificationDocument, Input};
@@ -39,15 +39,12 @@ impl Study {
             let fault = format!("write a number from {} to {}", DRAWS_RANGE.start(), DRAWS_RANGE.end());
             return Err(StudyError::setting("draws", request.draws, fault));
         }
-        let Some(posterior) = &identified.posterior else { return Err(StudyError::impossible("no posterior")) };
         let made = study.identification_settings()?;
         let (fit, _) = study.set.split(study.fit.as_deref(), &study.hold_out)?;
         let places = study.predicted_places(&request.places, fit.positions())?;
         let band_hz = study.predicted_band(request.band_hz)?;
-        let minima: Vec<Minimum> = posterior.minima.iter().map(|place| Minimum(place.clone())).collect();
-        let (draws, machine) = ((request.draws, request.seed, request.drawing), &study.config.machine);
-        let estimate = study.identified_values(Path::new(&request.name()), identified)?;
-        let sample = draw_posterior(machine, &fit, &made, (&estimate, &minima, posterior.variance), draws, &self.control)?;
+        let machine = &study.config.machine;
+        let sample = study.sample(identified, &request.name(), (request.draws, request.seed, request.drawing))?;
         if sample.draws.iter().any(|drawn| drawn.len() < *DRAWS_RANGE.start()) {
             return Err(StudyError::Stopped);
         }
@@ -73,10 +70,36 @@ impl Study {
             excitation: machine.points[excitation].name.clone(),
             band_hz: [band_hz.0, band_hz.1],
             draws: sample.draws.iter().map(Vec::len).min().unwrap_or(0),
-            minima: minima.len(),
+            minima: sample.draws.len(),
             nut_sd_m,
             positions,
         })
+    }
+
+    /// Draws machines that data and tolerances leave possible: `count` about each minimum. Returns the ids of the drawn parameters, tolerances included,
+    /// and the values of each machine, those of the best fit first.
+    ///
+    /// # Errors  as [`Study::predict_with`]; a bootstrap of modes.
+    pub fn draw(
+        &self,
+        identified: &IdentificationDocument,
+        (count, seed, drawing): (usize, u64, Drawing),
+    ) -> StudyResult<(Vec<String>, Vec<Vec<f64>>)> {
+        let study = self.with_posterior_of(identified, "the identification")?;
+        let sample = study.sample(identified, "the identification", (count, seed, drawing))?;
+        let ids = sample.machine.parameters.iter().map(|p| p.id.clone()).collect();
+        let drawn = std::iter::once(&sample.best).chain(sample.draws.iter().flatten());
+        Ok((ids, drawn.map(|draw| draw.values.0.clone()).collect()))
+    }
+
+    /// Draws machines from the posterior of an identification of this study.
+    fn sample(&self, identified: &IdentificationDocument, name: &str, draws: (usize, u64, Drawing)) -> StudyResult<PosteriorSample> {
+        let Some(posterior) = &identified.posterior else { return Err(StudyError::impossible("no posterior")) };
+        let (fit, _) = self.set.split(self.fit.as_deref(), &self.hold_out)?;
+        let minima: Vec<Minimum> = posterior.minima.iter().map(|place| Minimum(place.clone())).collect();
+        let estimate = self.identified_values(Path::new(name), identified)?;
+        let (machine, made) = (&self.config.machine, self.identification_settings()?);
+        Ok(draw_posterior(machine, &fit, &made, (&estimate, &minima, posterior.variance), draws, &self.control)?)
     }
 
     /// Returns the study with split and settings of an identification, after all checks that its posterior is that of this machine and set.
@@ -193,7 +216,8 @@ impl Study {
         ))
     }
 
-    pub(crate) fn quantity(&self) -> Quantity {
+    /// Returns the quantity of the set, or that of its first FRF.
+    pub fn quantity(&self) -> Quantity {
         self.set.quantity.or_else(|| self.set.frfs.first().map(|frf| frf.quantity)).unwrap_or(Quantity::Receptance)
     }
 

@@ -31,6 +31,8 @@ pub struct FrfRequest {
     pub to_hz: f64,
     /// Frequency step (Hz).
     pub step_hz: f64,
+    /// Frequencies of the lines (Hz), in place of those from lowest, highest and step.
+    pub lines_hz: Option<Vec<f64>>,
     /// Name of the response point; that of the measurement set where absent.
     pub response: Option<String>,
     /// Name of the excitation point; that of the measurement set where absent.
@@ -49,6 +51,7 @@ impl Default for FrfRequest {
             from_hz: 1.0,
             to_hz: 1000.0,
             step_hz: 0.5,
+            lines_hz: None,
             response: None,
             excitation: None,
             closed_loop: false,
@@ -119,6 +122,12 @@ fn computed(study: &Study, machine: &Machine, values: &[f64], rods: RodModel, re
 
 /// Returns the frequencies of the lines (Hz).
 fn frequencies_hz(request: &FrfRequest) -> StudyResult<Vec<f64>> {
+    if let Some(lines_hz) = &request.lines_hz {
+        return match lines_hz.iter().enumerate().find(|(_, hz)| !(**hz > 0.0 && hz.is_finite())) {
+            None => Ok(lines_hz.clone()),
+            Some((at, hz)) => Err(StudyError::setting("frequency_hz", format!("[{at}]"), format!("is {hz}; write frequencies above 0 Hz"))),
+        };
+    }
     let step = require_positive("step_hz", request.step_hz)?;
     let from = require_positive("from_hz", request.from_hz)?;
     if !(request.to_hz >= from && request.to_hz.is_finite()) {
