@@ -1,0 +1,84 @@
+//! Work that needs no study: peaks, friction, the library of effects, the command.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use report::to_json;
+use serde::de::DeserializeOwned;
+use study::blind_check::Program;
+use study::{Control, FrictionRequest, PeaksRequest, StribeckNoise, StudyError};
+
+use crate::error::{argument, to_exception};
+use crate::measurement::MeasurementSet;
+
+/// Parses the text of a document.
+///
+/// # Errors  the text is no document of this kind.
+pub fn parsed<T: DeserializeOwned>(text: &str) -> PyResult<T> {
+    serde_json::from_str(text).map_err(|e| argument("document", &format!("is no result document of this kind: {e}")))
+}
+
+fn peaks_request(band_hz: Option<(f64, f64)>, local: bool, max_order: Option<usize>) -> PeaksRequest {
+    let usual = PeaksRequest::default();
+    PeaksRequest { band_hz, local, max_order: max_order.unwrap_or(usual.max_order) }
+}
+
+/// Extracts peaks from the FRFs of a set: the document, and the modes as a table.
+#[pyfunction]
+pub fn peaks(
+    py: Python<'_>,
+    measurements: &MeasurementSet,
+    band_hz: Option<(f64, f64)>,
+    local: bool,
+    max_order: Option<usize>,
+) -> PyResult<(String, String)> {
+    let request = peaks_request(band_hz, local, max_order);
+    let made = py.detach(|| {
+        let found = study::peaks(&measurements.set, &request, &Control::default())?;
+        Ok((to_json(&found.document)?, found.modes_csv))
+    });
+    made.map_err(|e: StudyError| to_exception(&e))
+}
+
+/// Computes the stabilisation diagram of an FRF: order, natural frequency (Hz), damping ratio, stable.
+#[pyfunction]
+pub fn stabilisation(
+    py: Python<'_>,
+    measurements: &MeasurementSet,
+    frf: usize,
+    max_order: Option<usize>,
+) -> PyResult<Vec<(usize, f64, f64, bool)>> {
+    let request = peaks_request(None, false, max_order);
+    let found = py.detach(|| study::stabilisation(&measurements.set, frf, &request)).map_err(|e| to_exception(&e))?;
+    Ok(found.into_iter().map(|pole| (pole.order, pole.frequency_hz, pole.damping_ratio, pole.stable)).collect())
+}
+
+/// Fits a Stribeck curve to a table of friction.
+#[pyfunction]
+pub fn friction(py: Python<'_>, path: String, lead_m: Option<f64>, efficiency: f64, noise: Option<String>) -> PyResult<String> {
+    let noise = match noise.as_deref() {
+        None => None,
+        Some("uniform") => Some(StribeckNoise::Uniform),
+        Some("proportional") => Some(StribeckNoise::Proportional),
+        Some("known") => Some(StribeckNoise::Known),
+        Some(word) => return Err(argument("noise", &format!("is «{word}»; write uniform, proportional or known"))),
+    };
+    let request = FrictionRequest { path, lead_m, efficiency, noise };
+    py.detach(|| Ok(to_json(&study::friction(&request)?)?)).map_err(|e: StudyError| to_exception(&e))
+}
+
+/// Lists the library of effects.
+#[pyfunction]
+pub fn effects(config: Option<&str>, id: Option<&str>) -> PyResult<String> {
+    let listed = study::effects(config, id).and_then(|document| Ok(to_json(&document)?));
+    listed.map_err(|e| to_exception(&e))
+}
+
+/// Runs the command with these arguments, the name of the program first. Returns its exit code. `python` is the interpreter and `file` the extension,
+/// from which the command starts itself.
+#[pyfunction]
+pub fn run_command(py: Python<'_>, arguments: Vec<OsString>, python: OsString, file: PathBuf) -> u8 {
+    let program = Program { command: vec![python, "-m".into(), "jointid".into()], file };
+    py.detach(|| cli::run_with(arguments, Some(program)))
+}

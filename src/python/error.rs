@@ -1,0 +1,29 @@
+//! Errors of the library as exceptions of the package.
+
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::{PyErr, import_exception};
+use study::StudyError;
+
+import_exception!(jointid._errors, InputError);
+import_exception!(jointid._errors, StoppedError);
+
+/// Converts an error; file, line and key become attributes of the exception.
+pub fn to_exception(error: &StudyError) -> PyErr {
+    if error.is_stop() {
+        return StoppedError::new_err(error.to_string());
+    }
+    let at = error.location();
+    // The setting of the command's overrides.
+    let key = at.key.map(|key| if key == "set" { "overrides" } else { key }.to_string());
+    InputError::new_err((error.to_string(), at.file.map(String::from), at.line, key))
+}
+
+/// Makes the exception of an argument.
+pub fn argument(key: &str, fault: &str) -> PyErr {
+    InputError::new_err((format!("{key}: {fault}"), None::<String>, None::<u64>, Some(key.to_string())))
+}
+
+/// Makes the exception of a fault inside the extension.
+pub fn internal(fault: impl std::fmt::Display) -> PyErr {
+    PyRuntimeError::new_err(fault.to_string())
+}

@@ -1,0 +1,38 @@
+"""Exceptions of the package."""
+
+from __future__ import annotations
+
+
+class InputError(ValueError):
+    """An argument, a file or a key of a file is wrong; the message says what was found and what to write instead.
+
+    Attributes
+    ----------
+    file : str or None
+        File, folder or measurement set in which the fault lies.
+    line : int or None
+        Line of the file, from 1.
+    key : str or None
+        Key of the file, record, or argument.
+    """
+
+    def __init__(self, message: str, file: str | None = None, line: int | None = None, key: str | None = None) -> None:
+        super().__init__(message)
+        self.file, self.line, self.key = file, line, key
+
+    def __reduce__(self):
+        return type(self), (str(self), self.file, self.line, self.key)
+
+
+class StoppedError(RuntimeError):
+    """The work was stopped before there was a result."""
+
+
+def argument(key: str, fault: str) -> InputError:
+    """The exception of an argument: its name, what was found, and what to write instead."""
+    return InputError(f"{key}: {fault}", key=key)
+
+
+def needs(module: str, extra: str, purpose: str) -> ImportError:
+    """The exception of an optional package that is not installed."""
+    return ImportError(f"{purpose} needs {module}, which is not installed: pip install 'jointid[{extra}]'")

@@ -1,0 +1,447 @@
+"""Fleets: many machines identified on all cores, on a Dask cluster, or on any executor; interrupted runs go on where they ended."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _arrays
+from ._errors import InputError, argument
+from ._progress import Callback, progress_of
+from ._tasks import Done, Failure, Task, do, key_of, prepare, result_file
+from .machine import Machine
+from .measurement import MeasurementSet, write
+from .results import Document, Identification, _pandas
+from .study import Study, _checked
+
+if TYPE_CHECKING:
+    import pandas
+
+
+Path_ = str | os.PathLike[str]
+# Draws of a task: enough to outweigh the cost of a task (about 6 ms), few enough that a lost worker costs seconds.
+BLOCK = 25
+
+
+@dataclass(frozen=True)
+class FleetRun:
+    """What a run did: tasks done now, tasks whose results were there already, failures, and the time it took (s)."""
+
+    done: int
+    kept: int
+    failures: tuple[Failure, ...]
+    seconds: float
+
+    @classmethod
+    def _of(cls, did: Done) -> FleetRun:
+        return cls(did.done, did.kept, tuple(did.failures), did.seconds)
+
+
+class Fleet:
+    """Machines to identify, one document each, with bootstrap draws as rows.
+
+    A task is one machine, or one machine with a block of draws. Its result is a file in `folder`, named by a digest of inputs, settings, seed and build: a
+    lost worker, a lost scheduler or a second run costs only what was under way, and changed inputs are computed anew.
+
+    Parameters
+    ----------
+    folder : path
+        Folder of the results, which need not exist.
+    machines : path or Machine, or mapping of name to either
+        One description for all, or one each.
+    measurements : mapping of name to path or MeasurementSet, or path
+        Measurement sets by name of the machine, or a folder whose subfolders are sets.
+    fit, hold_out : list of str
+        Positions or records to fit and to hold out; by default as each set states.
+    bootstrap : int
+        Draws a machine, besides its identification: a bootstrap over lines of FRFs; from the posterior for modes.
+    seed : int
+        Seed of searches and draws.
+    **settings
+        See :class:`jointid.study.Settings`.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written, or an argument is wrong. A machine with bad input is no error: see :meth:`failures`.
+    """
+
+    def __init__(
+        self,
+        folder: Path_,
+        machines: Path_ | Machine | Mapping[str, Path_ | Machine] | None,
+        measurements: Path_ | Mapping[str, Path_ | MeasurementSet],
+        *,
+        fit: str | Sequence[str] | None = None,
+        hold_out: str | Sequence[str] = (),
+        bootstrap: int = 0,
+        seed: int = 1,
+        **settings: Any,
+    ) -> None:
+        self.folder = Path(_arrays.path("folder", folder))
+        self._sets = _sets(measurements)
+        if isinstance(machines, Mapping):
+            self._machines = _arrays.mapping("machines", machines)
+            _arrays.unknown("measurements", self._sets, self._machines)
+        else:
+            self._machines = dict.fromkeys(self._sets, machines)
+        self._fit = None if fit is None else _arrays.names("fit", fit)
+        self._hold_out = _arrays.names("hold_out", hold_out)
+        self._bootstrap, self._seed = _arrays.count("bootstrap", bootstrap), _arrays.count("seed", seed)
+        self._settings = _checked(settings)
+        self._failures: dict[str, Failure] = {}
+        self._keys: dict[str, str] = {}
+        prepare(self.folder)
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the machines."""
+        return list(self._sets)
+
+    def run(
+        self, client: Any = None, *, workers: int | None = None, security: Any = None, progress: bool | Callback | None = None
+    ) -> FleetRun:
+        """Does what is not done yet.
+
+        Parameters
+        ----------
+        client : dask.distributed.Client or concurrent.futures.Executor
+            Where the work is done; by default a Dask cluster on this machine, bound to the loopback interface, or processes where Dask is missing. A pool
+            of processes must start them by spawn or forkserver.
+        workers : int
+            Processes of the default; one a core.
+        security : distributed.Security
+            TLS of the default cluster.
+        progress : bool or function of (stage, done, of)
+
+        Returns
+        -------
+        FleetRun
+
+        Raises
+        ------
+        InputError
+            The client is closed, or no client. What was done stays.
+        """
+        self._failures, self._keys = {}, {}
+        count = _arrays.optional_count("workers", workers, 1)
+        of = len(self._sets) * (1 + len(self._blocks()))
+        with progress_of(progress, "fleet") as callback:
+            did = do(
+                self.folder, self._tasks(), client, workers=count, security=security, then=self._draws_of, progress=callback, of=of
+            )
+        for failure in [*self._failures.values(), *did.failures]:
+            self._failures[failure.name] = failure
+        return FleetRun(did.done, did.kept, tuple(self._failures.values()), did.seconds)
+
+    def failures(self) -> pandas.DataFrame:
+        """Machines that the last run could not identify: name, error, message, file, line and key."""
+        return _pandas("a table").DataFrame(self._failures.values(), columns=Failure._fields)
+
+    def documents(self) -> Iterator[tuple[str, Document]]:
+        """The identifications that are done, by name."""
+        for name in self._sets:
+            file = self._file(name)
+            if file is not None and file.exists():
+                yield name, Document(file.read_text(encoding="utf-8"))
+
+    def identification(self, name: str) -> Identification:
+        """The identification of a machine."""
+        _arrays.unknown("name", [_arrays.name("name", name)], self._sets)
+        file = self._file(name)
+        if file is None or not file.exists():
+            raise argument("name", f"«{name}» is not identified yet; run the fleet, and look at its failures")
+        text = file.read_text(encoding="utf-8")
+        study = self._study(name)
+        return Identification(study._core.identification(text), study)
+
+    def table(self) -> pandas.DataFrame:
+        """One row a machine: cost, χ² over degrees of freedom, largest error, warnings, and of every parameter value, interval and `identifiable`."""
+        rows = []
+        for name, document in self.documents():
+            derived = document["derived"]
+            freedom = derived.get("degrees_of_freedom")
+            row: dict[str, Any] = {"machine": name, "cost": document["cost"]}
+            row |= {"chi2_per_degree": document["cost"] / freedom if freedom else None, "warnings": len(document.warnings)}
+            row |= {key: value for key, value in derived.items() if key.startswith("largest")}
+            for parameter, entry in document["parameters"].items():
+                low, high = entry["interval95"] or (None, None)
+                row |= {parameter: entry["value"], f"{parameter}_low": low, f"{parameter}_high": high}
+                row[f"{parameter}_identifiable"] = entry["identifiable"]
+            rows.append(row)
+        pandas = _pandas("a table")
+        return pandas.DataFrame(rows).set_index("machine") if rows else pandas.DataFrame()
+
+    def draws(self) -> pandas.DataFrame:
+        """One row a draw: machine, draw, and the value of every parameter."""
+        pandas = _pandas("a table")
+        parts = []
+        for name in self._sets:
+            for at, block in enumerate(self._blocks()):
+                file = self._file(name, at)
+                if file is None or not file.exists():
+                    continue
+                content = json.loads(file.read_text(encoding="utf-8"))
+                part = pandas.DataFrame(content["values"], columns=content["parameters"])
+                part.insert(0, "draw", range(at * BLOCK, at * BLOCK + len(part)))
+                part.insert(0, "machine", name)
+                parts.append(part.head(block))
+        return pandas.concat(parts, ignore_index=True) if parts else pandas.DataFrame(columns=["machine", "draw"])
+
+    def to_parquet(self, path: Path_) -> None:
+        """Writes the table as Parquet."""
+        import io
+
+        content = io.BytesIO()
+        self.table().to_parquet(content)
+        write(path, content.getvalue())
+
+    def _blocks(self) -> list[int]:
+        whole, rest = divmod(self._bootstrap, BLOCK)
+        return [BLOCK] * whole + ([rest] if rest else [])
+
+    def _key(self, name: str) -> str:
+        if name not in self._keys:
+            inputs = (*_content_of_machine(self._machines[name]), *_content_of_set(self._sets[name]))
+            self._keys[name] = key_of("identify", self._fit, self._hold_out, self._seed, sorted(self._settings.items()), *inputs)
+        return self._keys[name]
+
+    def _file(self, name: str, block: int | None = None) -> Path | None:
+        try:
+            key = self._key(name)
+        except (InputError, OSError):
+            return None
+        return result_file(self.folder, key if block is None else key_of(key, block, self._blocks()[block]))
+
+    def _study(self, name: str) -> Study:
+        return _study(self._machines[name], self._sets[name], self._fit, self._hold_out, self._settings, self._seed)
+
+    def _tasks(self) -> Iterator[Task]:
+        for name, measurements in self._sets.items():
+            try:
+                key = self._key(name)
+            except (InputError, OSError) as fault:
+                at = (fault.file, fault.line, fault.key) if isinstance(fault, InputError) else (fault.filename, None, None)
+                self._failures[name] = Failure(name, type(fault).__name__, str(fault), *at)
+                continue
+            arguments = (self._machines[name], measurements, self._fit, self._hold_out, self._settings, self._seed)
+            yield Task(name, key, _identified, arguments)
+
+    def _draws_of(self, task: Task) -> Iterator[Task]:
+        if task.function is not _identified:
+            return
+        source = str(result_file(self.folder, task.key))
+        for at, count in enumerate(self._blocks()):
+            # Blocks of one machine draw from unlike seeds; machines from the same, as each alone would.
+            yield Task(task.name, key_of(task.key, at, count), _drawn, (source, task.arguments, count, self._seed + 1 + at))
+
+
+def _sets(measurements: Any) -> dict[str, Any]:
+    if isinstance(measurements, Mapping):
+        found = _arrays.mapping("measurements", measurements)
+        if not found:
+            raise argument("measurements", "is empty; give at least one measurement set by name")
+        for name, given in found.items():
+            if not isinstance(given, (str, os.PathLike, MeasurementSet)):
+                raise argument(f"measurements[{name!r}]", f"is a {type(given).__name__}; give a folder or a MeasurementSet")
+        return found
+    folder = Path(_arrays.path("measurements", measurements))
+    try:
+        found = {entry.name: str(entry) for entry in sorted(folder.iterdir()) if (entry / "manifest.toml").is_file()}
+    except OSError as fault:
+        message = f"{folder}: cannot be listed ({fault.strerror or fault}); name a folder of measurement sets"
+        raise InputError(message, file=str(folder), key="measurements") from None
+    if not found:
+        message = f"{folder}: has no subfolder with a manifest.toml; name a folder of measurement sets, or give them by name"
+        raise InputError(message, file=str(folder), key="measurements")
+    return found
+
+
+def _content_of_machine(machine: Any) -> tuple[bytes, ...]:
+    if machine is None:
+        return (b"",)
+    if isinstance(machine, Machine):
+        return (machine.path.encode(), machine.text.encode())
+    path = Path(machine)
+    return (str(path).encode(), path.read_bytes() if path.exists() else Machine(path).text.encode())
+
+
+def _content_of_set(measurements: Any) -> Iterator[bytes]:
+    """Contents of the files of a set, without parsing them: the driver of a large fleet only reads."""
+    if isinstance(measurements, (str, os.PathLike)) and (folder := Path(measurements)).exists():
+        yield str(folder).encode()
+        for file in sorted(folder.rglob("*") if folder.is_dir() else [folder]):
+            if file.is_file() and not file.name.endswith(".part"):
+                yield str(file.relative_to(folder)).encode()
+                yield file.read_bytes()
+        return
+    read = measurements if isinstance(measurements, MeasurementSet) else MeasurementSet(measurements)
+    yield read.path.encode()
+    for name, content in sorted(read._files().items()):
+        yield name.encode()
+        yield content
+
+
+def _study(machine: Any, measurements: Any, fit: list[str] | None, hold_out: list[str], settings: dict[str, Any], seed: int) -> Study:
+    study = Study(machine, measurements)
+    if fit is not None:
+        study = study.fit(fit)
+    if hold_out:
+        study = study.hold_out(hold_out)
+    return study._set(seed, settings)
+
+
+def _identified(*of_study: Any) -> str:
+    """Identifies a machine in a worker."""
+    return _study(*of_study).identify(seed=of_study[-1], threads=1, progress=False).json
+
+
+def _drawn(source: str, of_study: tuple[Any, ...], count: int, seed: int) -> str:
+    """Draws machines about an identification in a worker."""
+    study = _study(*of_study)
+    found = Identification(study._core.identification(Path(source).read_text(encoding="utf-8")), study)
+    ids, values = found.draws(count, seed=seed, threads=1)
+    return json.dumps({"parameters": ids, "values": values.tolist()})
+
+
+def coverage(
+    folder: Path_,
+    machine: Machine | Path_,
+    nut_m: Mapping[str, float],
+    frequency_hz: ArrayLike,
+    *,
+    response: str,
+    excitation: str,
+    draws: int = 100,
+    noise: float = 0.01,
+    spread: float = 0.3,
+    seed: int = 1,
+    client: Any = None,
+    workers: int | None = None,
+    progress: bool | Callback | None = None,
+    **settings: Any,
+) -> pandas.DataFrame:
+    """How often the 95 % intervals of a planned test hold the truth: a study on simulated machines of the description itself.
+
+    Every draw is a machine whose free parameters lie within a factor ``exp(±spread)`` about their start values, clipped to their ranges, tested at the
+    positions `nut_m` (m) with noise of the relative standard deviation `noise`, and identified. The truth obeys the model: what a real machine has
+    beside it is not in these figures.
+
+    Returns
+    -------
+    DataFrame with one row a draw and parameter: draw, parameter, truth, value, low, high, identifiable, holds.
+    """
+    target = prepare(Path(_arrays.path("folder", folder)))
+    described = machine if isinstance(machine, Machine) else Machine(machine)
+    lines = _arrays.frequencies("frequency_hz", frequency_hz)
+    nuts = {name: _arrays.number(f"nut_m[{name!r}]", at) for name, at in _arrays.mapping("nut_m", nut_m).items()}
+    points = (_arrays.name("response", response), _arrays.name("excitation", excitation))
+    sizes = (_arrays.number("noise", noise), _arrays.number("spread", spread))
+    checked = _checked(settings)
+    first, count = _arrays.count("seed", seed), _arrays.count("draws", draws, 1)
+
+    def tasks() -> Iterator[Task]:
+        for at in range(count):
+            arguments = (described, nuts, lines, points, sizes, checked, first + at)
+            parts = (described.path, described.text, sorted(nuts.items()), lines.tobytes(), points, sizes, sorted(checked.items()), first + at)
+            yield Task(f"draw {at}", key_of("coverage", *parts), _covered, arguments)
+
+    with progress_of(progress, "coverage") as callback:
+        did = do(target, tasks(), client, workers=workers, progress=callback, of=count)
+    if did.failures:
+        raise InputError(f"{did.failures[0].name}: {did.failures[0].message}", did.failures[0].file, did.failures[0].line, did.failures[0].key)
+    rows = []
+    for at, task in enumerate(tasks()):
+        rows += [{"draw": at} | row for row in json.loads(result_file(target, task.key).read_text(encoding="utf-8"))]
+    return _pandas("a table").DataFrame(rows)
+
+
+def _covered(
+    machine: Machine,
+    nuts: dict[str, float],
+    lines: np.ndarray,
+    points: tuple[str, str],
+    sizes: tuple[float, float],
+    settings: dict[str, Any],
+    seed: int,
+) -> str:
+    """One draw of a study of coverage, in a worker."""
+    noise, spread = sizes
+    generator = np.random.default_rng(seed)
+    frozen = settings.get("freeze", ())
+    truth = {}
+    for name, parameter in machine.parameters.items():
+        if name not in frozen and parameter.start > 0:
+            truth[name] = float(np.clip(parameter.start * np.exp(generator.uniform(-spread, spread)), parameter.lower, parameter.upper))
+    common = {"response": points[0], "excitation": points[1], "quantity": "receptance"}
+    empty = MeasurementSet.from_arrays(lines, {name: np.ones(lines.size, complex) for name in nuts}, nut_m=nuts, **common)
+    simulated = Study(machine, empty, overrides={f"parameter.{name}.start": value for name, value in truth.items()})
+    values = simulated.frf(lines, nut_m=list(nuts.values()))
+    drawn = generator.normal(size=(2, *values.shape)) * noise / np.sqrt(2)
+    measured = values * (1 + drawn[0] + 1j * drawn[1])
+    relative_sd = {name: np.full(lines.size, noise) for name in nuts}
+    taps = MeasurementSet.from_arrays(lines, dict(zip(nuts, measured, strict=True)), relative_sd=relative_sd, nut_m=nuts, **common)
+    found = Study(machine, taps).identify(seed=seed, threads=1, progress=False, **settings)
+    rows = []
+    for name, parameter in found.parameters.items():
+        if not parameter.fitted or name not in truth:
+            continue
+        parts = parameter.intervals95 or ((parameter.interval95,) if parameter.interval95 else ())
+        low, high = parameter.interval95 or (None, None)
+        row = {"parameter": name, "truth": truth[name], "value": parameter.value, "low": low, "high": high}
+        row |= {"identifiable": parameter.identifiable, "holds": any(a <= truth[name] <= b for a, b in parts)}
+        rows.append(row)
+    return json.dumps(rows)
+
+
+def blind_check(
+    folder: Path_,
+    *,
+    cases: int | str = "quick",
+    seed: int = 1,
+    arm: str = "frf",
+    client: Any = None,
+    workers: int | None = None,
+    progress: bool | Callback | None = None,
+) -> Document:
+    """The blind check of the diagnosis (the command `withheld`) on a cluster: cases are made and sealed here, diagnosed there, and scored here.
+
+    `cases` is a number, "quick" or "full"; `arm` "frf" or "motion". All workers must see `folder`. Returns the document `withheld.json`.
+    """
+    target = prepare(Path(_arrays.path("folder", folder)))
+    place = ["--out", str(target / "cases")]
+    chosen = ["--cases", str(cases), "--seed", str(_arrays.count("seed", seed)), "--arm", _arrays.name("arm", arm)]
+    seal = json.loads(_command(["withheld", *place, *chosen, "--cases-only", "--json", "--quiet"]))
+    names = [case["name"] for case in seal["cases"]]
+    tasks = (Task(name, key_of("blind check", chosen, name, case["sha256"]), _answered, (place, name)) for name, case in zip(names, seal["cases"], strict=True))
+    with progress_of(progress, "blind check") as callback:
+        did = do(target, tasks, client, workers=workers, progress=callback, of=len(names))
+    if did.failures:
+        raise InputError(f"{did.failures[0].name}: {did.failures[0].message}", file=str(target))
+    return Document(_command(["withheld", *place, "--json", "--quiet"]))
+
+
+def _answered(place: list[str], name: str) -> str:
+    """Diagnoses one case in a worker; the answer is kept in the folder of the cases."""
+    _command(["withheld", *place, "--case", name, "--jobs", "1", "--quiet"])
+    return "{}"
+
+
+def _command(words: list[str]) -> str:
+    """Runs the command of this package in a process of its own; returns what it prints."""
+    environment = os.environ | {"RAYON_NUM_THREADS": os.environ.get("RAYON_NUM_THREADS", "1" if "--case" in words else "")}
+    if not environment["RAYON_NUM_THREADS"]:
+        del environment["RAYON_NUM_THREADS"]
+    ran = subprocess.run([sys.executable, "-m", "jointid", *words], capture_output=True, text=True, check=False, env=environment)
+    if ran.returncode != 0:
+        raise InputError(ran.stderr.strip() or f"jointid {words[0]} ended with {ran.returncode}")
+    return ran.stdout

@@ -1,0 +1,202 @@
+//! Studies.
+
+use std::path::PathBuf;
+
+use num_complex::Complex64;
+use numpy::{PyArray2, PyReadonlyArray1};
+use pyo3::prelude::*;
+use report::to_json;
+use study::{Ablation, DiagnosisRequest, NullCache, PlanRequest, PlannedData, Sources, StudyError};
+
+use crate::document::parsed;
+use crate::error::{argument, to_exception};
+use crate::identification::{GivenFrfRequest, Identification, as_array, reject_duplicates};
+use crate::measurement::MeasurementSet;
+use crate::settings::GivenSettings;
+use crate::work::{Running, run};
+
+/// A machine with its measurements, what is fitted, and how.
+#[pyclass(frozen, module = "jointid._core")]
+pub struct Study(pub study::Study);
+
+/// Candidates and method of a diagnosis.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct GivenDiagnosis {
+    effects: Vec<String>,
+    exclude: Vec<String>,
+    nulls: Option<usize>,
+    cache: Option<PathBuf>,
+    ablate: Vec<String>,
+}
+
+/// What a plan chooses from.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct GivenPlan {
+    data: Option<String>,
+    choose: Vec<usize>,
+    measured: Vec<String>,
+    channels: Vec<String>,
+    states: Vec<String>,
+    predict_at_m: Vec<f64>,
+    diagnosis: Option<String>,
+    noise: Option<f64>,
+    band_hz: Option<(f64, f64)>,
+    lines: Option<usize>,
+}
+
+impl GivenDiagnosis {
+    fn request(self) -> PyResult<DiagnosisRequest> {
+        let ablation = |word: &String| {
+            let known = [
+                ("chi-square", Ablation::ChiSquare),
+                ("frozen-nominal", Ablation::FrozenNominal),
+                ("no-nuisances", Ablation::NoNuisances),
+                ("in-sample", Ablation::InSample),
+            ];
+            let found = known.into_iter().find(|(name, _)| name == word);
+            let fault = || argument("ablate", &format!("is «{word}»; write chi-square, frozen-nominal, no-nuisances or in-sample"));
+            found.map(|(_, part)| part).ok_or_else(fault)
+        };
+        Ok(DiagnosisRequest {
+            nulls: self.nulls.unwrap_or(DiagnosisRequest::default().nulls),
+            cache: self.cache.map_or(NullCache::None, NullCache::Folder),
+            ablated: self.ablate.iter().map(ablation).collect::<PyResult<_>>()?,
+            effects: self.effects,
+            exclude: self.exclude,
+        })
+    }
+}
+
+#[pymethods]
+impl Study {
+    /// Makes a study from a machine's text and a measurement set.
+    #[new]
+    fn new(name: &str, text: &str, measurements: &MeasurementSet, overrides: Vec<String>, without: Vec<String>) -> PyResult<Self> {
+        let study = study::Study::described((name, text), measurements.set.clone(), &overrides, &without);
+        study.map(Study).map_err(|e| to_exception(&e))
+    }
+
+    /// Reads machine and measurements as the command does; what is absent is that of the published bench.
+    #[staticmethod]
+    fn open(config: Option<String>, measurements: Option<String>, overrides: Vec<String>, without: Vec<String>) -> PyResult<Self> {
+        let sources = Sources { config, measurements, overrides, without, allow_outside: false };
+        study::Study::open(&sources).map(Study).map_err(|e| to_exception(&e))
+    }
+
+    /// Returns name, text and title of the machine.
+    #[getter]
+    fn machine(&self) -> (String, String, String) {
+        let (title, path) = self.0.machine_source();
+        (path.into(), self.0.machine_description().into(), title.into())
+    }
+
+    /// Ids of the machine's parameters, effects taken out.
+    #[getter]
+    fn parameters(&self) -> Vec<String> {
+        self.0.machine().parameters.iter().map(|p| p.id.clone()).collect()
+    }
+
+    /// Names of the machine's points.
+    #[getter]
+    fn points(&self) -> Vec<String> {
+        self.0.machine().points.iter().map(|p| p.name.clone()).collect()
+    }
+
+    /// Quantity of the measured FRFs or amplitudes.
+    #[getter]
+    fn quantity(&self) -> &str {
+        self.0.quantity().word()
+    }
+
+    #[getter]
+    fn measurements(&self) -> MeasurementSet {
+        MeasurementSet::of(self.0.measurements().clone())
+    }
+
+    fn fit(&self, names: Vec<String>) -> PyResult<Self> {
+        self.0.clone().fit(names).map(Study).map_err(|e| to_exception(&e))
+    }
+
+    fn hold_out(&self, names: Vec<String>) -> PyResult<Self> {
+        self.0.clone().hold_out(names).map(Study).map_err(|e| to_exception(&e))
+    }
+
+    fn without(&self, effects: Vec<String>) -> PyResult<Self> {
+        self.0.clone().without(effects).map(Study).map_err(|e| to_exception(&e))
+    }
+
+    fn with_settings(&self, given: GivenSettings) -> PyResult<Self> {
+        Ok(Study(self.0.clone().with_settings(given.settings()?)))
+    }
+
+    fn identify(&self, py: Python<'_>, running: Running) -> PyResult<Identification> {
+        let document = run(py, self.0.clone(), &running, |study| study.identify())?;
+        Ok(Identification { study: self.0.clone(), document })
+    }
+
+    fn diagnose(&self, py: Python<'_>, given: GivenDiagnosis, running: Running) -> PyResult<String> {
+        let request = given.request()?;
+        run(py, self.0.clone(), &running, move |study| Ok(to_json(&study.diagnose_with(&request)?)?))
+    }
+
+    fn compare(&self, py: Python<'_>, single: Option<Vec<String>>, running: Running) -> PyResult<String> {
+        run(py, self.0.clone(), &running, move |study| Ok(to_json(&study.compare_with(single.as_deref())?)?))
+    }
+
+    fn plan(&self, py: Python<'_>, identified: Option<&Identification>, given: GivenPlan, running: Running) -> PyResult<String> {
+        let usual = PlanRequest::default();
+        let data = match given.data.as_deref() {
+            None => None,
+            Some("modes") => Some(PlannedData::Modes),
+            Some("frf") => Some(PlannedData::Frf),
+            Some(word) => return Err(argument("data", &format!("is «{word}»; write modes or frf"))),
+        };
+        let request = PlanRequest {
+            identified: identified.map(|found| (found.document.clone(), None)),
+            data,
+            choose: given.choose,
+            measured: given.measured,
+            channels: given.channels,
+            states: given.states,
+            predict_at_m: given.predict_at_m,
+            diagnosis: given.diagnosis.map(|text| parsed(&text)).transpose()?.map(|document| (document, None)),
+            noise: given.noise.unwrap_or(usual.noise),
+            band_hz: given.band_hz,
+            lines: given.lines.unwrap_or(usual.lines),
+        };
+        run(py, self.0.clone(), &running, move |study| Ok(to_json(&study.plan_with(&request)?)?))
+    }
+
+    /// Returns the description of the machine with the effect that a diagnosis names.
+    fn machine_of_diagnosis(&self, diagnosis: &str) -> PyResult<String> {
+        self.0.machine_of_diagnosis(&parsed(diagnosis)?).map_err(|e| to_exception(&e))
+    }
+
+    /// Computes FRFs at the start values: an array of places by lines.
+    fn frf<'py>(
+        &self,
+        py: Python<'py>,
+        given: GivenFrfRequest,
+        lines_hz: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray2<Complex64>>> {
+        let request = given.request(&lines_hz)?;
+        reject_duplicates(&request.places)?;
+        let document = py.detach(|| study::simulation::frf(&self.0, &request)).map_err(|e| to_exception(&e))?;
+        as_array(py, &request, &document)
+    }
+
+    /// Computes undamped modes at the start values, as the text of a document.
+    fn modes(&self, py: Python<'_>, nut_m: Option<f64>, position: Option<String>, max_hz: f64) -> PyResult<String> {
+        let place = crate::identification::place(nut_m, position);
+        let request = study::simulation::ModesRequest { place, max_hz, ..Default::default() };
+        let made = py.detach(|| Ok(to_json(&study::simulation::modes(&self.0, &request)?)?));
+        made.map_err(|e: StudyError| to_exception(&e))
+    }
+
+    /// Restores an identification of this study from the text of its document.
+    fn identification(&self, text: &str) -> PyResult<Identification> {
+        Ok(Identification { study: self.0.clone(), document: parsed(text)? })
+    }
+}
