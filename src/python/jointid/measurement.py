@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -460,5 +461,6 @@ def write(path: str | os.PathLike[str], content: bytes | str) -> None:
         part.write_bytes(content.encode() if isinstance(content, str) else content)
         os.replace(part, target)
     except OSError as fault:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):
+            part.unlink()
         raise InputError(f"{target}: cannot be written ({fault.strerror or fault}); name another place", file=str(target), key="path") from None

@@ -20,6 +20,22 @@ if TYPE_CHECKING:
 MEASURED, BEFORE, AFTER, OTHER = "#000000", "#D55E00", "#0072B2", "#999999"
 UNITS = {"receptance": "m/N", "mobility": "(m/s)/N", "accelerance": "(m/s²)/N"}
 
+# Phase of a resonance of a driving point (°): noise about its limits must not jump by a turn.
+PHASES = {"receptance": -90, "mobility": 0, "accelerance": 90}
+
+
+def _phase(values: np.ndarray, middle: float) -> np.ndarray:
+    """Phase within half a turn about its middle (°)."""
+    return (np.degrees(np.angle(values)) - middle + 180) % 360 + middle - 180
+
+# Phase of a resonance of a driving point (°): noise about its limits must not jump by a turn.
+PHASES = {"receptance": -90, "mobility": 0, "accelerance": 90}
+
+
+def _phase(values: np.ndarray, middle: float) -> np.ndarray:
+    """Phase within half a turn about its middle (°)."""
+    return (np.degrees(np.angle(values)) - middle + 180) % 360 + middle - 180
+
 
 def _figure(rows: int = 1, columns: int = 1, size: tuple[float, float] = (7.0, 4.0), **options: Any) -> tuple[Figure, np.ndarray]:
     try:
@@ -54,18 +70,20 @@ def _frfs(found: Identification, positions: list[str] | None) -> Figure:
         lines = frf.frequency_hz
         place = {"positions": frf.position} if frf.position is not None else {}
         common = {"response": frf.response, "excitation": frf.excitation, "quantity": frf.quantity} | place
+        middle = PHASES[frf.quantity]
+        middle = PHASES[frf.quantity]
         curves = [("measured", frf.value, MEASURED, "-", 0.8)]
         for label, machine, colour, style in (("before", study, BEFORE, "--"), ("after", found, AFTER, "-")):
             values = np.atleast_2d(machine.frf(lines, **common))[0]
             curves.append((label, values, colour, style, 1.4))
         for label, values, colour, style, width in curves:
             magnitude.semilogy(lines, np.abs(values), style, color=colour, lw=width, label=label)
-            phase.plot(lines, np.degrees(np.angle(values)), style, color=colour, lw=width)
+            phase.plot(lines, _phase(values, middle), style, color=colour, lw=width)
         role = document_role(found, frf.position or name)
         magnitude.set_title(f"{name}{role}", loc="left", fontsize="medium")
         magnitude.set_ylabel(f"|H|  {UNITS[frf.quantity]}")
         phase.set_ylabel("phase  °")
-        phase.set_yticks([-180, -90, 0, 90, 180])
+        phase.set_yticks([middle - 90, middle, middle + 90])
     axes[0, 0].legend(ncols=3, fontsize="small", loc="best")
     for axis in axes[-1]:
         axis.set_xlabel("frequency  Hz")
@@ -187,7 +205,8 @@ def modes(found: Identification, nut_m: float | None, position: str | None, max_
     elastic = [mode for mode in document["modes"] if mode["frequency_hz"] > 0][:8]
     if not elastic:
         raise argument("max_hz", f"is {max_hz}; the machine has no elastic mode below it; write a higher frequency")
-    points = list(elastic[0]["shape"])
+    # Names that begin with ~ are the model's own.
+    points = [point for point in elastic[0]["shape"] if not point.startswith("~")]
     figure, axes = _figure(1, len(elastic), (1.5 * len(elastic) + 2.0, 0.28 * len(points) + 1.6), sharey=True)
     for mode, axis in zip(elastic, axes[0], strict=True):
         shape = np.array([mode["shape"][point] for point in points])

@@ -1,0 +1,201 @@
+"""Fleets: what is lost with a worker or a scheduler is what was under way, and no more."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import NUTS, taps
+
+import jointid as jd
+
+pandas = pytest.importorskip("pandas")
+FEW = np.linspace(8.0, 400.0, 60)
+# The simulated machines are exactly as described.
+SETTINGS = {"freeze": ["c_al", "c_ar", "c_n", "c_m", "c_s"], "tolerances": False}
+K_N = [5e8 * np.exp(x) for x in np.linspace(-0.3, 0.3, 200)]
+
+
+def sets(count: int) -> dict[str, jd.MeasurementSet]:
+    return {f"m{at:03d}": taps(K_N[at * len(K_N) // count], at, 0.01, FEW) for at in range(count)}
+
+
+def fleet(folder: Path, machines: dict, **options) -> jd.Fleet:
+    return jd.Fleet(folder, None, machines, fit=["p1", "p3"], **SETTINGS, **options)
+
+
+def pool(workers: int = 2) -> ProcessPoolExecutor:
+    return ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"))
+
+
+def results(folder: Path) -> list[Path]:
+    return sorted((folder / "results").glob("*/*.json"))
+
+
+@pytest.fixture(scope="module")
+def eight(tmp_path_factory):
+    """A fleet of eight machines, done without an interruption."""
+    made = fleet(tmp_path_factory.mktemp("whole"), sets(8), bootstrap=40)
+    with pool() as executor:
+        run = made.run(executor)
+    assert (run.done, run.kept, run.failures) == (8 * 3, 0, ())
+    return made
+
+
+def test_a_fleet_is_its_machines_one_by_one(eight):
+    alone = jd.Study(None, sets(8)["m003"]).fit(["p1", "p3"]).with_settings(**SETTINGS)
+    assert eight.identification("m003").json == alone.identify(progress=False).json
+    table = eight.table()
+    assert list(table.index) == eight.names
+    # Noise of 1 % over both components, against a model error of 1 % in each besides: a third.
+    assert table["chi2_per_degree"].between(0.2, 0.5).all()
+    draws = eight.draws()
+    assert list(draws.groupby("machine").size()) == [40] * 8
+    spread = draws.groupby("machine")["k_n"].std() / table["k_n"]
+    assert spread.between(1e-4, 0.2).all()
+
+
+def test_a_second_run_does_nothing_and_a_changed_input_only_its_own(eight, tmp_path):
+    begun = {file: file.stat().st_mtime_ns for file in results(eight.folder)}
+    with pool() as executor:
+        again = fleet(eight.folder, sets(8), bootstrap=40)
+        assert (again.run(executor).done, len(begun)) == (0, 24)
+        other = sets(8) | {"m000": taps(4.4e8, 99, 0.01, FEW)}
+        assert fleet(eight.folder, other, bootstrap=40).run(executor).done == 3
+        assert fleet(eight.folder, sets(8), bootstrap=40, seed=2).run(executor).kept == 0
+    assert all(file.stat().st_mtime_ns == then for file, then in begun.items())
+    eight.to_parquet(tmp_path / "table.parquet")
+    assert pandas.read_parquet(tmp_path / "table.parquet").equals(eight.table())
+
+
+def kill_a_worker(folder: Path, after: int, processes) -> None:
+    """Kills a process of a pool by SIGKILL as soon as some results are there."""
+    while len(results(folder)) < after:
+        time.sleep(0.005)
+    os.kill(next(iter(processes())), signal.SIGKILL)
+
+
+def test_a_killed_worker_of_a_pool_costs_what_was_under_way(eight, tmp_path):
+    made = fleet(tmp_path, sets(8), bootstrap=40)
+    with pool() as executor:
+        killer = threading.Thread(target=kill_a_worker, args=(tmp_path, 5, lambda: list(executor._processes)))
+        killer.start()
+        with pytest.raises(jd.InputError, match="closed or broken"):
+            made.run(executor)
+        killer.join()
+    there = {file: file.stat().st_mtime_ns for file in results(tmp_path)}
+    assert 5 <= len(there) < 24
+    with pool() as executor:
+        run = made.run(executor)
+    assert run.done == 24 - len(there) and run.kept == len(there)
+    assert all(file.stat().st_mtime_ns == then for file, then in there.items())
+    assert made.table().equals(eight.table()) and made.draws().equals(eight.draws())
+
+
+def test_a_killed_worker_of_dask_is_replaced(eight, tmp_path):
+    distributed = pytest.importorskip("distributed")
+    made = fleet(tmp_path, sets(8), bootstrap=40)
+    with (
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        pids = client.run(os.getpid).values
+        killer = threading.Thread(target=kill_a_worker, args=(tmp_path, 5, pids))
+        killer.start()
+        run = made.run(client)
+        killer.join()
+    assert run.failures == () and run.done + run.kept == 24
+    assert made.table().equals(eight.table()) and made.draws().equals(eight.draws())
+    with pytest.raises(jd.InputError, match="closed"):
+        fleet(tmp_path, sets(8), bootstrap=40, seed=3).run(client)
+
+
+def _scheduler(folder: str) -> None:
+    """Runs a fleet on a cluster of its own, until it is killed."""
+    fleet(Path(folder), sets(8), bootstrap=40).run(workers=2)
+
+
+def test_a_lost_scheduler_costs_what_was_under_way(eight, tmp_path):
+    pytest.importorskip("distributed")
+    process = multiprocessing.get_context("spawn").Process(target=_scheduler, args=(str(tmp_path),))
+    process.start()
+    while len(results(tmp_path)) < 4:
+        time.sleep(0.01)
+    os.kill(process.pid, signal.SIGKILL)
+    process.join()
+    time.sleep(1.0)
+    there = {file: file.stat().st_mtime_ns for file in results(tmp_path)}
+    for file in there:
+        json.loads(file.read_text())
+    made = fleet(tmp_path, sets(8), bootstrap=40)
+    with pool() as executor:
+        run = made.run(executor)
+    assert run.done + run.kept == 24 and run.kept >= 4
+    assert all(file.stat().st_mtime_ns == then for file, then in there.items())
+    assert made.table().equals(eight.table()) and made.draws().equals(eight.draws())
+
+
+def test_a_machine_with_bad_input_is_a_row(tmp_path):
+    taps(5e8, 1).save(tmp_path / "sets/good")
+    taps(5e8, 2).save(tmp_path / "sets/bad")
+    table = tmp_path / "sets/bad/frf/2.csv"
+    table.write_text(table.read_text().replace("\n", "\n-1,0,0\n", 1))
+    made = jd.Fleet(tmp_path / "out", "configs/tian.toml", tmp_path / "sets")
+    with pool(1) as executor:
+        run = made.run(executor)
+    assert (run.done, len(run.failures)) == (1, 1)
+    failure = made.failures().iloc[0]
+    assert (failure["name"], failure["error"], failure["file"], failure["line"]) == ("bad", "InputError", str(table), 2)
+    assert list(made.table().index) == ["good"]
+    with pytest.raises(jd.InputError, match="not identified yet"):
+        made.identification("bad")
+
+
+def test_fleets_refuse_what_they_cannot_do(tmp_path):
+    with pytest.raises(jd.InputError, match="no subfolder"):
+        jd.Fleet(tmp_path / "out", None, tmp_path)
+    with pytest.raises(jd.InputError, match="is empty"):
+        jd.Fleet(tmp_path / "out", None, {})
+    with pytest.raises(jd.InputError, match="Dask client or an executor"):
+        jd.Fleet(tmp_path / "out", None, {"m": "measurements/tian"}).run("tcp://somewhere")
+    with pytest.raises(jd.InputError, match="there is no «n»"):
+        jd.Fleet(tmp_path / "out", {"m": "configs/tian.toml"}, {"n": "measurements/tian"})
+
+
+def test_two_hundred_machines(tmp_path):
+    """Two workers do 200 machines, each with one failure in the middle; the machines come back with their truths."""
+    machines = {f"m{at:03d}": taps(k_n, at, 0.01, FEW) for at, k_n in enumerate(K_N)}
+    made = fleet(tmp_path, machines)
+    with pool() as executor:
+        run = made.run(executor)
+    assert (run.done, run.failures) == (200, ())
+    table = made.table()
+    holds = (table["k_n_low"] <= K_N) & (K_N <= table["k_n_high"])
+    # 95 % intervals: fewer than 180 of 200 have a probability of 0.1 % (binomial).
+    assert holds.sum() >= 180
+    assert np.corrcoef(np.log(table["k_n"]), np.log(K_N))[0, 1] > 0.9
+
+
+def test_coverage_is_that_of_the_intervals(tmp_path):
+    common = {"response": "table", "excitation": "table", "draws": 6, "noise": 0.01, "freeze": SETTINGS["freeze"]}
+    with pool() as executor:
+        rows = jd.coverage(tmp_path, "configs/tian.toml", NUTS, FEW, client=executor, **common)
+        again = jd.coverage(tmp_path, "configs/tian.toml", NUTS, FEW, client=executor, **common)
+    assert rows.equals(again) and rows["draw"].nunique() == 6
+    assert ((rows["low"] <= rows["truth"]) & (rows["truth"] <= rows["high"]) | ~rows["holds"]).all()
+    assert rows["holds"].mean() > 0.7
+
+
+def test_the_blind_check_runs_on_an_executor(tmp_path):
+    with pool() as executor:
+        document = jd.blind_check(tmp_path, cases=2, seed=5, client=executor)
+    # A look-alike has a second case with the measurement that the first verdict proposes.
+    assert len(document["cases"]) >= 2 and document["complete"]

@@ -1,0 +1,183 @@
+"""Results are those of the command, and arrays those of files."""
+
+from __future__ import annotations
+
+import json
+import pickle
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from conftest import BENCH, LINES, NUTS, taps
+
+import jointid as jd
+
+
+def command(*words: str, folder=None) -> str:
+    ran = subprocess.run([sys.executable, "-m", "jointid", *words], capture_output=True, text=True, check=False, cwd=folder)
+    assert ran.returncode == 0, ran.stderr
+    return ran.stdout
+
+
+def same(ours: dict, theirs: str) -> None:
+    """Documents are equal, apart from what only a run on files knows."""
+    other = json.loads(theirs)
+    for document in (ours, other):
+        document.pop("warnings", None)
+    assert ours == other
+
+
+def test_identification_is_that_of_the_command_bit_for_bit(found):
+    same(json.loads(found.json), command("identify", "--positions", "l1,l3,l5", "--json"))
+    assert found.parameters["k_n"].interval95 == found.interval95["k_n"]
+    assert found.json == found.study.identify(progress=False, threads=1).json
+
+
+def test_diagnosis_validation_comparison_plan_and_peaks_are_those_of_the_command(study, found, tmp_path):
+    diagnosis = study.without("rotor-hold").diagnose(progress=False)
+    arguments = ("diagnose", "--without", "rotor-hold", "--positions", "l1,l3,l5", "--no-cache", "--json")
+    same(json.loads(diagnosis.json), command(*arguments))
+    assert diagnosis.verdict.effects == ("rotor-hold",) or diagnosis.verdict.kind == "ambiguous"
+    same(json.loads(study.compare(["l3"], progress=False).json), command("compare", "--positions", "l1,l3,l5", "--single", "l3", "--json"))
+    same(json.loads(study.plan(progress=False).json), command("plan", "--json"))
+    found.save(tmp_path / "identification.json")
+    validated = json.loads(command("validate", "--result", str(tmp_path / "identification.json"), "--json"))
+    assert found.validate()["positions"] == validated["positions"]
+    predicted = json.loads(command("predict", "--result", str(tmp_path / "identification.json"), "--nut-m", "0.5,0.9", "--json"))
+    assert found.predict(nut_m=[0.5, 0.9], progress=False).positions == predicted["positions"]
+    again = jd.Identification.load(tmp_path / "identification.json")
+    assert again.json == found.json
+    assert np.array_equal(again.frf(LINES, nut_m=0.6), found.frf(LINES, nut_m=0.6))
+
+
+def test_frfs_are_those_of_the_command(tmp_path):
+    arguments = ("--from-hz", "10", "--to-hz", "400", "--step-hz", "2", "--response", "table", "--excitation", "table", "--position", "l1,l5", "--json")
+    printed = json.loads(command("simulate", "frf", *arguments))
+    theirs = np.array([printed["positions"][name] for name in ("l1", "l5")])
+    ours = jd.Study().frf(printed["frequency_hz"], positions=["l1", "l5"], **BENCH)
+    assert np.array_equal(ours, theirs[..., 0] + 1j * theirs[..., 1])
+    assert jd.Study().frf([100.0], positions="l5", **BENCH).shape == (1,)
+
+
+def test_arrays_are_what_files_are(on_frfs, tmp_path):
+    on_frfs.study.measurements.save(tmp_path / "set")
+    of_files = jd.Study(None, tmp_path / "set").fit(["p1", "p3"]).identify(progress=False)
+    assert of_files.parameters == on_frfs.parameters and of_files.cost == on_frfs.cost
+    low, high = on_frfs.interval95["k_n"]
+    assert low < 4e8 < high
+    with pytest.raises(jd.InputError, match=r"manifest\.toml already"):
+        on_frfs.study.measurements.save(tmp_path / "set")
+    printed = command("identify", "--measurements", "set", "--positions", "p1,p3", "--json", folder=tmp_path)
+    assert json.loads(printed)["cost"] == on_frfs.cost
+
+
+def test_universal_files_come_back(tmp_path):
+    ours = taps(5e8, 3)
+    assert ours.to_uff(tmp_path / "taps.uff")
+    read = jd.read_uff(tmp_path / "taps.uff", pattern="position {}", nut_m=NUTS)
+    assert list(read.frfs) == list(ours.frfs)
+    for name, frf in read.frfs.items():
+        assert np.allclose(frf.value, ours.frfs[name].value, rtol=1e-12)
+        assert np.array_equal(frf.frequency_hz, LINES)
+
+
+def test_peaks_and_stabilisation_find_the_modes():
+    lines = np.linspace(5.0, 400.0, 800)
+    peaks = jd.peaks(taps(5e8, 2, 0.003, lines))
+    elastic = [mode["frequency_hz"] for mode in peaks["modes"] if mode["regular"]]
+    assert elastic and peaks.to_frame()["damping_ratio"].between(0, 1).all()
+    poles = peaks.stabilisation("p1", max_order=24)
+    stable = poles[poles["stable"]]["frequency_hz"]
+    assert all(np.abs(stable / frequency - 1).min() < 0.03 for frequency in elastic)
+    assert peaks.modes_csv.startswith("position,order,")
+
+
+@pytest.mark.parametrize("what", ["machine", "set", "files", "study", "found", "on_frfs", "diagnosis", "peaks", "error"])
+def test_objects_pickle(what, study, found, on_frfs):
+    made = {
+        "machine": lambda: study.machine,
+        "set": lambda: on_frfs.study.measurements,
+        "files": lambda: study.measurements,
+        "study": lambda: on_frfs.study.without("rotor-hold").with_settings(freeze=["k_m"]),
+        "found": lambda: found,
+        "on_frfs": lambda: on_frfs,
+        "diagnosis": lambda: jd.Diagnosis(json.dumps({"verdict": {}}), study),
+        "peaks": lambda: jd.peaks(on_frfs.study.measurements),
+        "error": lambda: jd.InputError("axis.toml, line 3: no", "axis.toml", 3, "k"),
+    }[what]()
+    again = pickle.loads(pickle.dumps(made))
+    assert type(again) is type(made)
+    if what == "machine":
+        assert (again.text, again.path) == (made.text, made.path)
+    elif what in ("found", "on_frfs"):
+        assert again.json == made.json
+        assert np.array_equal(again.frf(LINES, nut_m=0.9), made.frf(LINES, nut_m=0.9))
+    elif what == "study":
+        assert (again._state.fit, again._state.settings) == (made._state.fit, made._state.settings)
+        assert again.parameters == made.parameters
+    elif what in ("set", "files"):
+        assert again._files() == made._files() and again.path == made.path
+    elif what == "error":
+        assert (again.file, again.line, again.key) == ("axis.toml", 3, "k")
+    else:
+        assert again.json == made.json
+
+
+def test_a_profile_has_its_minimum_at_the_estimate(on_frfs):
+    value, (low, high) = on_frfs.parameters["k_n"].value, on_frfs.interval95["k_n"]
+    values, costs = on_frfs.profile("k_n", [low, value, high])
+    assert list(values) == [low, value, high]
+    assert abs(costs[1] - on_frfs.cost) < 0.1
+    # χ² at the ends of a 95 % interval of one parameter lies 3.84 above the minimum.
+    assert np.allclose(costs[[0, 2]] - costs[1], 3.84, rtol=0.3)
+
+
+def test_the_named_effect_is_applied():
+    diagnosis = jd.Study().fit(["l1", "l3", "l5"]).without("rotor-hold").diagnose(progress=False, effects=["rotor-hold"])
+    if diagnosis.verdict.kind == "effect":
+        assert "k_s" in diagnosis.apply().parameters
+    else:
+        with pytest.raises(jd.InputError, match="names no single effect"):
+            diagnosis.apply()
+
+
+def test_matlab_files_hold_the_document(found, tmp_path):
+    scipy_io = pytest.importorskip("scipy.io")
+    found.to_mat(tmp_path / "found.mat")
+    read = scipy_io.loadmat(tmp_path / "found.mat", simplify_cells=True)["identification"]
+    assert read["parameters"]["k_n"]["value"] == found.parameters["k_n"].value
+    assert list(read["parameters"]["k_n"]["interval95"]) == list(found.interval95["k_n"])
+    assert read["fit_positions"].tolist() == ["l1", "l3", "l5"]
+    assert read["positions"]["l1"]["orders"][0]["measured_hz"] == 24
+    with pytest.raises(jd.InputError, match=r"\.mat"):
+        found.to_mat(tmp_path / "found.txt")
+
+
+def test_figures_show_what_they_say(found, on_frfs, tmp_path):
+    pytest.importorskip("matplotlib").use("Agg")
+    diagnosis = on_frfs.study.without("rotor-hold").diagnose(progress=False, effects=["rotor-hold", "bed-compliance"])
+    lines = np.linspace(5.0, 400.0, 500)
+    figures = {
+        "modes-before-after": found.plot(),
+        "frfs": on_frfs.plot(),
+        "profile": on_frfs.plot_profile("k_n", 3),
+        "shapes": on_frfs.plot_modes(nut_m=0.9),
+        "prediction": on_frfs.predict(nut_m=[0.4, 0.9, 1.4], progress=False).plot(),
+        "diagnosis": diagnosis.plot(),
+        "stabilisation": jd.peaks(taps(5e8, 2, 0.003, lines)).plot(),
+    }
+    for name, figure in figures.items():
+        figure.savefig(tmp_path / f"{name}.png")
+        drawn = [axis for axis in figure.axes if axis.lines or axis.patches or axis.collections]
+        assert drawn, name
+    magnitude = figures["frfs"].axes[0]
+    measured, _, after = magnitude.lines
+    assert np.abs(np.log(measured.get_ydata() / after.get_ydata())).mean() < 0.05
+
+
+def test_tables_of_pandas(found, on_frfs):
+    pandas = pytest.importorskip("pandas")
+    frame = found.to_frame()
+    assert isinstance(frame, pandas.DataFrame) and frame.loc["k_n", "value"] == found.parameters["k_n"].value
+    assert list(on_frfs.predict(nut_m=0.9, progress=False).to_frame()["order"])[:2] == [1, 2]
