@@ -1,6 +1,6 @@
 //! The user's guide: each page answers one question.
 //!
-//! Use: [own_machine], [own_frfs], [motion], [mistakes]. Results: [results], [prediction], [verdicts], [own_effect]. Background: [models], [validation],
+//! Use: [own_machine], [own_frfs], [motion], [python], [mistakes]. Results: [results], [prediction], [verdicts], [own_effect]. Background: [models], [validation],
 //! [speed], [published], [papers]. Source code: [crates].
 
 #[doc = include_str!("own-machine.md")]
@@ -23,6 +23,9 @@ pub mod own_effect {}
 
 #[doc = include_str!("motion.md")]
 pub mod motion {}
+
+#[doc = include_str!("python.md")]
+pub mod python {}
 
 #[doc = include_str!("models.md")]
 pub mod models {}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from typing import Any
 
 from ._errors import argument
@@ -66,6 +67,9 @@ def progress_of(progress: bool | Callback | None, name: str) -> Iterator[Callbac
         yield None
         return
     try:
+        # The bar of notebooks needs widgets, without which tqdm only warns.
+        if _in_notebook() and find_spec("ipywidgets") is None:
+            raise ImportError
         from tqdm.auto import tqdm
     except ImportError:
         shown: Any = _Line(name)

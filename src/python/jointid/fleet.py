@@ -379,10 +379,11 @@ def _covered(
     generator = np.random.default_rng(seed)
     frozen = settings.get("freeze", ())
     truth = {}
-    for name, parameter in machine.parameters.items():
-        if name not in frozen and parameter.start > 0:
-            truth[name] = float(np.clip(parameter.start * np.exp(generator.uniform(-spread, spread)), parameter.lower, parameter.upper))
-    common = {"response": points[0], "excitation": points[1], "quantity": "receptance"}
+    for name, described in machine.parameters.items():
+        if name not in frozen and described.start > 0:
+            drawn_value = described.start * np.exp(generator.uniform(-spread, spread))
+            truth[name] = float(np.clip(drawn_value, described.lower, described.upper))
+    common: dict[str, Any] = {"response": points[0], "excitation": points[1], "quantity": "receptance"}
     empty = MeasurementSet.from_arrays(lines, {name: np.ones(lines.size, complex) for name in nuts}, nut_m=nuts, **common)
     simulated = Study(machine, empty, overrides={f"parameter.{name}.start": value for name, value in truth.items()})
     values = simulated.frf(lines, nut_m=list(nuts.values()))

@@ -28,14 +28,6 @@ def _phase(values: np.ndarray, middle: float) -> np.ndarray:
     """Phase within half a turn about its middle (°)."""
     return (np.degrees(np.angle(values)) - middle + 180) % 360 + middle - 180
 
-# Phase of a resonance of a driving point (°): noise about its limits must not jump by a turn.
-PHASES = {"receptance": -90, "mobility": 0, "accelerance": 90}
-
-
-def _phase(values: np.ndarray, middle: float) -> np.ndarray:
-    """Phase within half a turn about its middle (°)."""
-    return (np.degrees(np.angle(values)) - middle + 180) % 360 + middle - 180
-
 
 def _figure(rows: int = 1, columns: int = 1, size: tuple[float, float] = (7.0, 4.0), **options: Any) -> tuple[Figure, np.ndarray]:
     try:
@@ -69,7 +61,7 @@ def _frfs(found: Identification, positions: list[str] | None) -> Figure:
     for (name, frf), (magnitude, phase) in zip(shown.items(), axes, strict=True):
         lines = frf.frequency_hz
         place = {"positions": frf.position} if frf.position is not None else {}
-        common = {"response": frf.response, "excitation": frf.excitation, "quantity": frf.quantity} | place
+        common: dict[str, Any] = {"response": frf.response, "excitation": frf.excitation, "quantity": frf.quantity} | place
         middle = PHASES[frf.quantity]
         middle = PHASES[frf.quantity]
         curves = [("measured", frf.value, MEASURED, "-", 0.8)]
@@ -103,7 +95,7 @@ def _frequencies(found: Identification, positions: list[str] | None) -> Figure:
     orders = sorted({order["order"] for name in names for order in rows[name]["orders"]})
     figure, axes = _figure(max(len(orders), 1), 1, (7.0, 1.7 * max(len(orders), 1) + 0.8), sharex=True)
     for order, axis in zip(orders, axes[:, 0], strict=False):
-        of = {name: next((o for o in rows[name]["orders"] if o["order"] == order), {}) for name in names}
+        of: dict[str, dict[str, Any]] = {name: next((o for o in rows[name]["orders"] if o["order"] == order), {}) for name in names}
         measured = [of[name].get("measured_hz") or np.nan for name in names]
         predicted = [of[name].get("predicted_hz") or np.nan for name in names]
         axis.plot(names, measured, "o", color=MEASURED, mfc="none", ms=8, label="measured")
@@ -161,7 +153,7 @@ def diagnosis(found: Diagnosis) -> Figure:
         _residual_map(axes[0, 0], cells, LogNorm)
     axis: Axes = axes[0, -1]
     names = [effect.id for effect in tried]
-    shares = [100 * effect.closed for effect in tried]
+    shares = [100 * effect.closed for effect in tried if effect.closed is not None]
     axis.barh(names, shares, color=[AFTER if effect.selected else OTHER for effect in tried])
     for at, effect in enumerate(tried):
         if effect.closed95 is not None:
