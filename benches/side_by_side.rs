@@ -25,7 +25,9 @@ use measurement::{MeasurementSet, read_set};
 use num_complex::Complex64;
 use numeric::unit::omega_rad_s;
 use optimizer::{Control, Cost, LeastSquares, Progress, SearchSettings, search};
+use report::document::Input;
 use serde_json::{Value, json};
+use study::{Study, simulation};
 use support::simulated_frfs;
 
 /// Nut positions l1, l3 and l5 of the bench (m).
@@ -128,6 +130,8 @@ enum Task {
     },
     /// Default identification of the bench.
     Identify,
+    /// FRF of the identified bench, 1,000 lines at one nut position, as the Python package calls it.
+    IdentifiedFrf,
     /// One identification of the bench from whole FRFs with noise, three positions × 1,000 lines, with the covariance of the estimates.
     IdentifyFrfs {
         /// Seed.
@@ -234,6 +238,7 @@ fn run(task: &Task, repeats: usize) -> Value {
         Task::WriteUniversal { file, binary } => write_universal(file, *binary),
         Task::ReadUniversal { file } => read_universal(file, repeats),
         Task::Identify => identified(repeats),
+        Task::IdentifiedFrf => identified_frf(repeats),
         Task::IdentifyFrfs { seed, profile } => identified_from_frfs(*seed, *profile),
     }
 }
@@ -382,6 +387,25 @@ fn read_universal(file: &Path, repeats: usize) -> Value {
     };
     let sum: Complex64 = functions.iter().map(|f| sum_of(&f.ordinate)).sum();
     with(json!({ "records": functions.len(), "sum": [sum.re, sum.im] }), timing)
+}
+
+/// The call behind `Identification.frf` of the Python package.
+fn identified_frf(repeats: usize) -> Value {
+    let bench = Study::load("configs/tian.toml", "measurements/tian").expect("the bench can be read");
+    let study = bench.fit(["l1", "l3", "l5"]).expect("the bench has these positions");
+    let found = study.identify().expect("the identification succeeds");
+    let input = Input { path: String::new(), sha256: String::new() };
+    let point = Some("table".to_string());
+    let request = simulation::FrfRequest {
+        places: vec![simulation::Place::Nut(0.6)],
+        lines_hz: Some((6..1006).map(f64::from).collect()),
+        response: point.clone(),
+        excitation: point,
+        ..simulation::FrfRequest::default()
+    };
+    timed(repeats, 1, || {
+        black_box(simulation::identified_frf(&study, Path::new(""), (&found, &input), &request).expect("the bench has this position"));
+    })
 }
 
 fn identified(repeats: usize) -> Value {
