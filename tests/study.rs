@@ -133,7 +133,8 @@ fn motion_records_are_identified_from_arrays() {
     assert_eq!(found.records["short"].role, "held_out");
     assert_eq!(study.validate(&found).unwrap().records.keys().collect::<Vec<_>>(), ["short"]);
     let wrong = study.with_settings(Settings { objective: Some(ObjectiveKind::Frf), ..Settings::default() }).identify();
-    assert!(wrong.unwrap_err().to_string().starts_with("objective: moves holds only motion records"));
+    let message = wrong.unwrap_err().to_string();
+    assert!(message.starts_with("objective: moves (") && message.contains("holds only motion records"), "{message}");
 }
 
 #[test]

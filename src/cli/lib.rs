@@ -34,16 +34,12 @@ mod terminal;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
-use std::sync::OnceLock;
 
 use clap::FromArgMatches;
 
 use command_line::{Arguments, Command, command};
 use outcome::Outcome;
 use study::blind_check::Program;
-
-/// How this program is started where that is not its own file.
-static PROGRAM: OnceLock<Program> = OnceLock::new();
 
 /// Runs the command of this process.
 pub fn run() -> ExitCode {
@@ -55,7 +51,7 @@ pub fn run() -> ExitCode {
 /// its own.
 pub fn run_with(arguments: impl IntoIterator<Item = OsString>, program: Option<Program>) -> u8 {
     if let Some(program) = program {
-        let _ = PROGRAM.set(program);
+        withheld::started_as(program);
     }
     std::sync::LazyLock::force(&terminal::BEGUN);
     let parsed = command().try_get_matches_from(arguments).and_then(|matches| Arguments::from_arg_matches(&matches));

@@ -3,8 +3,8 @@
 pub mod arguments;
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 
 use self::arguments::{ArmName, TruthName, WithheldArguments};
 use crate::long_work::{on_threads, stop_flag};
@@ -15,6 +15,14 @@ use crate::terminal;
 use report::to_json;
 use study::blind_check::{Arm, BlindCheck, BlindCheckRequest, CaseOrigin, Program, Seal, WithheldDocument, withheld_text};
 use study::{Control, StudyResult};
+
+/// How this program is started where that is not its own file.
+static PROGRAM: OnceLock<Program> = OnceLock::new();
+
+/// States how this program is started where that is not its own file: the cases are diagnosed by it.
+pub fn started_as(program: Program) {
+    let _ = PROGRAM.set(program);
+}
 
 /// Runs the command.
 pub fn run(given: &WithheldArguments) -> CommandResult {
@@ -66,7 +74,7 @@ fn scored(check: &BlindCheck, program: &Program, seal: &Seal, control: &Control)
 
 /// Returns this program: its own file, unless its caller has named another.
 fn program() -> Result<Program, String> {
-    if let Some(program) = crate::PROGRAM.get() {
+    if let Some(program) = PROGRAM.get() {
         return Ok(program.clone());
     }
     let file = std::env::current_exe().map_err(|e| format!("this program's own file cannot be found: {e}"))?;
