@@ -17,6 +17,10 @@ pub enum MissingEffectName {
     Ripple,
     /// Presliding: friction that is elastic before it slides
     Presliding,
+    /// Mass on the table
+    Inertia,
+    /// Lag between position and velocity loop
+    ServoLag,
 }
 
 /// Arguments of `simulate machine`.
@@ -25,7 +29,7 @@ pub struct MachineArguments {
     /// Folder for the sets `sines`, `circles/x` and `circles/y`
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Effects that the model lacks, comma-separated; all by default
+    /// Effects that the model lacks, comma-separated; growth, lead-error, ripple and presliding by default
     #[arg(long, value_enum, value_name = "NAMES", value_delimiter = ',', conflicts_with = "nothing")]
     pub with: Option<Vec<MissingEffectName>>,
     /// Simulate no effect that the model lacks
@@ -43,6 +47,8 @@ impl MissingEffectName {
             MissingEffectName::LeadError => MissingEffect::LeadError,
             MissingEffectName::Ripple => MissingEffect::Ripple,
             MissingEffectName::Presliding => MissingEffect::Presliding,
+            MissingEffectName::Inertia => MissingEffect::Inertia,
+            MissingEffectName::ServoLag => MissingEffect::ServoLag,
         }
     }
 }
@@ -52,7 +58,7 @@ pub fn run(given: &MachineArguments) -> CommandResult {
     let effects = match &given.with {
         _ if given.nothing => Vec::new(),
         Some(names) => names.iter().map(|name| name.effect()).collect(),
-        None => MissingEffect::ALL.to_vec(),
+        None => MissingEffect::COMMON.to_vec(),
     };
     let request = ServoMachineRequest { out: given.out.clone(), effects, seed: given.seed };
     let sets = write_servo_machine(&request).map_err(shown)?;

@@ -71,12 +71,16 @@ impl Drive {
     /// Samples one current period and returns the voltages of d and q, V.
     ///
     /// The inputs are the present command, the encoder's angle and both currents. Outer loops act at their own periods. The demand of i_d
-    /// is zero. A voltage beyond link/√3 is shortened and keeps its direction.
-    pub fn sample(&mut self, nominal: &Nominal, command_m: f64, angle_rad: f64, current_a: [f64; 2]) -> [f64; 2] {
+    /// is zero. A voltage beyond link/√3 is shortened and keeps its direction. The demand of the position loop passes a first-order lag with the time
+    /// constant `lag_s`, exact between its samples.
+    pub fn sample(&mut self, nominal: &Nominal, lag_s: f64, command_m: f64, angle_rad: f64, current_a: [f64; 2]) -> [f64; 2] {
         let (loops, ratio) = (&nominal.loops, nominal.ratio_m());
         if self.ticks.is_multiple_of(POSITION_TICKS) {
-            let ahead = loops.feed_forward * (command_m - self.command_m) / (POSITION_TICKS as f64 * CURRENT_S);
-            self.speed_rad_s = (loops.position_gain_1_s * (command_m - ratio * angle_rad) + ahead) / ratio;
+            let period = POSITION_TICKS as f64 * CURRENT_S;
+            let ahead = loops.feed_forward * (command_m - self.command_m) / period;
+            let demand = (loops.position_gain_1_s * (command_m - ratio * angle_rad) + ahead) / ratio;
+            let share = if lag_s > 0.0 { 1.0 - (-period / lag_s).exp() } else { 1.0 };
+            self.speed_rad_s += share * (demand - self.speed_rad_s);
             self.command_m = command_m;
         }
         if self.ticks.is_multiple_of(VELOCITY_TICKS) {

@@ -23,10 +23,15 @@ pub struct Missing {
     pub ripple_phase_rad: [f64; 2],
     /// Mean distance of elastic friction before sliding, m.
     pub presliding_m: f64,
+    /// Mass on the table, such as a workpiece, kg.
+    pub extra_kg: f64,
+    /// Time constant of a first-order lag between position and velocity loop, s; 0 for none.
+    pub lag_s: f64,
 }
 
 impl Default for Missing {
-    /// Returns all effects at their usual size: 50 µm/m, 0.8 µm, 0.1 and 0.15 N·m, 5 µm; the strain is constant from the start.
+    /// Returns the effects of screw, motor and guide at their usual size: 50 µm/m, 0.8 µm, 0.1 and 0.15 N·m, 5 µm; the strain is constant from the start.
+    /// No mass and no lag.
     fn default() -> Self {
         Self { growth: 5e-5, lead_error_m: 0.8e-6, ripple_nm: [0.1, 0.15], presliding_m: 5e-6, ..Self::none() }
     }
@@ -44,6 +49,8 @@ impl Missing {
             ripple_nm: [0.0; 2],
             ripple_phase_rad: [2.1, 4.4],
             presliding_m: 0.0,
+            extra_kg: 0.0,
+            lag_s: 0.0,
         }
     }
 

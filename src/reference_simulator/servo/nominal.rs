@@ -161,6 +161,11 @@ impl Axis {
         Self { nominal: Nominal::y(), missing }
     }
 
+    /// Returns the moved mass: that of the table and the one on it, kg.
+    pub(super) fn table_kg(&self) -> f64 {
+        self.nominal.table_kg + self.missing.extra_kg
+    }
+
     /// Checks that every parameter is admissible.
     ///
     /// # Errors     `TruthError::Refused` names the first inadmissible parameter.
@@ -202,6 +207,8 @@ impl Axis {
             ("ripple_nm", m.ripple_nm[1]),
             ("presliding_m", m.presliding_m),
             ("growth_time_s", m.growth_time_s),
+            ("extra_kg", m.extra_kg),
+            ("lag_s", m.lag_s),
         ];
         let finite = [
             ("current_gain_v_a", l.current_gain_v_a),

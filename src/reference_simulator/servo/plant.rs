@@ -76,7 +76,7 @@ impl Plant {
         rates[SCREW] = state[SCREW_SPEED];
         rates[SCREW_SPEED] = (shaft - thread.per_rad_m * push - bearing) / screw;
         rates[TABLE] = state[TABLE_SPEED];
-        rates[TABLE_SPEED] = (push - guide) / nominal.table_kg;
+        rates[TABLE_SPEED] = (push - guide) / axis.table_kg();
         rates[ELECTRIC] = 1.5 * (voltage_v[0] * current[0] + voltage_v[1] * current[1]);
         rates[EXPANSION] = push * thread.expansion_m_s;
         rates[COPPER] = 1.5 * nominal.resistance_ohm * (current[0] * current[0] + current[1] * current[1]);
@@ -123,7 +123,7 @@ impl Plant {
         let (nominal, state) = (&axis.nominal, &self.state);
         let [rotor, screw] = nominal.shafts_kg_m2();
         let motion =
-            0.5 * (rotor * state[MOTOR_SPEED].powi(2) + screw * state[SCREW_SPEED].powi(2) + nominal.table_kg * state[TABLE_SPEED].powi(2));
+            0.5 * (rotor * state[MOTOR_SPEED].powi(2) + screw * state[SCREW_SPEED].powi(2) + axis.table_kg() * state[TABLE_SPEED].powi(2));
         let twist = 0.5 * nominal.torsion_nm_rad * (state[MOTOR] - state[SCREW]).powi(2);
         let shift = axis.missing.thread(nominal.ratio_m(), self.time_s, state[SCREW]).position_m - state[TABLE];
         motor::field_j(nominal, self.current_a())

@@ -39,7 +39,8 @@ impl<'a> Machine<'a> {
 
     /// Advances by one current period.
     pub fn advance(&mut self, command_m: f64, steps: usize) {
-        self.voltage_v = self.drive.sample(&self.axis.nominal, command_m, self.reading_rad(), self.plant.current_a());
+        self.voltage_v =
+            self.drive.sample(&self.axis.nominal, self.axis.missing.lag_s, command_m, self.reading_rad(), self.plant.current_a());
         for _ in 0..steps {
             self.plant.step(self.axis, CURRENT_S / steps as f64, self.voltage_v);
         }
@@ -59,6 +60,8 @@ pub(super) fn run_in(axis: &Axis, sensors: &Sensors, command_m: &[f64], draw: &m
     sensors.check()?;
     let mut machine = Machine::at_rest(axis, sensors);
     let mut record = Record::default();
+    // A drive records the mean current of a cycle. At the samples of the position loop, where its demand steps, the current is least.
+    let mut mean_a = 0.0;
     for (k, &command) in command_m.iter().enumerate() {
         let (time_s, plant) = (k as f64 * RECORD_S, &machine.plant);
         let table_m = plant.table_m() - plant.table_m_s() * sensors.scale_delay_s;
@@ -70,9 +73,11 @@ pub(super) fn run_in(axis: &Axis, sensors: &Sensors, command_m: &[f64], draw: &m
         record.command_m.push(command);
         record.position_m.push(axis.nominal.ratio_m() * machine.reading_rad());
         record.table_m.push(quantised(table_m + sensors.scale_noise_m * draw.normal(), sensors.scale_step_m));
-        record.torque_nm.push(axis.nominal.torque_constant_nm_a * plant.current_a()[1] + sensors.torque_noise_nm * draw.normal());
+        record.torque_nm.push(axis.nominal.torque_constant_nm_a * mean_a + sensors.torque_noise_nm * draw.normal());
+        mean_a = 0.0;
         for _ in 0..POSITION_TICKS {
             machine.advance(command, steps);
+            mean_a += machine.plant.current_a()[1] / POSITION_TICKS as f64;
         }
     }
     Ok(record)

@@ -62,6 +62,6 @@ pub struct Record {
     pub position_m: Vec<f64>,
     /// Scale at the table, m.
     pub table_m: Vec<f64>,
-    /// Torque constant times i_q, N·m.
+    /// Torque constant times the mean i_q of the millisecond before, N·m.
     pub torque_nm: Vec<f64>,
 }
