@@ -1,8 +1,11 @@
 //! Nonlinear properties of a joint: friction, backlash and lead error. Only motion depends on them.
 
+use std::sync::Arc;
+
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::check::{MachineError, fault};
 use super::{NumberSource, Value};
 
 /// A periodic function of the travel: c·cos(2π·x/p) + s·sin(2π·x/p), of amplitude √(c² + s²).
@@ -19,7 +22,7 @@ pub struct Wave {
 /// Friction of a joint, on the rate v of its combination Σ cᵢ·qᵢ.
 ///
 /// ```text
-/// F = sgn(v)·g(v) + d·|v| + o             g = F_c + ΔF·exp(−(|v|/v_s)^n) + wave(x) + µ·|L|,  not below 0
+/// F = sgn(v)·g(v) + d·|v| + o             g = F_c + ΔF·exp(−(|v|/v_s)^n) + table(|v|) + wave(x) + µ·|L|,  not below 0
 /// ```
 ///
 /// At rest the friction balances the applied force, up to g(0) around o. With a presliding stiffness σ₀ the contact deforms elastically
@@ -56,6 +59,60 @@ pub struct Friction {
     pub load_share: Value,
     /// Joint (index) whose force loads the friction.
     pub load_of: Option<usize>,
+    /// Measured part of the level over the speed.
+    pub table: FrictionTable,
+}
+
+/// A measured friction curve: level over speed, in rising speed. Linear between its rows, constant outside.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct FrictionTable(Arc<[[f64; 2]]>);
+
+impl FrictionTable {
+    /// Checks the rows [speed, level] of a table under a key.
+    ///
+    /// # Errors  fewer than two rows, speeds that are negative or do not rise, a level that is no number or negative.
+    pub fn new(key: &str, rows: &[[f64; 2]]) -> Result<Self, MachineError> {
+        let refused = |row: usize, what: String| Err(fault(key, format!("row {}: {what}", row + 1)));
+        if rows.len() < 2 {
+            return Err(fault(key, format!("has {} row(s); write at least two, each [speed, force]", rows.len())));
+        }
+        for (at, [speed, level]) in rows.iter().enumerate() {
+            if !(*speed >= 0.0 && speed.is_finite()) {
+                return refused(
+                    at,
+                    format!("the speed is {speed}; write 0 or a number above it, since the law is the same in both directions"),
+                );
+            }
+            if !(*level >= 0.0 && level.is_finite()) {
+                return refused(at, format!("the force is {level}; write 0 or a number above it, since friction acts against the motion"));
+            }
+            if at > 0 && !(*speed > rows[at - 1][0]) {
+                return refused(at, format!("the speed {speed} does not exceed {}; sort the rows by speed", rows[at - 1][0]));
+            }
+        }
+        Ok(FrictionTable(rows.into()))
+    }
+
+    /// Whether it has no rows.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Returns the level at a velocity; 0 without rows.
+    pub fn level(&self, velocity: f64) -> f64 {
+        let speed = velocity.abs();
+        let above = self.0.partition_point(|[s, _]| *s <= speed);
+        match (above.checked_sub(1).map(|at| self.0[at]), self.0.get(above).copied()) {
+            (Some([s0, g0]), Some([s1, g1])) => g0 + (g1 - g0) * (speed - s0) / (s1 - s0),
+            (Some([_, level]), None) | (None, Some([_, level])) => level,
+            (None, None) => 0.0,
+        }
+    }
+
+    /// Returns the smallest distance of two speeds, over which the level changes; `None` without rows.
+    pub fn resolution(&self) -> Option<f64> {
+        self.0.windows(2).map(|pair| pair[1][0] - pair[0][0]).reduce(f64::min)
+    }
 }
 
 /// Lead error of a screw joint: its combination Σ cᵢ·qᵢ is unstrained at γ·x + wave(x), x the travel of its first translation.
@@ -103,6 +160,8 @@ pub struct FrictionForceFile {
     pub(super) load_share: Option<NumberSource>,
     /// The joint, described before this one, whose force loads the friction; the drive's force by default.
     pub(super) load_of: Option<String>,
+    /// Measured friction curve: rows [speed, force], added to the level; linear between them, constant outside.
+    pub(super) table: Option<Vec<[f64; 2]>>,
 }
 
 /// Lead error of a screw.
@@ -145,6 +204,7 @@ impl Default for Friction {
             position: Wave::default(),
             load_share: zero(),
             load_of: None,
+            table: FrictionTable::default(),
         }
     }
 }

@@ -42,7 +42,7 @@ pub use derived::{Derivation, Derived, DerivedPatch};
 pub use drive::{Drive, DriveFile, Encoder, PositionLoop, Tachometry, VelocityLoop};
 pub use effect::{AttachFile, Data, Effect, JointPatch, LeverFile, Patch, PointPatch, ReattachFile, ShaftFile};
 pub use effect_ids::EffectIds;
-pub use friction::{Friction, FrictionForceFile, LeadError, LeadErrorFile, Wave, WaveFile};
+pub use friction::{Friction, FrictionForceFile, FrictionTable, LeadError, LeadErrorFile, Wave, WaveFile};
 pub use joint::Joint;
 pub use loaded_pair::{LoadedPair, PairState, ScrewEnd};
 pub use measuring_chain::{Chain, Lever};

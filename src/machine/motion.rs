@@ -2,8 +2,8 @@
 
 use super::check::{MachineError, fault, listing};
 use super::{
-    CurrentLoop, Drive, DriveFile, Encoder, Friction, FrictionForceFile, Inverter, Joint, LeadError, LeadErrorFile, Machine, Motor,
-    NumberSource, Operating, PointMotion, PositionLoop, Tachometry, Value, VelocityLoop, Wave, WaveFile,
+    CurrentLoop, Drive, DriveFile, Encoder, Friction, FrictionForceFile, FrictionTable, Inverter, Joint, LeadError, LeadErrorFile, Machine,
+    Motor, NumberSource, Operating, PointMotion, PositionLoop, Tachometry, Value, VelocityLoop, Wave, WaveFile,
 };
 
 /// Upper limit of a delay or a velocity difference, in periods of the loop.
@@ -37,6 +37,10 @@ impl Machine {
             position: self.resolve_wave(&format!("{part}.position"), &patch.position)?,
             load_share: value("load_share", &patch.load_share)?,
             load_of,
+            table: match &patch.table {
+                None => FrictionTable::default(),
+                Some(rows) => FrictionTable::new(&format!("{part}.table"), rows)?,
+            },
         })
     }
 
@@ -138,6 +142,16 @@ impl Machine {
         values
     }
 
+    /// Returns whether closed-loop frequency responses depend on each parameter through a number of the drive. Resolutions, limits and ripple act on
+    /// motion alone.
+    pub fn closed_loop_parameters(&self) -> Vec<bool> {
+        let linear = |key: &str| !["saturation", "encoder_step", "dc_link_v", "inductance_d_h"].iter().any(|end| key.ends_with(end));
+        let mut depends = vec![false; self.parameters.len()];
+        let values = self.drive.iter().flat_map(Drive::values).filter(|(key, _)| linear(key) && !key.starts_with("ripple"));
+        values.for_each(|(_, value)| value.depends_on().for_each(|index| depends[index] = true));
+        depends
+    }
+
     /// Returns the names of the joints whose friction, backlash or lead error at the start values is ignored by frequency responses and
     /// modes.
     pub fn joints_ignored_by_frequency_responses(&self) -> Vec<&str> {
@@ -157,8 +171,12 @@ impl Machine {
             .contains(key)
                 && value.at(&start, &middle) != 0.0
         };
-        let ignored =
-            |j: &&Joint| j.gap.at(&start, &middle) > 0.0 || j.friction.values().iter().any(acts) || j.lead_error.values().iter().any(acts);
+        let ignored = |j: &&Joint| {
+            j.gap.at(&start, &middle) > 0.0
+                || !j.friction.table.is_empty()
+                || j.friction.values().iter().any(acts)
+                || j.lead_error.values().iter().any(acts)
+        };
         self.joints.iter().filter(ignored).map(|j| j.name.as_str()).collect()
     }
 

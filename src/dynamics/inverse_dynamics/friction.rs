@@ -1,6 +1,6 @@
 //! Friction laws and waves over the travel, with numerical parameters.
 
-use machine::{Friction, Value, Wave};
+use machine::{Friction, FrictionTable, Value, Wave};
 
 /// Returns the sign of a velocity: 1, −1, or 0.
 pub(super) fn sign(x: f64) -> f64 {
@@ -43,6 +43,7 @@ pub(super) struct FrictionForce {
     exponent: f64,
     pub stiffness: f64,
     damping: f64,
+    table: FrictionTable,
     pub wave: Option<Ripple>,
     pub load_share: f64,
 }
@@ -58,6 +59,7 @@ impl FrictionForce {
             exponent: number(&friction.stribeck_exponent),
             stiffness: number(&friction.presliding_stiffness),
             damping: number(&friction.presliding_damping),
+            table: friction.table.clone(),
             wave: Ripple::new(&friction.position, number),
             load_share: number(&friction.load_share),
         }
@@ -65,7 +67,7 @@ impl FrictionForce {
 
     /// Computes g(v, x): the friction level during sliding.
     pub fn level(&self, v: f64, x: f64) -> f64 {
-        let mut level = self.coulomb;
+        let mut level = self.coulomb + self.table.level(v);
         if self.stribeck != 0.0 && self.velocity > 0.0 {
             level += self.stribeck * (-(v.abs() / self.velocity).powf(self.exponent)).exp();
         }
@@ -78,7 +80,8 @@ impl FrictionForce {
     /// Computes the friction force along a motion of a joint that moves by `ratio` times the given velocities and positions. In presliding the
     /// deflection z follows ż = v − σ₀·|v|/g·z, exact over a step of constant v.
     pub fn forces(&self, ratio: f64, velocity: &[f64], position: &[f64], step_s: f64) -> Vec<f64> {
-        let is_constant = self.coulomb == 0.0 && self.stribeck == 0.0 && self.wave.is_none() && self.asymmetry == 0.0;
+        let is_constant =
+            self.coulomb == 0.0 && self.stribeck == 0.0 && self.table.is_empty() && self.wave.is_none() && self.asymmetry == 0.0;
         if is_constant {
             return vec![self.offset; velocity.len()];
         }

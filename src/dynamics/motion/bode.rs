@@ -40,7 +40,7 @@ fn longest_stuck(
     let at = |value: &Value| value.at(values, &settings.operating);
     let sticks = |joint: &Joint| {
         let friction = &joint.friction;
-        at(&friction.coulomb) + at(&friction.stribeck) > 0.0 && at(&friction.presliding_stiffness) == 0.0
+        at(&friction.coulomb) + at(&friction.stribeck) + friction.table.level(0.0) > 0.0 && at(&friction.presliding_stiffness) == 0.0
     };
     let share = |joint: &Joint| {
         let (mut since_s, mut stuck, mut time_s) = (0.0, true, 0.0);

@@ -1,5 +1,7 @@
 //! Friction, backlash and waves as numerical elements on the coordinates of a plant.
 
+use machine::FrictionTable;
+
 /// A linear combination Σ cᵢ·xᵢ of coordinates.
 pub type Combination = Vec<(usize, f64)>;
 
@@ -76,6 +78,7 @@ pub struct FrictionElement {
     pub stribeck: f64,
     pub velocity: f64,
     pub exponent: f64,
+    pub table: FrictionTable,
     pub wave: TravelWave,
     pub load_share: f64,
     pub load: AppliedLoad,
@@ -85,7 +88,7 @@ pub struct FrictionElement {
 impl FrictionElement {
     /// Whether its level is constant over velocity, position and load.
     pub fn is_level(&self) -> bool {
-        self.stribeck == 0.0 && self.wave.is_flat() && self.load_share == 0.0
+        self.stribeck == 0.0 && self.table.is_empty() && self.wave.is_flat() && self.load_share == 0.0
     }
 
     /// Computes the friction level g.
@@ -107,7 +110,7 @@ impl FrictionElement {
                 excess * (-power).exp()
             }
         };
-        (self.coulomb + stribeck + self.wave.at(position).0 + self.load_share * load.abs()).max(0.0)
+        (self.coulomb + stribeck + self.table.level(velocity) + self.wave.at(position).0 + self.load_share * load.abs()).max(0.0)
     }
 }
 

@@ -205,6 +205,7 @@ impl Plant {
             stribeck: at(&f.stribeck),
             velocity: at(&f.stribeck_velocity),
             exponent: at(&f.stribeck_exponent),
+            table: f.table.clone(),
             wave: wave(&f.position, at),
             load_share: at(&f.load_share),
             load: AppliedLoad::Drive,

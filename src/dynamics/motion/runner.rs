@@ -88,8 +88,12 @@ impl<'g> Runner<'g> {
         let mode = ContactMode { frictions, gaps, relaxing: vec![None; plant.frictions.iter().filter(|r| r.bristle.is_some()).count()] };
         let n = plant.size;
         let mut max_scale = vec![f64::INFINITY; plant.states];
-        for friction in plant.frictions.iter().filter(|r| r.stribeck > 0.0) {
-            friction.along.iter().for_each(|&(i, c)| max_scale[n + i] = max_scale[n + i].min(1e3 * friction.velocity / c.abs()));
+        for friction in &plant.frictions {
+            // The level changes over the Stribeck velocity, and between the rows of a table.
+            let velocities = (friction.stribeck > 0.0).then_some(friction.velocity).into_iter().chain(friction.table.resolution());
+            for velocity in velocities {
+                friction.along.iter().for_each(|&(i, c)| max_scale[n + i] = max_scale[n + i].min(1e3 * velocity / c.abs()));
+            }
         }
         let scale: Vec<f64> = scale_at_start(plant).zip(&max_scale).map(|(s, f)| s.min(*f)).collect();
         let stored_at_start = plant.stored_j(&mode, &y);
