@@ -322,14 +322,18 @@ fn recover_a_resonator_on_the_servo_axis() {
     std::fs::write(path("truth.toml"), format!("effects = [\"slide-resonator\"]\n{axis}{swinging}")).unwrap();
     let mut manifest = "title = \"axis\"\nquantity = \"receptance\"\n[split]\nfit = [\"a\", \"b\"]\n".to_string();
     let mut draw = Draw::new(1);
-    for (record, response, excitation) in [("a", "motor", "motor"), ("b", "slide", "slide"), ("c", "slide", "motor")] {
+    for (record, response, excitation, nut_m) in
+        [("a", "motor", "motor", "0.3"), ("b", "slide", "slide", "0.7"), ("c", "slide", "motor", "0.5")]
+    {
         let truth = path("truth.toml");
-        let arguments =
-            ["--config", truth.as_str(), "--response", response, "--excitation", excitation, "--from-hz", "10", "--to-hz", "600"];
+        let band = ["--from-hz", "10", "--to-hz", "600", "--nut-m", nut_m];
+        let arguments = [&["--config", truth.as_str(), "--response", response, "--excitation", excitation], &band[..]].concat();
         let text = simulated_frf(&arguments, 1.0, 0.01, &mut draw);
         std::fs::write(path(&format!("{record}.csv")), text).unwrap();
-        manifest +=
-            &format!("[[frf]]\nrecord = \"{record}\"\nresponse = \"{response}\"\nexcitation = \"{excitation}\"\nfile = \"{record}.csv\"\n");
+        manifest += &format!("[[position]]\nname = \"{record}\"\nnut_m = {nut_m}\n");
+        manifest += &format!(
+            "[[frf]]\nposition = \"{record}\"\nresponse = \"{response}\"\nexcitation = \"{excitation}\"\nfile = \"{record}.csv\"\n"
+        );
     }
     std::fs::write(path("manifest.toml"), manifest).unwrap();
     let set = folder.path().to_str().unwrap();

@@ -120,7 +120,7 @@ fn sensitivity_of_the_servo_axis() {
 fn bode_from_torque_to_position() {
     let document =
         json(&["simulate", "frf", "--config", SERVO, "--excitation", "motor", "--response", "slide", "--from-hz", "1", "--to-hz", "300"]);
-    let lines = document["positions"]["machine"].as_array().unwrap();
+    let lines = document["positions"]["mid-stroke"].as_array().unwrap();
     let size = |i: usize| lines[i][0].as_f64().unwrap().hypot(lines[i][1].as_f64().unwrap());
     // The rigid axis at 1 Hz: (lead/2π)/(J + m·(lead/2π)²)/ω².
     let i = 0.020 / std::f64::consts::TAU;
@@ -226,7 +226,7 @@ fn refuse_bad_contacts_and_machines() {
         &["moves freely", "motor", "slide", "ground"],
     );
     refused(&["simulate", "stiffness", "--config", TWIN, "--along", "position", "--at", "tabel"], &["--at tabel", "table"]);
-    refused(&["simulate", "stiffness", "--config", SERVO, "--along", "position"], &["--along position", "no nut"]);
+    refused(&["simulate", "stiffness", "--config", "configs/hybrid-axis.toml", "--along", "position"], &["--along position", "no nut"]);
     refused(&["simulate", "stiffness", "--config", TWIN, "--along", "velocity"], &["--from", "velocity_m_s"]);
     refused(&["convergence", "--config", SERVO, "--measurements", "measurements/twin-ball-screw"], &["servo-axis.toml", "[[shaft]]"]);
 }

@@ -263,8 +263,7 @@ fn frf_coordinates(objective: &FrfObjective<'_>, fit: &FitSet<'_>) -> Vec<Coordi
     }
     for (at, channel) in objective.channels_at(&middle).iter().enumerate() {
         if objective.nut_coordinates().end + 2 * at < middle.len() {
-            let point = |index: usize| &machine.points[index].name;
-            let channel = format!("{}/{}", point(channel.response), point(channel.excitation));
+            let channel = format!("{}/{}", machine.points[channel.response].name, channel.excitation.name(machine));
             all.extend(["gain", "delay"].map(|what| of_measurement(format!("{what} of {channel}"), prior)));
         }
     }

@@ -9,7 +9,9 @@ use super::search::{Basin, SearchEffort};
 use super::settings::{IdentificationSettings, Repeat};
 use super::tolerance::{ToleranceEstimate, estimates as tolerance_estimates, mode_columns as tolerance_columns};
 use super::uncertainty::Certainty;
-use crate::objective::{AmplitudeFit, Channel, FrfGap, FrfObjective, ModeObjective, ObjectiveError, PositionPrediction, free_parameters};
+use crate::objective::{
+    AmplitudeFit, Channel, FrfGap, FrfObjective, ModeObjective, ObjectiveError, PositionPrediction, free_parameters, loop_parameters,
+};
 use dynamics::model::derived;
 use machine::{FitRule, Machine, Operating, ParameterValues};
 use measurement::{FitSet, HoldOutSet};
@@ -120,7 +122,8 @@ pub fn identify(
     match plan.frf {
         Some(settings) => {
             // Tolerances are fitted along with parameters, not alone.
-            let is_free = !free_parameters(machine, &plan.frozen, |rule| rule != FitRule::Never)?.is_empty();
+            let of_drive = loop_parameters(machine, fit.set(), fit.frfs());
+            let is_free = !free_parameters(machine, &plan.frozen, &of_drive, |rule| rule != FitRule::Never)?.is_empty();
             let (fitted, settings) = match plan.tolerances && is_free {
                 true => (machine.with_tolerances(&fit.set().nuts_m())?, settings.with_tolerances(&fit.set().tolerance)),
                 false => (machine.clone(), settings),

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::certainty;
-use crate::objective::{Channel, FrfObjective, FrfSettings, ModeObjective, ObjectiveError};
+use crate::objective::{Channel, Excitation, FrfObjective, FrfSettings, ModeObjective, ObjectiveError};
 use crate::{IdentificationSettings, Place};
 use machine::{Machine, Mechanism, ParameterValues, Prior};
 use measurement::{ChannelTolerance, FitSet, MeasurementSet};
@@ -108,7 +108,7 @@ pub(super) fn estimates(objective: &FrfObjective<'_>, set: &MeasurementSet, plac
     let channels = objective.channels_at(place);
     if sd.len() >= first + 2 * channels.len() {
         for (at, Channel { response, excitation, log_gain, delay_s }) in channels.iter().enumerate() {
-            let channel = channel_name(&machine.points[*response].name, &machine.points[*excitation].name);
+            let channel = channel_name(&machine.points[*response].name, excitation.name(machine));
             let of = |column: usize, prior: f64| sd[first + 2 * at + column] * objective.span() * prior;
             let both = [
                 normal(format!("gain of {channel}"), (Mechanism::Ratio, "1"), known.gain, *log_gain, of(0, known.gain)),
@@ -171,9 +171,10 @@ pub fn mode_columns(
 
 /// Returns gain and delay of every channel found among estimated tolerances.
 pub fn channels_of(machine: &Machine, values: &BTreeMap<String, f64>) -> Vec<Channel> {
-    let points = || machine.points.iter().enumerate();
-    let pairs =
-        points().flat_map(|(response, a)| points().map(move |(excitation, b)| (response, excitation, channel_name(&a.name, &b.name))));
+    let excitations = || (0..machine.points.len()).map(Excitation::Point).chain([Excitation::Command]);
+    let pairs = machine.points.iter().enumerate().flat_map(|(response, point)| {
+        excitations().map(move |excitation| (response, excitation, channel_name(&point.name, excitation.name(machine))))
+    });
     pairs
         .filter_map(|(response, excitation, name)| {
             let of = |what: &str| values.get(&format!("{what} of {name}")).copied();

@@ -363,6 +363,8 @@ fn gain(manifest_path: &str, manifest: &Manifest, warnings: &mut Vec<String>) ->
     };
     Ok(match manifest.excitation_unit.as_deref() {
         None | Some("N" | "N*m") => gain,
+        // Position over command: both in one unit.
+        Some("m" | "rad") if is_commanded(manifest) => gain,
         Some(unit) if is_newton(unit).map_err(|fault| at_key("excitation_unit", fault))? => gain,
         Some(unit) => {
             if let (Some(GainFile::Number(g)), unit) = (&manifest.gain, unit) {
@@ -373,6 +375,15 @@ fn gain(manifest_path: &str, manifest: &Manifest, warnings: &mut Vec<String>) ->
             Gain::Unknown
         }
     })
+}
+
+/// Excitation that is the command of a position loop.
+const COMMAND: &str = "command";
+
+/// Whether every excitation of a set is the command of the position loop.
+fn is_commanded(manifest: &Manifest) -> bool {
+    let own = |frf: &FrfFile| frf.excitation.as_ref().or(manifest.excitation.as_ref()).is_some_and(|name| name == COMMAND);
+    !manifest.frf.is_empty() && manifest.frf.iter().all(own)
 }
 
 /// Warns of a set with so many lines that fits take long: the model is evaluated at each of them.

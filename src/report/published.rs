@@ -23,7 +23,8 @@ pub struct PublishedFigure {
     pub unit: String,
     /// Printed value (in `unit`); absent for a curve or a statement without a number.
     pub published: Option<f64>,
-    /// Unit of the last printed digit (in `unit`), where rounding alone exceeds the limit of 2 %.
+    /// Unit of the last printed digit (in `unit`), or the width of the interval that the rounding of the printed numbers behind it allows, where half of
+    /// it exceeds the limit of 2 %.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resolution: Option<f64>,
     /// Computed by this program with the equations and numbers as printed (in `unit`); absent where they give no value.
@@ -44,7 +45,7 @@ pub struct PublishedFigure {
 pub enum FigureVerdict {
     /// Within 2 % of the printed number.
     Within2Percent,
-    /// Further off, but within half a unit of the last printed digit.
+    /// Further off, but within half of [`PublishedFigure::resolution`].
     WithinRounding,
     /// Further off.
     Differs,

@@ -29,7 +29,8 @@ pub fn published_markdown(document: &PublishedDocument) -> String {
          Printed by `jointid simulate published --markdown`; nothing here is written by hand. «As printed»: our code with the equations\n\
          and numbers that the paper prints. «Mended»: our code once the cause of the difference is mended; «–» where nothing is to be\n\
          mended, or no cause is known. The difference is that of «mended», else that of «as printed», from the printed number. «Within\n\
-         rounding»: off by more than 2 %, but by no more than half a unit of the last printed digit.\n\n",
+         rounding»: off by more than 2 %, but by no more than half a unit of the last printed digit, or than the rounding of the printed\n\
+         numbers that it is computed from.\n\n",
     );
     text += &counts(document, "- ");
     let mut paper = "";
@@ -65,10 +66,11 @@ fn counts(document: &PublishedDocument, bullet: &str) -> String {
     let line = |name: &str| {
         let FigureCount { printed, as_printed, mended, within_rounding } = document.count.get(name).copied().unwrap_or_default();
         let share = if printed > 0 { 100.0 * mended as f64 / printed as f64 } else { 0.0 };
+        let both = if printed > 0 { 100.0 * (mended + within_rounding) as f64 / printed as f64 } else { 0.0 };
         let head = if name == "all" { "all papers" } else { name };
         let text = format!(
-            "{bullet}{head}: {printed} figures with a printed number; within 2 % as printed {as_printed}, mended {mended} ({share:.0} %), and \
-             {within_rounding} more within rounding\n"
+            "{bullet}{head}: {printed} figures with a printed number; within 2 % as printed {as_printed}, mended {mended} ({share:.0} %), {within_rounding} \
+             more within rounding ({both:.0} % together)\n"
         );
         if bullet.is_empty() { wrapped(text.trim_end()) } else { text }
     };

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 pub mod blind_check;
 mod change;
+mod commanded;
 mod compare;
 mod convergence;
 mod diagnose;
@@ -11,6 +12,7 @@ mod document_rows;
 mod effects;
 mod error;
 mod files;
+mod frequency_response;
 mod friction;
 mod hybrid;
 mod identified;

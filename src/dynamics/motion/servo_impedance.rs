@@ -10,7 +10,8 @@ use machine::{Drive, Machine, Operating, Tachometry, Value};
 /// The effect of a position-controlled drive on the machine: a force −Σ Z·q on the driven point, each Z from the coordinate q of one point.
 ///
 /// ```text
-/// F = −S(ω)·k_v·(1 + 1/(T_i·iω))·( k_p·x_p·s_p + D·x_v·s_v )             k_s = Re Z,  c_s = Im Z/ω
+/// F = −S(ω)·k_v·(1 + I)·( k_p·x_p·s_p + D·x_v·s_v )                      k_s = Re Z,  c_s = Im Z/ω
+/// I = T/(T_i·(e^{iωT} − 1)), the sum of the samples before the present one; 1/(T_i·iω) for T → 0
 /// D  = (1 − e^{−iωPT})/(P·T) for differences over P periods, iω for a tachometer
 /// s  = e^{−iωT/2}·sin(ωT/2)/(ωT/2), the mean delay of a value held over a period T
 /// S  = G·e^{−iωτ}; with a winding G·e^{−iωτ}/(R + iωL); with a current loop, whose voltage is late, G·C·e^{−iωτ}/(R + iωL + C·e^{−iωτ}·s_c)
@@ -36,12 +37,21 @@ struct ImpedanceNumbers {
     position_gain: f64,
     velocity_gain: f64,
     integral_time_s: f64,
+    /// Velocity feed-forward (1), and acceleration feed-forward (output per m/s²).
+    feed_forward: (f64, f64),
     delay_s: f64,
     periods_s: (f64, f64),
     differenced: Option<f64>,
     travel: (f64, f64),
     winding: Option<(f64, f64, f64)>,
     current: Option<(f64, f64, f64)>,
+}
+
+/// Computes the sum of the samples before the present one, times period over integral time, per present sample.
+///
+/// # Source  Σ z^{−k} from k = 1 on is 1/(z − 1), z = e^{sT}
+fn integral(s: Complex64, time_s: f64, period_s: f64) -> Complex64 {
+    period_s / time_s / ((s * period_s).exp() - 1.0)
 }
 
 /// Computes the mean delay of a value held over a period.
@@ -67,6 +77,7 @@ impl ServoImpedance {
                 position_gain: at(&drive.position.gain_per_s),
                 velocity_gain: at(&drive.velocity.gain),
                 integral_time_s: at(&drive.velocity.integral_time_s),
+                feed_forward: (at(&drive.position.feed_forward), at(&drive.velocity.acceleration_feed_forward)),
                 delay_s: at(&drive.delay_s),
                 periods_s: (drive.position.period_s, drive.velocity.period_s),
                 differenced: match drive.velocity.tachometry {
@@ -80,30 +91,64 @@ impl ServoImpedance {
         })
     }
 
-    /// Computes each Z, with the index of the point whose coordinate it multiplies.
-    pub fn stiffness(&self, omega_rad_s: f64) -> [(usize, Complex64); 3] {
+    /// Computes force per output of the velocity loop, and induced force per rate of the driven point.
+    fn actuator(&self, s: Complex64) -> (Complex64, Complex64) {
         let n = &self.numbers;
-        let s = Complex64::new(0.0, omega_rad_s);
-        let rate = n.differenced.map_or(s, |over_s| (1.0 - (-s * over_s).exp()) / over_s);
         let late = (-s * n.delay_s).exp();
-        let speed = n.velocity_gain * (1.0 + n.integral_time_s.recip() / s) * hold_delay(omega_rad_s, n.periods_s.1);
-        let (share, induced) = match (n.winding, n.current) {
-            // Force per output of the velocity loop, and per rate of the driven point.
+        match (n.winding, n.current) {
             (None, _) => (n.constant * late, Complex64::ZERO),
             (Some((r, l, k)), None) => (n.constant * late / (r + s * l), n.constant * k / (r + s * l)),
             (Some((r, l, k)), Some((gain, time_s, period_s))) => {
                 // In the forward path the hold of the velocity loop includes that of the current loop; in the current loop's feedback it does
                 // not.
-                let loops = gain * (1.0 + time_s.recip() / s) * late;
-                let whole = r + s * l + loops * hold_delay(omega_rad_s, period_s);
+                let loops = gain * (1.0 + integral(s, time_s, period_s)) * late;
+                let whole = r + s * l + loops * hold_delay(s.im, period_s);
                 (n.constant * loops / whole, n.constant * k / whole)
             }
-        };
+        }
+    }
+
+    /// Computes each Z, with the index of the point whose coordinate it multiplies.
+    pub fn stiffness(&self, omega_rad_s: f64) -> [(usize, Complex64); 3] {
+        let n = &self.numbers;
+        let s = Complex64::new(0.0, omega_rad_s);
+        let rate = n.differenced.map_or(s, |over_s| (1.0 - (-s * over_s).exp()) / over_s);
+        let speed = n.velocity_gain * (1.0 + integral(s, n.integral_time_s, n.periods_s.1)) * hold_delay(omega_rad_s, n.periods_s.1);
+        let (share, induced) = self.actuator(s);
         // `speed` includes the hold of the velocity loop; the position path has the longer hold of the position loop in its place.
         let slower = hold_delay(omega_rad_s, n.periods_s.0) / hold_delay(omega_rad_s, n.periods_s.1);
         let position = share * speed * n.position_gain * slower * n.travel.0;
         let velocity = share * speed * rate * n.travel.1;
         [(self.points[0], position), (self.points[1], velocity), (self.points[2], induced * s)]
+    }
+
+    /// Computes the force on the driven point per command of the position loop.
+    ///
+    /// ```text
+    /// W = S(ω)·s·[ k_v·(1 + I)·(k_p + f·D) + a·D² ],   D = (1 − e^{−iωT})/T, T and s of the position loop
+    /// ```
+    ///
+    /// # Units      N or N·m per unit of the command (m or rad)
+    /// # Source     the loops of [`machine::PositionLoop`] and [`machine::VelocityLoop`]: the rate of the command is the difference of its samples
+    pub fn force_per_command(&self, omega_rad_s: f64) -> Complex64 {
+        let n = &self.numbers;
+        let s = Complex64::new(0.0, omega_rad_s);
+        let rate = (1.0 - (-s * n.periods_s.0).exp()) / n.periods_s.0;
+        let speed = n.velocity_gain * (1.0 + integral(s, n.integral_time_s, n.periods_s.1)) * (n.position_gain + n.feed_forward.0 * rate);
+        self.actuator(s).0 * hold_delay(omega_rad_s, n.periods_s.0) * (speed + n.feed_forward.1 * rate * rate)
+    }
+
+    /// Computes the displacement of a point per command from open-loop receptances under a force on the driven point: that of the point, and
+    /// `open(a)` of point a.
+    ///
+    /// ```text
+    /// x/r = H_x,on·W/(1 + Σ Z_a·H_a,on)
+    /// ```
+    ///
+    /// # Limits     below half the loops' sampling rates it is [`super::LinearLoops::response`]
+    pub fn follow(&self, omega_rad_s: f64, response: Complex64, open: impl Fn(usize) -> Complex64) -> Complex64 {
+        let by: Complex64 = self.stiffness(omega_rad_s).iter().map(|&(point, z)| z * open(point)).sum();
+        response * self.force_per_command(omega_rad_s) / (1.0 + by)
     }
 
     /// Returns the stiffness at the driven point if both encoders sit there.

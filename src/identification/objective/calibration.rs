@@ -1,16 +1,19 @@
 //! Nuisance parameters of the measurement: gain and delay of channels, nut positions.
 
-use super::FrfObjective;
 use super::frf::SPAN;
+use super::{Excitation, FrfObjective};
 use crate::Place;
+use dynamics::model::Reals;
+use machine::ParameterValues;
+use measurement::Gain;
 
 /// Gain and delay of one measurement channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Channel {
     /// Index of the response point.
     pub response: usize,
-    /// Index of the excitation point.
-    pub excitation: usize,
+    /// Excitation.
+    pub excitation: Excitation,
     /// ln(gain).
     pub log_gain: f64,
     /// Delay (s).
@@ -31,13 +34,34 @@ impl FrfObjective<'_> {
 
     /// Returns gain and delay of each channel at given coordinates.
     pub fn channels_at(&self, place: &Place) -> Vec<Channel> {
-        let of = |((response, excitation), (log_gain, delay_s)): (&(usize, usize), (f64, f64))| Channel {
+        let of = |((response, excitation), (log_gain, delay_s)): (&(usize, Excitation), (f64, f64))| Channel {
             response: *response,
             excitation: *excitation,
             log_gain,
             delay_s,
         };
         self.channels.iter().zip(self.decode(place).channels).map(of).collect()
+    }
+
+    /// Returns the gain of the set or, if it is unknown, the best gain for the given parameters.
+    pub fn best_gain(&self, parameters: &ParameterValues) -> f64 {
+        if let Gain::Known(gain) = self.gain {
+            return gain;
+        }
+        let here = self.as_stated(parameters, 1.0);
+        let (mut weights, mut sum) = (Reals::ZERO, Reals::ZERO);
+        for record in &self.records {
+            self.visit(record, &here, 0..record.omega_rad_s.len(), |line, r| {
+                weights += record.weights(line);
+                sum += record.weights(line) * r.re;
+            });
+        }
+        f64::exp(sum.reduce_add() / weights.reduce_add())
+    }
+
+    /// Returns the gain at [`FrfObjective::extended`] coordinates.
+    pub fn gain(&self, place: &Place) -> f64 {
+        self.log_gain(place).exp()
     }
 
     /// Returns the width of the unit interval of a nut position, gain or delay, in prior standard deviations.

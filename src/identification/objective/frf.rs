@@ -5,12 +5,13 @@ use std::sync::{Arc, Mutex, OnceLock};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
+use super::closed_loop::{ClosedLoop, EncoderScratch, Evaluation, Excitation, Loops, loop_parameters};
 use super::record::{Decoded, FrfRecord, check_overlap, factor, log_factor, operating, record, wrapped};
 use super::setup::{GAIN_RANGE, free_parameters, keep_rods, point_named};
 use super::{FrfSettings, ObjectiveError};
 use crate::Place;
-use dynamics::model::{ABREAST, AssembledModel, Complexes, LANES, Reals, Structure, Workspace};
-use machine::{FitRule, Machine, ParameterValues};
+use dynamics::model::{ABREAST, AssembledModel, Complexes, LANES, Structure, Workspace};
+use machine::{FitRule, Machine, Operating, ParameterValues};
 use measurement::{FitSet, Gain, HoldOutSet, MeasurementSet};
 use numeric::statistics::root_mean_square;
 
@@ -36,6 +37,8 @@ pub(super) struct FrfScratch {
     pub(super) work: Workspace,
     /// Derivatives of the receptances with respect to the columns.
     pub(super) row: Vec<Complexes>,
+    /// The receptances of the encoders of a closed loop; empty for FRFs of force.
+    pub(super) encoders: Vec<EncoderScratch>,
 }
 
 /// Misfit between predicted and measured FRFs as a function of free parameters, an unknown gain and nuisance parameters.
@@ -45,13 +48,17 @@ pub(super) struct FrfScratch {
 pub struct FrfObjective<'m> {
     pub(super) machine: &'m Machine,
     structures: Vec<Arc<Structure>>,
-    /// Response and excitation (points) of each structure.
-    pub(super) channels: Vec<(usize, usize)>,
+    /// Response (point) and excitation of each structure.
+    pub(super) channels: Vec<(usize, Excitation)>,
+    /// The closed loop of each structure whose excitation is the command.
+    pub(super) closed: Vec<Option<Arc<ClosedLoop>>>,
+    /// Whether the drive, and so a closed-loop FRF, depends on each parameter.
+    pub(super) of_drive: Vec<bool>,
     /// ln(gain) and delay (s) of each channel, where they are not coordinates.
     pub(super) calibration: Vec<(f64, f64)>,
     pub(super) settings: FrfSettings,
     pub(super) records: Vec<FrfRecord>,
-    gain: Gain,
+    pub(super) gain: Gain,
     /// Number of nut positions with a tolerance.
     pub(super) nuts: usize,
     /// Indices of the free parameters, tolerances last.
@@ -74,7 +81,8 @@ impl<'m> FrfObjective<'m> {
             let path = &fit.set().path;
             return Err(ObjectiveError::Data(format!("{path}: the selection to fit contains no FRF; name other positions or records")));
         }
-        let free = free_parameters(machine, frozen, |rule| rule != FitRule::Never)?;
+        let of_drive = loop_parameters(machine, fit.set(), fit.frfs());
+        let free = free_parameters(machine, frozen, &of_drive, |rule| rule != FitRule::Never)?;
         Self::for_frfs(machine, fit.set(), fit.frfs(), settings, free)
     }
 
@@ -90,7 +98,8 @@ impl<'m> FrfObjective<'m> {
         if held_out.frfs().is_empty() {
             return Err(ObjectiveError::Data(format!("{}: no FRF is held out", held_out.set().path)));
         }
-        let free = free_parameters(machine, frozen, |rule| rule != FitRule::Never)?;
+        let of_drive = loop_parameters(machine, held_out.set(), held_out.frfs());
+        let free = free_parameters(machine, frozen, &of_drive, |rule| rule != FitRule::Never)?;
         Self::for_frfs(machine, held_out.set(), held_out.frfs(), settings, free)
     }
 
@@ -109,21 +118,24 @@ impl<'m> FrfObjective<'m> {
         free: Vec<usize>,
     ) -> Result<Self, ObjectiveError> {
         let mut structures: Vec<Arc<Structure>> = Vec::new();
-        let mut channels: Vec<(usize, usize)> = Vec::new();
+        let mut channels: Vec<(usize, Excitation)> = Vec::new();
+        let mut closed: Vec<Option<Arc<ClosedLoop>>> = Vec::new();
         let mut records = Vec::new();
         let mut nuts_m: Vec<f64> = Vec::new();
         let mut groups: Vec<(Option<usize>, Option<&String>)> = Vec::new();
         for &index in frfs {
             let frf = &set.frfs[index];
             let response = point_named(machine, &frf.source, "response", &frf.response)?;
-            let excitation = point_named(machine, &frf.source, "excitation", &frf.excitation)?;
+            let excitation = Excitation::named(machine, &frf.source, &frf.excitation)?;
             let operating = operating(set, frf);
             machine.check_operating(&frf.source, &operating)?;
             let structure = match channels.iter().position(|c| *c == (response, excitation)) {
                 Some(at) => at,
                 None => {
-                    structures.push(Arc::new(Structure::new(machine, response, excitation, settings.rods)?));
+                    let (structure, of_loop) = excitation.structure(machine, &frf.source, response, settings.rods)?;
+                    structures.push(Arc::new(structure));
                     channels.push((response, excitation));
+                    closed.push(of_loop.map(Arc::new));
                     channels.len() - 1
                 }
             };
@@ -139,7 +151,11 @@ impl<'m> FrfObjective<'m> {
                 groups.push(key);
                 groups.len() - 1
             });
-            records.push(FrfRecord { nut, group, ..record(frf, index, operating, structure, settings)? });
+            let record = FrfRecord { nut, group, ..record(frf, index, operating, structure, settings)? };
+            if excitation == Excitation::Command {
+                ClosedLoop::check(machine, &frf.source, record.frequencies_hz().last().copied().unwrap_or(0.0))?;
+            }
+            records.push(record);
         }
         check_overlap(set, &records)?;
         let pools = structures.iter().map(|_| Mutex::new(Vec::new())).collect();
@@ -152,6 +168,8 @@ impl<'m> FrfObjective<'m> {
             machine,
             structures,
             channels,
+            closed,
+            of_drive: machine.closed_loop_parameters(),
             calibration,
             settings,
             records: Vec::new(),
@@ -212,7 +230,7 @@ impl<'m> FrfObjective<'m> {
     }
 
     /// Returns ln of the gain at given coordinates: that of the set if it is known, otherwise that of its coordinate.
-    fn log_gain(&self, place: &[f64]) -> f64 {
+    pub(super) fn log_gain(&self, place: &[f64]) -> f64 {
         match self.gain {
             Gain::Known(gain) => gain.ln(),
             Gain::Unknown => {
@@ -253,12 +271,25 @@ impl<'m> FrfObjective<'m> {
         if self.settings.channel_sd.0.max(self.settings.channel_sd.1) > 0.0 { self.structures.len() } else { 0 }
     }
 
+    /// Returns the loops of a channel at given values; `None` for an FRF of force.
+    pub(super) fn loops(
+        &self,
+        channel: usize,
+        (here, operating): (&Decoded, Operating),
+        encoders: &mut [EncoderScratch],
+        columns: &[Option<usize>],
+    ) -> Option<Loops<'_>> {
+        let at = Evaluation { machine: self.machine, of_drive: &self.of_drive, values: &here.parameters, operating };
+        Loops::new(self.closed[channel].as_deref(), &at, encoders, columns)
+    }
+
     pub(super) fn borrow(&self, structure: usize) -> FrfScratch {
         let pooled = self.pools[structure].lock().ok().and_then(|mut pool| pool.pop());
         pooled.unwrap_or_else(|| FrfScratch {
             network: self.structures[structure].empty_model(),
             work: self.structures[structure].workspace(),
             row: Vec::new(),
+            encoders: self.closed[structure].as_ref().map(|closed| closed.scratch()).unwrap_or_default(),
         })
     }
 
@@ -276,10 +307,15 @@ impl<'m> FrfObjective<'m> {
         let mut scratch = self.borrow(record.structure);
         scratch.network.update(self.machine, &here.parameters, &operating);
         let factor = factor(self.machine.chain.at(&here.parameters, &operating), here.channel(record));
+        let loops = self.loops(record.structure, (here, operating), &mut scratch.encoders, &[]);
         let groups = lines.start / LANES..lines.end.div_ceil(LANES);
+        let mut followed = [Complexes::ZERO; ABREAST];
         for from in groups.clone().step_by(ABREAST) {
             let some = from..groups.end.min(from + ABREAST);
-            let predicted = scratch.network.receptances_on(&record.lines, some.clone(), &mut scratch.work);
+            let mut predicted = scratch.network.receptances_on(&record.lines, some.clone(), &mut scratch.work);
+            if let Some(loops) = &loops {
+                predicted = loops.close(&record.lines, some.clone(), &mut scratch.encoders, predicted, &mut followed);
+            }
             for ((at, predicted), omega) in some.clone().zip(predicted).zip(&record.lines.omega_rad_s()[some]) {
                 let residual = record.measured(at * LANES) - predicted.ln() - log_factor(factor, *omega);
                 each(at * LANES, wrapped(residual));
@@ -293,7 +329,7 @@ impl<'m> FrfObjective<'m> {
         self.residuals_of(&self.as_stated(parameters, gain))
     }
 
-    fn as_stated(&self, parameters: &ParameterValues, gain: f64) -> Decoded {
+    pub(super) fn as_stated(&self, parameters: &ParameterValues, gain: f64) -> Decoded {
         let (parameters, channels) = (parameters.clone(), self.calibration.clone());
         Decoded { parameters, log_gain: gain.ln(), nut_shift_m: Vec::new(), channels }
     }
@@ -355,22 +391,6 @@ impl<'m> FrfObjective<'m> {
             .collect()
     }
 
-    /// Returns the gain of the set or, if it is unknown, the best gain for the given parameters.
-    pub fn best_gain(&self, parameters: &ParameterValues) -> f64 {
-        if let Gain::Known(gain) = self.gain {
-            return gain;
-        }
-        let here = self.as_stated(parameters, 1.0);
-        let (mut weights, mut sum) = (Reals::ZERO, Reals::ZERO);
-        for record in &self.records {
-            self.visit(record, &here, 0..record.omega_rad_s.len(), |line, r| {
-                weights += record.weights(line);
-                sum += record.weights(line) * r.re;
-            });
-        }
-        f64::exp(sum.reduce_add() / weights.reduce_add())
-    }
-
     /// Extends coordinates of the free parameters, with or without tolerances, to all coordinates.
     ///
     /// Missing tolerances, nut positions and channels are as stated; an unknown gain has its best value.
@@ -384,11 +404,6 @@ impl<'m> FrfObjective<'m> {
         }
         extended.extend(vec![0.5; self.nuts + 2 * self.free_channels()]);
         Place(extended)
-    }
-
-    /// Returns the gain at [`FrfObjective::extended`] coordinates.
-    pub fn gain(&self, place: &Place) -> f64 {
-        self.log_gain(place).exp()
     }
 
     /// Returns the variance inflation of the estimates by correlation of neighbouring lines, 1 + 2·Σρ.
@@ -429,6 +444,8 @@ impl<'m> FrfObjective<'m> {
         FrfObjective {
             structures,
             channels,
+            closed: self.closed.clone(),
+            of_drive: self.of_drive.clone(),
             calibration,
             records,
             free,

@@ -1,6 +1,7 @@
 //! Objectives: the misfit between prediction and measurement.
 
 mod calibration;
+mod closed_loop;
 mod coarse;
 mod error;
 mod frf;
@@ -14,6 +15,8 @@ mod setup;
 mod squares;
 
 pub use calibration::Channel;
+pub(crate) use closed_loop::loop_parameters;
+pub use closed_loop::{COMMAND, Excitation};
 pub use error::ObjectiveError;
 pub use frf::{FrfGap, FrfObjective};
 pub use mode_settings::{ModeSettings, Objective};

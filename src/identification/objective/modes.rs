@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use std::sync::{Arc, Mutex};
 
 use super::ObjectiveError;
+use super::closed_loop::Excitation;
 use super::mode_settings::{ModeSettings, Objective};
 use super::pairing::{MISSING, ModePair, VISIBLE, pair_into};
 use super::setup::{GAIN_RANGE, free_parameters, keep_rods, point_named};
@@ -119,7 +120,7 @@ impl<'m> ModeObjective<'m> {
         first: &[usize],
     ) -> Result<Self, ObjectiveError> {
         let mut objective = Self::new(machine, fit, settings, frozen)?;
-        let more = free_parameters(machine, frozen, |rule| rule == FitRule::Frf)?;
+        let more = free_parameters(machine, frozen, &[], |rule| rule == FitRule::Frf)?;
         objective.free = first.iter().copied().chain(more).collect();
         objective.prepare_grids();
         Ok(objective)
@@ -167,6 +168,11 @@ impl<'m> ModeObjective<'m> {
             .as_ref()
             .ok_or_else(|| ObjectiveError::Data(format!("{}: the set has no modes; write modes = \"…\" in its manifest", set.path)))?;
         let named = |name: &Option<String>, key: &str| point_named(machine, &set.path, key, name.as_deref().unwrap_or_default());
+        let named_excitation = set.excitation.as_deref().unwrap_or_default();
+        if Excitation::named(machine, &set.path, named_excitation)? == Excitation::Command {
+            let fault = "peaks of a closed-loop FRF are no natural frequencies of the machine; give the FRF itself as [[frf]]";
+            return Err(ObjectiveError::Data(format!("{}: excitation = \"{named_excitation}\": {fault}", set.path)));
+        }
         let (response, excitation) = (named(&set.response, "response")?, named(&set.excitation, "excitation")?);
         let structure = Arc::new(Structure::new(machine, response, excitation, settings.rods)?);
         // Orders observed at any of these positions: held-out data must not influence the fit.
@@ -202,7 +208,7 @@ impl<'m> ModeObjective<'m> {
             precision: 1e-9,
             omega_power: set.quantity.map_or(0, |q| q.power()),
         };
-        let free = free_parameters(machine, frozen, |rule| rule == FitRule::Always)?;
+        let free = free_parameters(machine, frozen, &[], |rule| rule == FitRule::Always)?;
         let mut objective = ModeObjective {
             machine,
             structure,

@@ -17,10 +17,12 @@ pub fn point_named(machine: &Machine, source: &str, key: &str, name: &str) -> Re
     })
 }
 
-/// Returns the indices of the parameters to fit, without frozen ones and those that affect motion alone.
+/// Returns the indices of the parameters to fit, without frozen ones and those that affect motion alone; `of_drive` marks those of the loops on which
+/// the data depend.
 pub(crate) fn free_parameters(
     machine: &Machine,
     frozen: &[String],
+    of_drive: &[bool],
     fitted: impl Fn(FitRule) -> bool,
 ) -> Result<Vec<usize>, ObjectiveError> {
     for id in frozen {
@@ -31,7 +33,8 @@ pub(crate) fn free_parameters(
         }
     }
     let linear = machine.linear_parameters();
-    let free = |i: &usize| linear[*i] && fitted(machine.parameters[*i].fit) && !frozen.contains(&machine.parameters[*i].id);
+    let acts = |i: usize| linear[i] || of_drive.get(i).is_some_and(|of_drive| *of_drive);
+    let free = |i: &usize| acts(*i) && fitted(machine.parameters[*i].fit) && !frozen.contains(&machine.parameters[*i].id);
     Ok((0..machine.parameters.len()).filter(free).collect())
 }
 

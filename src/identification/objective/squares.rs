@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use super::closed_loop::encoder_gradients;
 use super::frf::SPAN;
 use super::record::{Decoded, FrfRecord, factor, log_factor, pieces, wrapped};
 use super::{FrfObjective, FrfSettings, GAIN_RANGE, ModeObjective};
@@ -201,6 +202,9 @@ impl FrfObjective<'_> {
         let nut = self.nut_column(record.nut);
         scratch.network.update(self.machine, parameters, &operating);
         let sensitivity = scratch.network.sensitivity(self.machine, parameters, &operating, columns, nut);
+        let loops = self.loops(record.structure, (here, operating), &mut scratch.encoders, columns);
+        let by_encoders: Vec<_> =
+            scratch.encoders.iter().map(|of| of.network.sensitivity(self.machine, parameters, &operating, columns, nut)).collect();
         let chain = self.machine.chain.at(parameters, &operating);
         // Derivatives of the chain's ln(gain), delay and power with respect to the coordinates.
         let mut chain_slopes: Vec<(usize, (f64, f64, f64))> = Vec::new();
@@ -219,14 +223,20 @@ impl FrfObjective<'_> {
         }
         let factor = factor(chain, here.channel(record));
         let log_gain = Complexes::real(Reals::splat(here.log_gain));
-        let mut residuals = [Complexes::ZERO; ABREAST];
+        let (mut residuals, mut followed) = ([Complexes::ZERO; ABREAST], [Complexes::ZERO; ABREAST]);
         let groups = lines.start / LANES..lines.end.div_ceil(LANES);
         for from in groups.clone().step_by(ABREAST) {
             let omegas = &record.lines.omega_rad_s()[from..groups.end.min(from + ABREAST)];
             let abreast = omegas.len();
             scratch.row.clear();
             scratch.row.resize(dimension * abreast, Complexes::ZERO);
-            let predicted = scratch.network.gradient(omegas, &sensitivity, &mut scratch.work, &mut scratch.row);
+            let mut predicted = scratch.network.gradient(omegas, &sensitivity, &mut scratch.work, &mut scratch.row);
+            if let Some(loops) = &loops {
+                followed[..abreast].copy_from_slice(predicted);
+                let open = encoder_gradients(&mut scratch.encoders, omegas, &by_encoders, dimension);
+                loops.close_with_slopes(omegas, &scratch.encoders, &open, &mut followed[..abreast], &mut scratch.row);
+                predicted = &followed[..abreast];
+            }
             for (w, (predicted, omega)) in predicted.iter().zip(omegas).enumerate() {
                 let line = (from + w) * LANES;
                 let root = record.weights(line).sqrt();

@@ -15,7 +15,7 @@ use diagnosis::{
 };
 use identification::ToleranceEstimate;
 use identification::objective::FrfObjective;
-use machine::{Data, Effect, Parameter};
+use machine::{Data, Effect, Parameter, Target};
 use measurement::{FitSet, HoldOutSet};
 use optimizer::{found_in, kept_as};
 use report::diagnosis as document;
@@ -32,7 +32,10 @@ impl Study {
         let machine = &self.config.machine;
         let whole = made.frf.is_some();
         self.check_frozen()?;
-        let effects = choose_effects(request, &self.config.effects, Data::Frf)?;
+        self.check_commanded()?;
+        let mut effects = choose_effects(request, &self.config.effects, Data::Frf)?;
+        // FRFs of a force do not depend on the loops.
+        effects.retain(|effect| self.is_commanded() || !acts_on_loops_alone(effect));
         let blocks = fit.leave_one_out(whole).len();
         if blocks < 2 && (!whole || machine.stroke_m().is_some()) {
             let fault = format!(
@@ -70,6 +73,13 @@ impl Study {
         let key = self.key(&format!("null distribution {nulls} {ablated:?} {effects:?}"));
         Some((folder, format!("null-{}.json", &digest(key.as_bytes())[..24])))
     }
+}
+
+/// Whether an effect changes numbers of the drive alone.
+fn acts_on_loops_alone(effect: &Effect) -> bool {
+    let patch = &effect.patch;
+    let adds = !patch.points.is_empty() || !patch.joints.is_empty() || !patch.reattached.is_empty();
+    !adds && !patch.rescales.is_empty() && patch.rescales.iter().all(|(target, ..)| matches!(target, Target::Drive(_)))
 }
 
 fn to_document(

@@ -13,6 +13,7 @@ impl Study {
     /// As [`Study::identify`], from FRFs or modes.
     pub(super) fn identify_from_responses(&self) -> StudyResult<IdentificationDocument> {
         let made = self.identification_settings()?;
+        let of_loops = self.check_commanded()?;
         let (fit, held_out) = self.set.split(self.fit.as_deref(), &self.hold_out)?;
         let (machine, control) = (&self.config.machine, &self.control);
         let misplaced = if made.frf.is_some() { Vec::new() } else { misplaced_modes(&self.set) };
@@ -32,6 +33,7 @@ impl Study {
         let positions = document_rows::positions(self, &found, &fit_positions);
         let frfs = document_rows::all_frfs(&self.set, &found);
         let mut warnings = found.warnings.clone();
+        warnings.extend(of_loops);
         warnings.extend(document_rows::pairing_warnings(&positions));
         warnings.extend(found.combinations.iter().map(|c| c.text.clone()));
         warnings.extend(document_rows::passivity_warnings(machine, &self.set));

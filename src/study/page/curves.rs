@@ -1,12 +1,11 @@
 //! Measured FRFs and the predictions of one or two models, for the HTML report.
 
-use std::sync::Arc;
-
 use num_complex::Complex64;
 
+use crate::frequency_response::Evaluated;
 use crate::{StudyError, StudyResult};
-use dynamics::model::{RodModel, Structure};
-use identification::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings, operating};
+use dynamics::model::RodModel;
+use identification::objective::{Excitation, FrfObjective, FrfSettings, ModeObjective, ModeSettings, operating};
 use machine::{Chain, Machine, Operating, ParameterValues, PointMotion};
 use measurement::{FitSet, Frf, Gain, HoldOutSet, MeasurementSet, Quantity};
 use numeric::unit::omega_rad_s;
@@ -182,8 +181,11 @@ impl Overlay<'_> {
         };
         let translates = |name: &str| Ok::<_, StudyError>(machine.points[point_index(machine, name)?].motion == PointMotion::Translation);
         let output = if translates(response)? { length } else { angle };
-        let input = if translates(excitation)? { "N" } else { "N·m" };
         let gain_note = if self.set.gain == Gain::Unknown { ", times the gain" } else { "" };
+        if matches!(Excitation::named(machine, "the set", excitation)?, Excitation::Command) {
+            return Ok((1.0, format!("position over command{gain_note} (1)")));
+        }
+        let input = if translates(excitation)? { "N" } else { "N·m" };
         Ok((factor, format!("{}{gain_note} ({output}/{input})", quantity.word())))
     }
 }
@@ -204,14 +206,12 @@ impl CurveModel {
         scale: f64,
     ) -> StudyResult<Vec<FrfSample>> {
         let machine = &self.machine;
-        let (response, excitation) = (point_index(machine, response)?, point_index(machine, excitation)?);
-        let structure = Arc::new(Structure::new(machine, response, excitation, self.rods)?);
-        let (mut model, mut work) = (structure.empty_model(), structure.workspace());
-        model.update(machine, &self.values, operating);
+        let (response, excitation) = (point_index(machine, response)?, Excitation::named(machine, "the set", excitation)?);
+        let evaluated = Evaluated { machine, values: &self.values, operating: *operating, rods: self.rods };
         let chain = machine.chain.at(&self.values, operating);
         let omegas: Vec<f64> = lines.iter().copied().map(omega_rad_s).collect();
         let recorded = |omega: f64| quantity.from_receptance(omega) * Chain::log_factor(chain, omega).exp() * scale;
-        let all = model.sweep(&omegas, &mut work).into_iter().zip(&omegas).map(|(h, omega)| h * recorded(*omega));
+        let all = evaluated.response(response, excitation, false, &omegas)?.into_iter().zip(&omegas).map(|(h, omega)| h * recorded(*omega));
         Ok(lines.iter().copied().zip(all).filter(|(_, h)| h.is_finite()).collect())
     }
 }

@@ -202,7 +202,8 @@ impl Study {
         if to > from { Ok((from, to)) } else { Err(StudyError::setting("band_hz", "", "the data have no band; write one, such as 5,1000")) }
     }
 
-    /// Returns response and excitation of the set (points of the machine).
+    /// Returns response and excitation of the set (points of the machine). Of closed-loop FRFs the response is also the excitation: predicted is
+    /// the machine without its loops.
     fn channel(&self) -> StudyResult<(usize, usize)> {
         let (set, machine) = (&self.set, &self.config.machine);
         let first = set.frfs.first();
@@ -210,10 +211,11 @@ impl Study {
             let name = own.as_ref().or(of_first).ok_or_else(|| StudyError::input(&set.path, format!("names no {key}")))?;
             machine.point(name).ok_or_else(|| StudyError::input(&set.path, format!("{key} «{name}» is not a point of the machine")))
         };
-        Ok((
-            named(&set.response, first.map(|f| &f.response), "response")?,
-            named(&set.excitation, first.map(|f| &f.excitation), "excitation")?,
-        ))
+        let response = named(&set.response, first.map(|f| &f.response), "response")?;
+        if self.is_commanded() {
+            return Ok((response, response));
+        }
+        Ok((response, named(&set.excitation, first.map(|f| &f.excitation), "excitation")?))
     }
 
     /// Returns the quantity of the set, or that of its first FRF.
@@ -232,6 +234,10 @@ impl Study {
                 "{} lies beyond the measured positions ({low} to {high} m): no measurement there supports the model",
                 beyond.join(", ")
             ));
+        }
+        if self.is_commanded() {
+            warnings
+                .push("the set holds closed-loop FRFs: predicted are modes and FRFs of a force on the response, without the loops".into());
         }
         if self.set.gain == Gain::Unknown {
             warnings.push("the gain of the set is unknown: predicted amplitudes are those of the machine, without it".into());

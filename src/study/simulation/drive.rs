@@ -13,7 +13,7 @@ pub(super) fn find_drive(study: &Study) -> StudyResult<&Drive> {
 }
 
 /// Describes an unstable pole, and how to make the loops stable.
-pub(super) fn describe_pole(pole: &Pole) -> String {
+pub(crate) fn describe_pole(pole: &Pole) -> String {
     let e_fold_s = 1.0 / pole.growth_per_s;
     // A frequency below 1 mHz counts as zero.
     let frequency = if pole.frequency_hz < 1e-3 { "a real pole".into() } else { format!("the pole at {:.1} Hz", pole.frequency_hz) };

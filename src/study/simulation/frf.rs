@@ -1,18 +1,16 @@
 //! Frequency response functions of a machine.
 
 use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
 use std::path::Path;
-use std::sync::Arc;
-
-use num_complex::Complex64;
 
 use super::drive::describe_pole;
 use super::operating::{Load, Place, find_operating, load_warnings, require_positive};
+use crate::frequency_response::Evaluated;
 use crate::identified::check_identification;
 use crate::{Study, StudyError, StudyResult};
-use dynamics::model::{RodModel, Structure};
+use dynamics::model::RodModel;
 use dynamics::motion::{LinearLoops, MotionError, ServoImpedance, SimulationSettings};
+use identification::objective::{COMMAND, Excitation};
 use machine::{Chain, Machine, Operating};
 use measurement::Quantity;
 use numeric::unit::omega_rad_s;
@@ -35,7 +33,7 @@ pub struct FrfRequest {
     pub lines_hz: Option<Vec<f64>>,
     /// Name of the response point; that of the measurement set where absent.
     pub response: Option<String>,
-    /// Name of the excitation point; that of the measurement set where absent.
+    /// Name of the excitation point, or `command` for the command of the position loop; that of the measurement set where absent.
     pub excitation: Option<String>,
     /// Whether the loops of the drive are closed and hold the machine.
     pub closed_loop: bool,
@@ -89,20 +87,18 @@ fn computed(study: &Study, machine: &Machine, values: &[f64], rods: RodModel, re
     let frequency_hz = frequencies_hz(request)?;
     let set = study.measurements();
     let response = find_point(machine, "response", request.response.as_ref().or(set.response.as_ref()))?;
-    let excitation = find_point(machine, "excitation", request.excitation.as_ref().or(set.excitation.as_ref()))?;
+    let excitation = find_excitation(machine, request.excitation.as_ref().or(set.excitation.as_ref()))?;
     let conditions = conditions(study, request)?;
     let all: Vec<Operating> = conditions.iter().map(|(_, operating)| *operating).collect();
-    let structure = Arc::new(Structure::new(machine, response, excitation, rods).map_err(StudyError::impossible)?);
-    let (mut model, mut work) = (structure.empty_model(), structure.workspace());
+    let closed = request.closed_loop || excitation == Excitation::Command;
     let omegas: Vec<f64> = frequency_hz.iter().copied().map(omega_rad_s).collect();
     let mut positions = BTreeMap::new();
     for (name, operating) in conditions {
-        model.update(machine, values, &operating);
         let chain = machine.chain.at(values, &operating);
-        let receptances = match request.closed_loop {
-            false => model.sweep(&omegas, &mut work),
-            true => closed_receptances(machine, values, &operating, (response, excitation, rods), &omegas)?,
-        };
+        if closed {
+            check_loops(machine, values, &operating, &omegas)?;
+        }
+        let receptances = Evaluated { machine, values, operating, rods }.response(response, excitation, closed, &omegas)?;
         let recorded = omegas.iter().zip(receptances).map(|(&omega, receptance)| {
             let h = receptance * request.quantity.from_receptance(omega) * Chain::log_factor(chain, omega).exp();
             [h.re, h.im]
@@ -113,8 +109,8 @@ fn computed(study: &Study, machine: &Machine, values: &[f64], rods: RodModel, re
         stamp: study.stamp("frf", 0, true, load_warnings(machine, &request.load, &all)),
         quantity: request.quantity.word().into(),
         response: machine.points[response].name.clone(),
-        excitation: machine.points[excitation].name.clone(),
-        closed_loop: request.closed_loop,
+        excitation: excitation.name(machine).into(),
+        closed_loop: closed,
         frequency_hz,
         positions,
     })
@@ -150,6 +146,17 @@ fn find_point(machine: &Machine, key: &str, name: Option<&String>) -> StudyResul
     })
 }
 
+/// Returns the excitation: a point, or the command of the position loop.
+fn find_excitation(machine: &Machine, name: Option<&String>) -> StudyResult<Excitation> {
+    if name.is_some_and(|name| name == COMMAND) && machine.point(COMMAND).is_none() {
+        return match machine.drive {
+            Some(_) => Ok(Excitation::Command),
+            None => Err(StudyError::setting("excitation", COMMAND, "the machine has no loops; describe them as [drive], or name a point")),
+        };
+    }
+    find_point(machine, "excitation", name).map(Excitation::Point)
+}
+
 /// Returns the operating conditions by name.
 fn conditions(study: &Study, request: &FrfRequest) -> StudyResult<Vec<(String, Operating)>> {
     let has_nut = study.machine().stroke_m().is_some();
@@ -172,14 +179,8 @@ fn conditions(study: &Study, request: &FrfRequest) -> StudyResult<Vec<(String, O
     places.iter().map(condition).collect()
 }
 
-/// Computes receptances with the loops of the drive closed.
-fn closed_receptances(
-    machine: &Machine,
-    values: &[f64],
-    operating: &Operating,
-    (response, excitation, rods): (usize, usize, RodModel),
-    omega_rad_s: &[f64],
-) -> StudyResult<Vec<Complex64>> {
+/// Checks that the loops of the drive are stable, and defined up to the highest frequency.
+fn check_loops(machine: &Machine, values: &[f64], operating: &Operating, omega_rad_s: &[f64]) -> StudyResult<()> {
     let fault = |e: MotionError| StudyError::setting("closed_loop", "", e.to_string());
     let hold = ServoImpedance::new(machine, values, operating).map_err(fault)?;
     let settings = SimulationSettings { operating: *operating, ..SimulationSettings::default() };
@@ -191,18 +192,5 @@ fn closed_receptances(
         let fault = format!("closed loops are defined up to {highest_hz} Hz, half the slowest sampling rate; write no more");
         return Err(StudyError::setting("to_hz", "", fault));
     }
-    let mut open = BTreeMap::new();
-    let among: Vec<usize> = hold.points().into_iter().chain([response]).collect();
-    for &at in &among {
-        for force in [hold.on, excitation] {
-            if let Entry::Vacant(place) = open.entry((at, force)) {
-                let structure = Arc::new(Structure::new(machine, at, force, rods).map_err(StudyError::impossible)?);
-                let mut model = structure.empty_model();
-                model.update(machine, values, operating);
-                place.insert(model.sweep(omega_rad_s, &mut structure.workspace()));
-            }
-        }
-    }
-    let at = |(line, omega): (usize, &f64)| hold.close(*omega, response, excitation, |point, force| open[&(point, force)][line]);
-    Ok(omega_rad_s.iter().enumerate().map(at).collect())
+    Ok(())
 }

@@ -18,6 +18,7 @@ mod travel;
 
 pub use bode::{BodeRequest, bode};
 pub use circle::{CircleRequest, circle};
+pub(crate) use drive::describe_pole;
 pub use frf::{FrfRequest, frf, identified_frf};
 pub use gain::{GainRequest, gain};
 pub use hold::{GainsRequest, HoldRequest, gains_of_identified, hold, impedance_units};

@@ -1,16 +1,23 @@
 //! Published figures of the lumped servo axis, compared with ours. The configuration names the paper.
 
 use super::figure::{FigureSource, first_hz, read_published};
+use crate::frequency_response::Evaluated;
 use crate::simulation::gain::GainRequest;
 use crate::simulation::sensitivity::mode_energy;
 use crate::{StudyError, StudyResult};
-use dynamics::model::elastic_frequencies_hz;
+use dynamics::model::RodModel;
 use dynamics::motion::{GainCycle, GainRow, SimulationSettings, gain_study};
+use identification::objective::Excitation;
 use machine::{Machine, Operating};
+use numeric::unit::omega_rad_s;
 use report::published::PublishedFigure;
 
 /// The machine.
 pub const CONFIG: &str = "configs/servo-axis.toml";
+
+/// Overrides with which the support of the screw is a mass on a spring, as real supports are; the numbers are chosen.
+const SUPPORT_AS_A_MASS: [&str; 4] =
+    ["effects=[\"bed-compliance\"]", "parameter.m_bed.start=400.0", "parameter.k_bed.start=1.91e8", "parameter.c_bed.start=5.5e3"];
 
 fn at(place: &'static str) -> FigureSource {
     FigureSource { paper: "Lumped servo axis", place }
@@ -20,7 +27,6 @@ fn at(place: &'static str) -> FigureSource {
 pub fn figures() -> StudyResult<Vec<PublishedFigure>> {
     let axis = read_published(CONFIG, &[])?;
     let rest = Operating::default();
-    let all = elastic_frequencies_hz(&axis, 3, &axis.start(), &rest);
     let first = first_hz(&axis, &rest)?;
     let zeta = 0.5 * axis.stiffness_proportional_damping_s * std::f64::consts::TAU * first;
     let joints = mode_energy(&axis, &rest, first)?;
@@ -33,12 +39,15 @@ pub fn figures() -> StudyResult<Vec<PublishedFigure>> {
     let others = ["coupling", "screw-torsion", "nut", "flange"].into_iter().map(deformation).fold(0.0, f64::max);
     let ratio = deformation("support") / others;
     let scaled = |factor: f64| -> StudyResult<f64> {
-        let k = axis.parameter("k_0a").map_or(f64::NAN, |i| axis.start()[i]) * factor;
-        let scaled = read_published(CONFIG, &[&format!("parameter.k_0a.start={k}")])?;
+        // k0ᴬ is the series of support and half of the screw; the support changes so that k0ᴬ does.
+        let k_0a = axis.joints.iter().find(|j| j.name == "support").map_or(f64::NAN, |j| j.stiffness.at(&axis.start(), &rest));
+        let support = axis.parameter("k_support").map_or(f64::NAN, |i| axis.start()[i]);
+        let k = 1.0 / (1.0 / (factor * k_0a) - (1.0 / k_0a - 1.0 / support));
+        let scaled = read_published(CONFIG, &[&format!("parameter.k_support.start={k}")])?;
         Ok(first_hz(&scaled, &rest)? / first)
     };
     let (soft, stiff) = (scaled(0.5)?, scaled(1.5)?);
-    let near = all.iter().filter(|f| (100.0..200.0).contains(*f)).count() as f64;
+    let on_mass = read_published(CONFIG, &SUPPORT_AS_A_MASS)?;
     let whole = GainRequest::default();
     let near_printed = GainRequest { from_per_min: 2000.0, to_per_min: 4500.0, points: 11, ..whole.clone() };
     let (everywhere, nearby) = (best_gain(&axis, &whole)?, best_gain(&axis, &near_printed)?);
@@ -63,10 +72,16 @@ pub fn figures() -> StudyResult<Vec<PublishedFigure>> {
             .ours_as_printed(stiff)
             .holds(stiff > 1.1)
             .because("«changes considerably»; no number printed"),
-        at("Fig. 7").figure("natural frequencies of the axis near the first of the model", "1").printed(2.0, 1.0).ours_as_printed(near).because(
-            "the real axis shows two, the paper's model and ours one. Cause unknown: a mode that the six coordinates lack. Tried: all \
-             stiffnesses within their ranges; no second mode comes below 200 Hz",
-        ),
+        at("Fig. 7")
+            .figure("peaks of position over command near the first natural frequency", "1")
+            .printed(2.0, 1.0)
+            .ours_as_printed(bode_peaks(&axis)?)
+            .mended(bode_peaks(&on_mass)?)
+            .because(
+                "100 to 240 Hz. The real axis shows two, the paper's model and ours one; no stiffness within its range brings a second below 200 Hz. Mended: \
+                 the support of the screw stands as a mass on a spring (`bed-compliance`), 400 kg and 110 Hz chosen. It makes two; the printed \
+                 figure alone cannot confirm it",
+            ),
         at("Tab. 1").figure("best gain k_v", "1/min").printed(2725.0, 1.0).ours_as_printed(60.0 * everywhere.gain_per_s).mended(60.0 * nearby.gain_per_s).because(
             format!(
                 "`simulate gain`: friction, loops and motion profile are chosen. As printed: 500 to 12,000 1/min, mended: 2,000 to 4,500 1/min, both \
@@ -79,6 +94,15 @@ pub fn figures() -> StudyResult<Vec<PublishedFigure>> {
             ),
         ),
     ])
+}
+
+/// Counts the peaks of the slide's closed-loop FRF at mid-stroke between 100 and 240 Hz.
+fn bode_peaks(axis: &Machine) -> StudyResult<f64> {
+    let slide = axis.point("slide").ok_or_else(|| StudyError::impossible("the servo axis has no slide"))?;
+    let omegas: Vec<f64> = (100..=240).map(|hz| omega_rad_s(f64::from(hz))).collect();
+    let evaluated = Evaluated { machine: axis, values: &axis.start(), operating: Operating::default(), rods: RodModel::Exact };
+    let responses = evaluated.response(slide, Excitation::Command, true, &omegas)?;
+    Ok(responses.windows(3).filter(|h| h[1].norm() > h[0].norm() && h[1].norm() > h[2].norm()).count() as f64)
 }
 
 /// Finds the gain of the position loop with the minimum cost, for the slide and the cycle of `simulate gain`.
