@@ -169,6 +169,9 @@ fn the_commands_on_motion_run() {
     assert!(commands.len() > 10);
     let verdict = &document(folder.path(), "hybrid-diagnosis/diagnosis.json")["verdict"];
     assert_eq!(verdict["effects"], serde_json::json!(["lead-growth+lead-error"]), "{verdict}");
+    let mass = document(folder.path(), "workpiece/diagnosis/diagnosis.json");
+    assert_eq!(mass["verdict"]["kind"], "wrong-parameter", "{}", mass["verdict"]);
+    assert!(mass["verdict"]["reason"].as_str().unwrap().contains("moving_mass"), "{}", mass["verdict"]);
 }
 
 /// Returns all pages: the README and the guide.
