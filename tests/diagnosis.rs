@@ -263,6 +263,12 @@ hub = { unit = "1", start = 2.5, lower = 0.5, upper = 10.0, source = "a brake di
 "#;
     let found = diagnose_bench_with(hub, 1.0, 0.003);
     assert!(found["verdict"]["effects"].as_array().unwrap().contains(&"coupling-inertia".into()), "{:#}", found["verdict"]);
+    assert_eq!(found["verdict"]["confirmed"], true, "{:#}", found["verdict"]);
+    // A p-value is a share of draws that were made.
+    let (null, p) = (&found["null"], found["effects"][0]["p_value"].as_f64().unwrap());
+    let draws = null["linear_draws"].as_f64().unwrap();
+    assert!(draws >= 1000.0 && null["fitted_draws"] == 20 && null["factor"].as_f64().unwrap() >= 1.0, "{null:#}");
+    assert!((p * (draws + 1.0)).fract().min(1.0 - (p * (draws + 1.0)).fract()) < 1e-6 && p >= 1.0 / (draws + 1.0), "{p}");
 }
 
 /// A bending screw has narrow peaks that move with the nut. The diagnosis searches the whole range of its frequency. A single position determines

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use config::effect_library;
-use diagnosis::{Hypothesis, at_start, is_plausible};
+use diagnosis::{Hypothesis, at_start, is_plausible, largest_loss_factor};
 use dynamics::model::{RodModel, Structure, undamped_modes};
 use machine::{Data, Effect, Machine, Mechanism, Operating, PeriodAlong, Role};
 
@@ -59,6 +59,22 @@ fn a_stage_heavier_than_its_rotor_excludes_an_elastic_drive() {
         let mut fitted = at_start(&hypothesis);
         fitted.units[stage] = hypothesis.machine.parameters[stage].to_unit(inertia);
         assert_eq!(is_plausible(&hypothesis, &fitted), plausible, "{inertia}");
+    }
+}
+
+/// A loss factor that ends at its largest value takes up another effect's change.
+#[test]
+fn the_largest_loss_factor_excludes_an_effect() {
+    let library = effect_library().unwrap();
+    let guide = library.iter().find(|e| e.id == "guide-stiffness").unwrap();
+    let hypothesis = Hypothesis::nominal(bench_without_hold()).with(guide).unwrap();
+    let at = hypothesis.machine.parameters.iter().position(|p| p.id == "eta_guide").unwrap();
+    let loss = &hypothesis.machine.parameters[at];
+    for (value, plausible) in [(loss.lower, true), (loss.start, true), (0.9 * loss.upper, true), (loss.upper, false)] {
+        let mut fitted = at_start(&hypothesis);
+        fitted.units[at] = loss.to_unit(value);
+        assert_eq!(is_plausible(&hypothesis, &fitted), plausible, "{value}");
+        assert_eq!(largest_loss_factor(&hypothesis, &fitted).is_none(), plausible, "{value}");
     }
 }
 

@@ -52,8 +52,8 @@ pub struct DiagnoseArguments {
     /// Effects to leave out of the candidates, comma-separated
     #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
     pub exclude: Vec<String>,
-    /// Null simulations for the thresholds; ten times as many for motion records
-    #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u16).range(20..=2000))]
+    /// Null simulations whose fits are made in full, beside 2000 linear ones; 25 times as many for motion records
+    #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u16).range(20..=2000))]
     pub nulls: u16,
     /// Folder for cached null simulations; the platform's cache by default
     #[arg(long, value_name = "DIR")]

@@ -83,13 +83,13 @@ fn closed_of_drawn_frfs(
     // The same seed draws the same machine for both.
     let (fit_change, _) = redraw_machine(|h| fitter.objective(h).ok(), chosen.0, chosen.1, settings, LINES, random.clone())?;
     let held_out_change =
-        redraw_machine(|h| fitter.objective_to_simulate(h, held_out).ok(), chosen.0, chosen.1, settings, LINES, random)?.0;
+        redraw_machine(|h| fitter.objective_for_held_out(h, held_out).ok(), chosen.0, chosen.1, settings, LINES, random)?.0;
     let described = fitter.without_nuisances();
     let gap = |(hypothesis, fitted): Model<'_>| -> Option<Vec<PartialGap>> {
         let own = coarse(described.objective(hypothesis).ok()?)?.shifted(&fit_change);
         let start = coordinates_of(&described.objective(hypothesis).ok()?, fitted);
         let place = Place(least_squares_within(&own, &start, &[], (STEPS, 1e-3), control.stop()).place);
-        let there = coarse(described.objective_to_simulate(hypothesis, held_out).ok()?)?.shifted(&held_out_change);
+        let there = coarse(described.objective_for_held_out(hypothesis, held_out).ok()?)?.shifted(&held_out_change);
         let part = |g: FrfGap| PartialGap { position: None, frf: Some(g.frf), gap: g.gap, floor: g.noise_floor, count: g.lines };
         Some(there.gaps(&own.parameters(&place), own.gain(&place)).into_iter().map(part).collect())
     };

@@ -52,7 +52,7 @@ fn cross_validation_from_all_starts(
             let part = kept.descend(&objective, fitted, STEPS, control);
             let left = fitter.on(left);
             match fitter.domain {
-                Domain::Frf(_) => Ok(log_predictive_loss((&objective, &left.objective(hypothesis)?), &part, control)),
+                Domain::Frf(_) => Ok(log_predictive_loss((&objective, &left.objective(hypothesis)?), usize::MAX, &part, control)),
                 Domain::Modes(_) => {
                     // With few numbers another basin may be the deepest.
                     let other = kept.multistart_uncached(hypothesis, fitted, MULTISTART_LEFT_OUT, control)?;
@@ -64,14 +64,20 @@ fn cross_validation_from_all_starts(
     Ok(parts?.into_iter().sum())
 }
 
-/// Returns the loss of a fit to the retained data on the left-out data: see [`predictive_loss`].
-fn log_predictive_loss((kept, left): (&DomainObjective<'_>, &DomainObjective<'_>), part: &Fitted, control: &Control) -> f64 {
+/// Returns the loss of a fit to the retained data on the left-out data: see [`predictive_loss`]. Of the coordinates of both, at most the first `shared`
+/// have the uncertainty of the fit; further ones, the channels, are then those of the left-out data alone, within their tolerances.
+pub(super) fn log_predictive_loss(
+    (kept, left): (&DomainObjective<'_>, &DomainObjective<'_>),
+    shared: usize,
+    part: &Fitted,
+    control: &Control,
+) -> f64 {
     let information = kept.squares(|squares| squares.normal(&coordinates_of(kept, part)).information);
     // Coordinates of both: parameters, gain and channels; nut positions belong to each part alone.
-    let shared = |of: &DomainObjective<'_>| -> Vec<usize> {
-        (0..of.nut_coordinates().start).chain(of.nut_coordinates().end..of.dimension()).collect()
+    let of_both = |of: &DomainObjective<'_>| -> Vec<usize> {
+        (0..of.nut_coordinates().start).chain(of.nut_coordinates().end..of.dimension()).take(shared).collect()
     };
-    let (mut retained_coordinates, mut left_out_coordinates) = (shared(kept), shared(left));
+    let (mut retained_coordinates, mut left_out_coordinates) = (of_both(kept), of_both(left));
     if retained_coordinates.len() != left_out_coordinates.len() {
         retained_coordinates.truncate(kept.nut_coordinates().start);
         left_out_coordinates.truncate(left.nut_coordinates().start);

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::confirmation::{Confirmation, confirmation};
 use super::cross_validation::cross_validation;
 use super::data_fault::{Fault, chain_fault, fault, fault_of_records, held_out_fault};
 use super::evidence::{Domain, PartialGap, floor_over, gap_over, share_closed};
@@ -11,6 +12,7 @@ use super::location::Location;
 use super::measuring_chain::fault_of_all;
 use super::nominal_refit::NominalRefit;
 use super::null_distribution::{LEAST_SCALE, NullDistribution, simulate};
+use super::one_machine::{Mismatch, mismatch};
 use super::parsimony::{NamedFit, more_parsimonious};
 use super::ranking::{EQUIVALENT, SHORTFALL, TriedEffect, indistinguishable, keep_predictive, rank};
 use super::screening::{Candidate, Screening, Status, hypotheses, locate, nominal, nominal_fits, refit_from_generic_impedances, screen};
@@ -78,7 +80,7 @@ pub struct Diagnosis {
 pub struct DiagnosisSettings {
     /// Seed of the random numbers.
     pub seed: u64,
-    /// Number of null simulations.
+    /// Number of null simulations whose fits are made in full.
     pub draws: usize,
     /// A null distribution of the same machine and layout from an earlier diagnosis.
     pub null: Option<NullDistribution>,
@@ -97,6 +99,11 @@ const LARGE_EXCESS: f64 = 5.0;
 const RELEASE_REDUCTION: f64 = 0.75;
 /// Least share of χ² by which an effect must reduce it where a large excess remains: one that no generic impedance matches, and any other.
 const LEAST_REDUCTION: (f64, f64) = (0.4, 0.5);
+/// Largest share that a named effect leaves: of the misfit of fitted data beyond null simulations, and of the squared gap of held-out data above the
+/// noise floor. It may exceed one of both.
+const UNEXPLAINED: f64 = 0.5;
+/// Least share of it that remains where records may belong to several machines.
+const UNRELATED: f64 = 0.1;
 /// Excess above which a named effect is compared with the best generic impedance.
 const DOUBTFUL_EXCESS: f64 = 1.5;
 /// Ratio of the excess of a generic impedance to that of the named effect below which the generic impedance is the better explanation.
@@ -106,6 +113,9 @@ const GENERIC_BETTER: f64 = 0.7;
 const PREDICTION: (f64, f64) = (1.02, 0.65);
 /// Largest excess with which a released parameter is the only error.
 const RELEASE_EXCESS: f64 = 4.0;
+
+/// Next measurement where an effect is missing at a known location.
+const NEXT_AT_LOCATION: &str = "mount an accelerometer at that location and strike there, too";
 
 /// Diagnoses FRFs or modes. Of several effects with one id the one for FRFs is used ([`Effect::for_data`]).
 ///
@@ -183,7 +193,7 @@ pub fn diagnose(
             },
         },
     };
-    let (verdict, chosen) = decide(&DecisionInputs {
+    let (mut verdict, chosen) = decide(&DecisionInputs {
         fitter,
         limits,
         machine,
@@ -201,6 +211,35 @@ pub fn diagnose(
         nominal_loss,
         control,
     })?;
+    let after = null.excess(chosen.1.chi_square / count);
+    if verdict.kind.explains() {
+        let better = |c: &&(Hypothesis, Fitted)| c.1.chi_square < chosen.1.chi_square;
+        let rival =
+            located.iter().filter_map(|c| c.fitted.as_ref()).min_by(|a, b| a.1.chi_square.total_cmp(&b.1.chi_square)).filter(better);
+        let compared = [as_described, (&chosen.0, &chosen.1)];
+        let found = confirmation(fitter, held_out, compared, rival.map(|(h, f)| (h, f)), after, control)?;
+        verdict.confirmed = found.map(Confirmation::is_certain);
+        if let Some(found) = found.filter(|found| verdict.kind == VerdictKind::Effect && !found.is_certain()) {
+            verdict = verdict.unnamed(&found.text(), "measure at more positions, or with less noise");
+        }
+    }
+    let chosen_with_nuisances = fitter.gaps(&chosen.0, &chosen.1, held_out)?;
+    let is_inadequate = limits.calibrated && null.exceeds(chosen.1.chi_square / count) && after - 1.0 > UNEXPLAINED * (before - 1.0);
+    let is_open = closed(&nominal_held_out, &chosen_with_nuisances).is_none_or(|closed| closed < 1.0 - UNEXPLAINED);
+    if verdict.kind == VerdictKind::Effect && is_inadequate && is_open {
+        let reason = format!(
+            "more than half of the misfit remains with the best effect: {after:.1} times that of null simulations, {before:.1} times without it"
+        );
+        verdict = verdict.unnamed(&reason, NEXT_AT_LOCATION);
+    }
+    // Records of several machines have a large misfit that no model explains.
+    let is_unexplained = after > EXCESS && after - 1.0 > UNRELATED * (before - 1.0);
+    if matches!(domain, Domain::Frf(_)) && is_unexplained && (verdict.kind == VerdictKind::Unknown || verdict.kind.explains()) {
+        let all: Vec<usize> = fitter.fit.frfs().iter().chain(held_out.frfs()).copied().collect();
+        if let Some((reason, next)) = mismatch(fitter.fit.set(), &all).map(Mismatch::text) {
+            verdict = Verdict { confirmed: None, ..verdict.unnamed(&reason, next) };
+        }
+    }
     let place = Location::of(&verdict, fitter, as_described, (&chosen.0, &chosen.1), (effects, &located))?;
     let all = fitter.fit.to_predict();
     control.begin("6/7 gaps of the machine as described");
@@ -217,7 +256,6 @@ pub fn diagnose(
     let explained = refit.of((&chosen.0, &chosen.1), control)?.unwrap_or_else(|| described.clone());
     let not_tried = screening.candidates.iter().filter(|c| c.fitted.is_none());
     tried.extend(not_tried.map(|c| TriedEffect { candidate: c.clone(), statistic: 0.0, p_value: 1.0, held_out: Vec::new() }));
-    let chosen_with_nuisances = fitter.gaps(&chosen.0, &chosen.1, held_out)?;
     Ok(Diagnosis {
         domain,
         fit: refit.gaps(&described, &all)?,
@@ -225,7 +263,7 @@ pub fn diagnose(
         chosen_held_out: refit.gaps(&explained, held_out)?,
         gaps_with_nuisances: fitter.has_nuisances().then_some([nominal_held_out, chosen_with_nuisances]),
         tolerances: fitter.tolerances(&chosen.0, &chosen.1)?,
-        chosen_excess: null.excess(chosen.1.chi_square / count),
+        chosen_excess: after,
         described,
         explained,
         nominal: (screening.nominal, base),
@@ -264,9 +302,9 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     let DecisionInputs { limits, screening, tried, null, count, same, located, .. } = inputs;
     let nominal = (screening.nominal.clone(), screening.base.clone());
     let before = null.excess(screening.base.chi_square / count);
-    let state = |kind, effects, reason, next_measurement| Verdict { kind, effects, faults: Vec::new(), reason, next_measurement };
-    let next_at_location = "mount an accelerometer at that location and strike there, too";
-    let unknown = |reason: String| state(VerdictKind::Unknown, Vec::new(), reason, Some(next_at_location.to_string()));
+    let state =
+        |kind, effects, reason, next_measurement| Verdict { kind, effects, faults: Vec::new(), confirmed: None, reason, next_measurement };
+    let unknown = |reason: String| state(VerdictKind::Unknown, Vec::new(), reason, Some(NEXT_AT_LOCATION.to_string()));
     if *count <= inputs.unknowns as f64 {
         let reason = format!("{count} numbers were measured for {} unknown parameters: any model would fit", inputs.unknowns);
         let next = Some("measure more modes, more positions, or a whole FRF at each position".to_string());

@@ -86,17 +86,17 @@ impl<'h> DomainObjective<'h> {
         })
     }
 
-    /// Builds the objective of held-out FRFs whose records are to be simulated: their measured values enter no fit.
+    /// Builds the objective of held-out FRFs: for their likelihood, or for simulated records. Their measured values enter no fit.
     ///
-    /// # Errors  as [`FrfObjective::to_simulate`]; modes are not simulated in this way.
-    pub(super) fn to_simulate(
+    /// # Errors  as [`FrfObjective::for_held_out`]; modes have no such objective.
+    pub(super) fn for_held_out(
         hypothesis: &'h Hypothesis,
         held_out: &HoldOutSet<'_>,
         domain: Domain,
         frozen: &[String],
     ) -> Result<Self, ObjectiveError> {
-        let Domain::Frf(settings) = domain else { return Err(ObjectiveError::Data("modes are drawn from predictions".into())) };
-        let objective = FrfObjective::to_simulate(&hypothesis.machine, held_out, settings, frozen)?;
+        let Domain::Frf(settings) = domain else { return Err(ObjectiveError::Data("held-out modes are compared with predictions".into())) };
+        let objective = FrfObjective::for_held_out(&hypothesis.machine, held_out, settings, frozen)?;
         Ok(DomainObjective::Frf(objective.thinned(lines_of_one(held_out.frfs()))))
     }
 

@@ -29,7 +29,7 @@ pub struct Fitted {
 /// and largest step for which a linear prediction of χ² is trusted.
 const FOLLOWED: (usize, usize) = (2, 2);
 const LEAST_DISTANCE: f64 = 0.045;
-const TRUST_RADIUS: f64 = 0.1;
+pub(super) const TRUST_RADIUS: f64 = 0.1;
 /// Lines of all FRFs together on which starts are evaluated, and least and largest number per FRF.
 const COARSE: (usize, usize, usize) = (800, 40, 80);
 /// Steps on the coarse lines and on all lines.
@@ -123,15 +123,15 @@ impl<'s> Fitter<'s> {
         DomainObjective::new(hypothesis, &self.fit, self.domain, &self.frozen_in(hypothesis))
     }
 
-    /// Returns the objective of a hypothesis on held-out FRFs whose records are to be simulated.
+    /// Returns the objective of a hypothesis on held-out FRFs: for their likelihood, or for simulated records.
     ///
-    /// # Errors  as [`DomainObjective::to_simulate`].
-    pub(super) fn objective_to_simulate<'h>(
+    /// # Errors  as [`DomainObjective::for_held_out`].
+    pub(super) fn objective_for_held_out<'h>(
         &self,
         hypothesis: &'h Hypothesis,
         held_out: &HoldOutSet<'_>,
     ) -> Result<DomainObjective<'h>, ObjectiveError> {
-        DomainObjective::to_simulate(hypothesis, held_out, self.domain, &self.frozen_in(hypothesis))
+        DomainObjective::for_held_out(hypothesis, held_out, self.domain, &self.frozen_in(hypothesis))
     }
 
     /// Returns the frozen parameters that a hypothesis does not release.
@@ -354,7 +354,7 @@ pub fn coordinates_of(objective: &DomainObjective<'_>, fitted: &Fitted) -> Place
     Place(place)
 }
 
-fn read_back(objective: &DomainObjective<'_>, from: &Fitted, place: &Place, chi_square: f64) -> Fitted {
+pub(super) fn read_back(objective: &DomainObjective<'_>, from: &Fitted, place: &Place, chi_square: f64) -> Fitted {
     let mut units = from.units.clone();
     for (&index, &u) in objective.free().iter().zip(place) {
         units[index] = u;

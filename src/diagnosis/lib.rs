@@ -2,6 +2,7 @@
 //! gap.
 
 mod bootstrap;
+mod confirmation;
 mod cross_validation;
 mod data_fault;
 mod decision;
@@ -13,7 +14,9 @@ mod measuring_chain;
 mod model_discrepancy;
 pub mod motion;
 mod nominal_refit;
+mod null_directions;
 mod null_distribution;
+mod one_machine;
 mod parsimony;
 mod peaks;
 mod ranking;
@@ -32,5 +35,7 @@ pub use model_discrepancy::{sample_discrepancy, sample_prior};
 pub use null_distribution::{NullDistribution, simulate};
 pub use peaks::{PeakErrors, peak_errors};
 pub use ranking::{EQUIVALENT, TriedEffect};
-pub use screening::{Candidate, Screening, Status, fitter, hypotheses, is_plausible, locate, nominal, nominal_fits, screen};
+pub use screening::{
+    Candidate, Screening, Status, fitter, hypotheses, is_plausible, largest_loss_factor, locate, nominal, nominal_fits, screen,
+};
 pub use verdict::{Verdict, VerdictKind};

@@ -1,10 +1,11 @@
-//! Null distribution of the reduction of χ²: simulated data of the machine itself, with tolerances and noise, are screened in the same way.
+//! Null distribution of the reduction of χ²: simulated data of the machine itself, with tolerances and noise.
 //!
 //! Each draw has small discrepancies from the description (journals of other lengths, every nuisance parameter off by its standard deviation) and the
-//! noise of the lines. The nominal machine is fitted to it. Its residuals are projected on the directions that each candidate can explain. The
-//! largest statistic over all candidates has the distribution of a correct verdict «none».
+//! noise of the lines. Most draws are linear about the nominal fit: residuals are projected on the directions that each candidate can explain. In a
+//! few, the nominal machine and the leading candidate are fitted in full. The largest statistic over all candidates has the distribution of a correct
+//! verdict «none», so that its share of larger draws is a p-value corrected for the number of candidates.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use num_complex::Complex64;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -12,22 +13,25 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::evidence::{Domain, DomainObjective};
-use super::fit::{Fitted, Fitter, amplitudes, coordinates_of, start_of};
+use super::fit::{Fitted, Fitter, TRUST_RADIUS, coordinates_of, read_back, start_of};
 use super::hypothesis::Hypothesis;
-use super::model_discrepancy::{sample_discrepancy, sample_prior};
+use super::model_discrepancy::{extreme_discrepancies, sample_discrepancy, sample_prior};
+use super::null_directions::{Directions, Projection, linear_draws};
 use identification::Place;
-use identification::objective::{FrfSettings, ObjectiveError};
-use numeric::distribution::normal_upper_tail;
+use identification::objective::{FrfObjective, FrfSettings, ObjectiveError};
 use numeric::parallel::OrFirstError;
 use numeric::random::normal;
-use optimizer::{Control, least_squares_within};
+use numeric::statistics::median;
+use optimizer::{Control, LeastSquares, Polished, least_squares_within};
 
-/// Least share of a change, orthogonal to the nominal and nuisance parameters, that counts as an independent direction.
-const LEAST_INDEPENDENT: f64 = 0.01;
-/// Steps of the fit of a draw.
-const STEPS: u64 = 30;
+/// Number of linear draws: the least p-value is 0.0005.
+const LINEAR_DRAWS: usize = 2000;
+/// Steps of the fit of a draw, and relative decrease of χ² per step at which it ends.
+const STEPS: (u64, f64) = (30, 1e-3);
 /// Lines per FRF on which a draw is fitted from several starts.
 const LINES: usize = 100;
+/// Directions of the leading candidate of a draw whose amplitudes are compared as starts of its fit.
+const FOLLOWED: usize = 5;
 /// Restarts of a draw that fits badly, and their standard deviation about the drawn coordinates in the unit interval of a parameter.
 const RESTARTS: usize = 12;
 const RESTART_SD: f64 = 0.08;
@@ -36,6 +40,8 @@ pub(super) const LEAST_SCALE: f64 = 3.0;
 /// Factor of the squared number of added parameters in the least scale of FRFs. Null simulations are projected on single directions, while a fit
 /// searches all directions jointly and, with a frequency among them, the whole band.
 const SQUARED_SCALE: f64 = 0.6;
+/// Least and largest variance of the residuals of modes in a draw: their weights are a model error that is hardly known.
+const MODE_VARIANCE: (f64, f64) = (1.0, 2.5);
 
 /// Returns the least scale of a candidate with a number of added parameters.
 fn least_scale(objective: &DomainObjective<'_>, added: usize) -> f64 {
@@ -51,9 +57,11 @@ fn least_scale(objective: &DomainObjective<'_>, added: usize) -> f64 {
 pub struct NullDistribution {
     /// Scale of the reduction of χ² by each candidate, by id.
     pub scales: Vec<(String, f64)>,
-    /// Largest statistic (reduction of χ² over its scale) of each draw, in rising order.
+    /// Largest statistic (reduction of χ² over its scale) of each linear draw, in rising order.
     pub largest: Vec<f64>,
-    /// χ² per compared number of each draw, in rising order.
+    /// The same of each draw in which machine and leading candidate were fitted in full, in rising order; empty for modes.
+    pub fitted: Vec<f64>,
+    /// χ² per compared number of each draw with a fitted machine, in rising order.
     pub misfit: Vec<f64>,
 }
 
@@ -63,10 +71,10 @@ impl NullDistribution {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
         let added: Vec<usize> = candidates.iter().map(|(h, _)| h.added.len().max(1)).collect();
         let mut one = |count: usize| (0..count).map(|_| normal(&mut random).powi(2)).sum::<f64>() / count as f64;
-        let mut largest: Vec<f64> = (0..2000).map(|_| added.iter().map(|count| one(*count)).fold(0.0, f64::max)).collect();
+        let mut largest: Vec<f64> = (0..LINEAR_DRAWS).map(|_| added.iter().map(|count| one(*count)).fold(0.0, f64::max)).collect();
         largest.sort_by(f64::total_cmp);
         let scales = candidates.iter().zip(&added).map(|((h, _), count)| (h.id(), *count as f64)).collect();
-        NullDistribution { scales, largest, misfit: Vec::new() }
+        NullDistribution { scales, largest, fitted: Vec::new(), misfit: Vec::new() }
     }
 
     /// Returns the scale of a candidate; the least scale for a candidate without simulations.
@@ -76,129 +84,33 @@ impl NullDistribution {
 
     /// Returns the excess: a misfit over the median of the draws, at least 1.
     pub fn excess(&self, misfit: f64) -> f64 {
-        let median = median(&self.misfit).unwrap_or(misfit);
-        (misfit / median).max(1.0)
+        let usual = median(self.misfit.iter().copied()).unwrap_or(misfit);
+        (misfit / usual).max(1.0)
     }
 
-    /// Returns the share of draws whose largest statistic is at least as large, by a lognormal distribution beyond the draws.
+    /// Whether a misfit is larger than in each draw.
+    pub fn exceeds(&self, misfit: f64) -> bool {
+        self.misfit.last().is_some_and(|largest| misfit > *largest)
+    }
+
+    /// Returns the factor on linear draws: full fits may end in minima that linear draws do not have, and then reduce χ² more.
+    pub fn factor(&self) -> f64 {
+        let [linear, fitted] = [&self.largest, &self.fitted].map(|all| median(all.iter().copied()));
+        fitted.zip(linear).map_or(1.0, |(fitted, linear)| fitted / linear).max(1.0)
+    }
+
+    /// Returns the p-value of a statistic, (1 + b)/(1 + m): b of m linear draws have a largest statistic of at least that size.
+    ///
+    /// # Source  Davison and Hinkley, Bootstrap Methods and their Application (1997), equation 4.11.
     pub fn p_value(&self, statistic: f64) -> f64 {
-        // Without draws, after a stop, nothing is significant.
-        if self.largest.is_empty() { 1.0 } else { upper_tail(&self.largest, statistic) }
+        let factor = self.factor();
+        let larger = self.largest.len() - self.largest.partition_point(|x| factor * x < statistic);
+        (1 + larger) as f64 / (1 + self.largest.len()) as f64
     }
 }
 
-/// Returns the median of numbers in rising order.
-fn median(rising: &[f64]) -> Option<f64> {
-    rising.get(rising.len() / 2).copied()
-}
-
-/// Returns the upper tail probability of a lognormal distribution with mean and standard deviation of the draws, widened for a small sample.
-fn upper_tail(draws: &[f64], value: f64) -> f64 {
-    let count = draws.len() as f64;
-    let logs: Vec<f64> = draws.iter().map(|x| x.max(1e-6).ln()).collect();
-    let mean = logs.iter().sum::<f64>() / count;
-    let sd = (logs.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0)).sqrt().max(0.1) * (1.0 + 1.0 / count).sqrt();
-    let z = (value.max(1e-9).ln() - mean) / sd;
-    // Student's t with count − 1 degrees of freedom, by its normal approximation (Abramowitz and Stegun, 26.7.8).
-    let freedom = (count - 1.0).max(1.0);
-    let normal = z * (1.0 - 0.25 / freedom) / (1.0 + z * z / (2.0 * freedom)).sqrt();
-    normal_upper_tail(normal)
-}
-
-/// Directions in which a candidate changes the whitened residuals, orthogonal to nominal and nuisance parameters.
-struct Directions {
-    /// Changes by amplitudes all over the candidate's range.
-    each: Vec<DVector<f64>>,
-    /// Orthonormal basis of small changes about the end of its fit.
-    about_end: Vec<DVector<f64>>,
-}
-
-impl Directions {
-    /// Computes the directions from the end of a candidate's fit and from amplitudes all over its range.
-    fn of(
-        projection: &Projection,
-        objective: &DomainObjective<'_>,
-        hypothesis: &Hypothesis,
-        base: &Fitted,
-        end: &Fitted,
-        here: &DVector<f64>,
-    ) -> Directions {
-        // Priors of the effect's own parameters have no row without the effect.
-        let described = &hypothesis.machine.parameters;
-        let first = objective.residuals(&coordinates_of(objective, end)).len();
-        let known = objective.free().iter().filter(|i| described[**i].prior.is_some());
-        let its_own: Vec<usize> = known.enumerate().filter(|(_, i)| hypothesis.added.contains(i)).map(|(at, _)| first + at).collect();
-        let rows = |start: &Fitted| objective.rows(&coordinates_of(objective, start)).remove_rows_at(&its_own);
-        let starts = amplitudes(hypothesis).into_iter().map(|added| start_of(hypothesis, base, &added));
-        // The candidate's own end, with the nominal parameters of the base: the direction of its amplitude there.
-        let added: Vec<f64> = hypothesis.added.iter().map(|i| end.units[*i]).collect();
-        let each = starts
-            .chain(std::iter::once(start_of(hypothesis, base, &added)))
-            .filter_map(|start| {
-                let change = rows(&start) - here;
-                let size = change.norm();
-                let projected = projection.apply(&change);
-                let left = projected.norm();
-                // A change that nominal parameters produce as well is not an independent direction.
-                (size > 1e-9 && left > LEAST_INDEPENDENT * size).then(|| projected / left)
-            })
-            .collect();
-        Directions { each, about_end: about_end(objective, hypothesis, end, &its_own) }
-    }
-
-    /// Returns the largest reduction of χ² along one direction, or by all small changes jointly.
-    fn gain(&self, residuals: &DVector<f64>) -> f64 {
-        let squared = |d: &DVector<f64>| d.dot(residuals).powi(2);
-        self.each.iter().map(squared).fold(self.about_end.iter().map(squared).sum(), f64::max)
-    }
-}
-
-/// Returns an orthonormal basis of the changes by a candidate's own parameters about the end of its fit, orthogonal to all other parameters there.
-/// Near that end a shift of a resonance by less than its width is linear. A small effect reduces χ² also by relieving the priors of other parameters.
-fn about_end(objective: &DomainObjective<'_>, hypothesis: &Hypothesis, end: &Fitted, its_own: &[usize]) -> Vec<DVector<f64>> {
-    let slopes = objective.slopes(&coordinates_of(objective, end)).remove_rows_at(its_own);
-    let added: Vec<usize> = (0..objective.free().len()).filter(|column| hypothesis.added.contains(&objective.free()[*column])).collect();
-    let others = Projection::of(slopes.clone().remove_columns_at(&added));
-    let mut span: Vec<DVector<f64>> = Vec::new();
-    for column in added {
-        let change = slopes.column(column).into_owned();
-        let own = span.iter().fold(others.apply(&change), |left, d| &left - d * d.dot(&left));
-        let size = own.norm();
-        if size > LEAST_INDEPENDENT * change.norm() && size > 1e-9 {
-            span.push(own / size);
-        }
-    }
-    span
-}
-
-/// Projection orthogonal to nominal and nuisance parameters, to first order, the latter within their priors.
-struct Projection {
-    slopes: DMatrix<f64>,
-    inverse: DMatrix<f64>,
-}
-
-impl Projection {
-    fn at(objective: &DomainObjective<'_>, place: &Place) -> Projection {
-        Projection::of(objective.slopes(place))
-    }
-
-    fn of(slopes: DMatrix<f64>) -> Projection {
-        let mut information = slopes.transpose() * &slopes;
-        let largest = (0..information.nrows()).map(|d| information[(d, d)]).fold(f64::MIN_POSITIVE, f64::max);
-        for d in 0..information.nrows() {
-            information[(d, d)] += 1e-12 * largest + 1e-9;
-        }
-        let size = information.nrows();
-        let inverse = information.try_inverse().unwrap_or_else(|| DMatrix::zeros(size, size));
-        Projection { slopes, inverse }
-    }
-
-    fn apply(&self, change: &DVector<f64>) -> DVector<f64> {
-        change - &self.slopes * (&self.inverse * (self.slopes.transpose() * change))
-    }
-}
-
-/// Simulates the null distribution: `draws` machines around the nominal fit, and the reduction of χ² by each candidate on them.
+/// Simulates the null distribution: linear draws around the nominal fit with the reduction of χ² by each candidate, and a number of draws that are
+/// fitted in full.
 ///
 /// # Errors  as [`DomainObjective::new`].
 pub fn simulate(
@@ -214,81 +126,159 @@ pub fn simulate(
     let place = coordinates_of(&objective, base);
     let here = objective.rows(&place);
     let projection = Projection::at(&objective, &place);
-    let directions = candidates
-        .par_iter()
-        .map(|(hypothesis, end)| -> Result<Directions, ObjectiveError> {
-            if control.stopped() {
-                return Ok(Directions { each: Vec::new(), about_end: Vec::new() });
-            }
-            Ok(Directions::of(&projection, &fitter.objective(hypothesis)?, hypothesis, base, end, &here))
-        })
-        .or_first_error()?;
-    let gains = |left: &DVector<f64>| -> Vec<f64> { directions.iter().map(|d| d.gain(left)).collect() };
+    let objectives = candidates.iter().map(|(hypothesis, _)| fitter.objective(hypothesis)).collect::<Result<Vec<_>, _>>()?;
+    let of = |((hypothesis, end), objective): (&(&Hypothesis, &Fitted), &DomainObjective<'_>)| match control.stopped() {
+        true => Directions::none(),
+        false => Directions::of(&projection, objective, hypothesis, base, end, &here),
+    };
+    let directions: Vec<Directions> = candidates.par_iter().zip(&objectives).map(of).collect();
+    if control.stopped() {
+        return Ok(NullDistribution { scales: Vec::new(), largest: Vec::new(), fitted: Vec::new(), misfit: Vec::new() });
+    }
+    let noise = noise_of(&objective, &here, place.len());
+    // Discrepancies change the machine with tolerances as stated, and tolerances absorb them there: a fit that lacks an effect may have moved them far.
+    let mut stated = place.clone();
+    for (unit, parameter) in stated.iter_mut().zip(objective.free().iter().map(|i| &nominal.machine.parameters[*i])) {
+        if parameter.prior.is_some() {
+            *unit = parameter.to_unit(parameter.start);
+        }
+    }
+    stated[objective.nut_coordinates().start..].fill(0.5);
+    let stated_projection = Projection::at(&objective, &stated);
+    let changes = |machines: [machine::Machine; 2]| -> Result<DVector<f64>, ObjectiveError> {
+        let rows = |machine| -> Result<DVector<f64>, ObjectiveError> {
+            let discrepant = Hypothesis { machine, ..nominal.clone() };
+            Ok(fitter.objective(&discrepant)?.rows(&stated))
+        };
+        let [least, largest] = machines;
+        Ok(stated_projection.apply(&(rows(largest)? - rows(least)?)))
+    };
+    let discrepancies = match fitter.domain {
+        Domain::Frf(_) => extreme_discrepancies(&nominal.machine).into_par_iter().map(changes).or_first_error()?,
+        Domain::Modes(_) => Vec::new(),
+    };
+    let gains = linear_draws(&directions, &noise, &discrepancies, LINEAR_DRAWS, seed);
+    let count = gains.len().max(1) as f64;
+    let means: Vec<f64> = (0..candidates.len()).map(|c| gains.iter().map(|g| g[c]).sum::<f64>() / count).collect();
+    // Where the noise of lines is below their weights, the scales are smaller.
+    let scales_at = |variance: f64| -> Vec<f64> {
+        let of =
+            |(mean, (hypothesis, _)): (&f64, &(&Hypothesis, &Fitted))| mean.max(variance * least_scale(&objective, hypothesis.added.len()));
+        means.iter().zip(candidates).map(of).collect()
+    };
+    let expected = scales_at(objective.noise_share().min(1.0));
+    let full = FullFits { fitter, nominal, base, candidates, objectives: &objectives, directions: &directions, scales: &expected };
     let step = control.steps("null simulations", draws);
-    let one = |draw: usize| -> Option<(Vec<f64>, f64)> {
-        let random = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(0x9E37_79B9).wrapping_add(draw as u64));
-        match &objective {
-            DomainObjective::Frf(objective) => {
-                let Domain::Frf(settings) = fitter.domain else { return None };
-                let (by, drawn) = redraw_machine(|h| fitter.objective(h).ok(), nominal, base, settings, usize::MAX, random.clone())?;
-                let data = objective.shifted(&by);
-                let few = data.curvature_sampled(LINES);
-                let end = |from: &[f64]| least_squares_within(&few, from, &[], (STEPS, 1e-3), control.stop());
-                let mut best = end(&drawn);
-                // A draw that fits worse than the weights of the lines allow may have ended outside its valley, which would look like a missing
-                // effect.
-                if best.normal.chi_square > few.observations() as f64 {
-                    let mut random = random;
-                    let varied = objective.free.len();
-                    for _ in 0..RESTARTS {
-                        let near =
-                            drawn.iter().enumerate().map(|(at, x)| if at < varied { x + RESTART_SD * normal(&mut random) } else { *x });
-                        let other = end(&near.map(|x| x.clamp(0.0, 1.0)).collect::<Vec<f64>>());
-                        if other.normal.chi_square < best.normal.chi_square {
-                            best = other;
-                        }
-                    }
-                }
-                let fitted = least_squares_within(&data, &best.place, &[], (STEPS, 1e-3), control.stop());
-                let misfit = fitted.normal.chi_square / data.observations() as f64;
-                Some((gains(&data.rows(&Place(fitted.place))), misfit))
-            }
-            DomainObjective::Modes(_) => {
-                let mut random = random;
-                // Weights of modes represent the model error: draws scatter by the weights or, if larger, by the residual.
-                let count = here.len();
-                let spread = (here.norm_squared() / (count.saturating_sub(place.len()).max(1)) as f64).clamp(1.0, 2.5).sqrt();
-                let noise = DVector::from_fn(count, |_, _| spread * normal(&mut random));
-                let left = projection.apply(&noise);
-                Some((gains(&left), left.norm_squared() / objective.observations() as f64))
+    let ids: Vec<String> = candidates.iter().map(|(hypothesis, _)| hypothesis.id()).collect();
+    let key = format!("{} {}", fitter.cache_key("null", nominal, std::slice::from_ref(base)), ids.join(" "));
+    let one = |draw: usize| -> Option<(usize, f64, f64)> {
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(0x9E37_79B9).wrapping_add(draw as u64));
+        match (&objective, fitter.domain) {
+            (DomainObjective::Frf(objective), Domain::Frf(settings)) => full.of(objective, settings, random, control),
+            _ => {
+                let left = projection.apply(&noise.map(|sd| sd * normal(&mut random)));
+                Some((0, 0.0, left.norm_squared() / objective.observations() as f64))
             }
         }
     };
-    let ids: Vec<String> = candidates.iter().map(|(hypothesis, _)| hypothesis.id()).collect();
-    let key = format!("{} {}", fitter.cache_key("null", nominal, std::slice::from_ref(base)), ids.join(" "));
-    let drawn: Vec<(Vec<f64>, f64)> = (0..draws)
+    let drawn: Vec<(usize, f64, f64)> = (0..draws)
         .into_par_iter()
         .filter(|_| !control.stopped())
         .filter_map(|draw| control.cached(&format!("{key} {draw} {seed}"), || one(draw)))
         .inspect(|_| step())
         .collect();
-    let (gains, mut misfit): (Vec<Vec<f64>>, Vec<f64>) = drawn.into_iter().unzip();
-    let count = gains.len().max(1) as f64;
+    let mut misfit: Vec<f64> = drawn.iter().map(|d| d.2).collect();
     misfit.sort_by(f64::total_cmp);
-    // Where the noise of lines is below their weights, the scales are smaller.
     let freedom = objective.observations().saturating_sub(objective.unknowns(nominal)).max(1) as f64;
-    let variance = median(&misfit).map_or(1.0, |median| median * objective.observations() as f64 / freedom).min(1.0);
-    let scales: Vec<(String, f64)> = candidates
-        .iter()
-        .enumerate()
-        .map(|(c, (hypothesis, _))| {
-            let mean = gains.iter().map(|g| g[c]).sum::<f64>() / count;
-            (hypothesis.id(), mean.max(variance * least_scale(&objective, hypothesis.added.len())))
-        })
-        .collect();
-    let mut largest: Vec<f64> = gains.iter().map(|g| g.iter().zip(&scales).map(|(g, (_, s))| g / s).fold(0.0, f64::max)).collect();
+    let usual = median(misfit.iter().copied());
+    let scales = scales_at(usual.map_or(1.0, |median| median * objective.observations() as f64 / freedom).min(1.0));
+    let mut largest: Vec<f64> = gains.iter().map(|g| g.iter().zip(&scales).map(|(g, s)| g / s).fold(0.0, f64::max)).collect();
     largest.sort_by(f64::total_cmp);
-    Ok(NullDistribution { scales, largest, misfit })
+    let is_frf = matches!(objective, DomainObjective::Frf(_)) && !candidates.is_empty();
+    let mut fitted: Vec<f64> = drawn.iter().filter(|_| is_frf).map(|(c, gain, _)| gain / scales[*c]).collect();
+    fitted.sort_by(f64::total_cmp);
+    Ok(NullDistribution { scales: ids.into_iter().zip(scales).collect(), largest, fitted, misfit })
+}
+
+/// Returns the standard deviation of each row of an objective in a draw, from the rows and the number of coordinates of the nominal fit.
+fn noise_of(objective: &DomainObjective<'_>, here: &DVector<f64>, coordinates: usize) -> DVector<f64> {
+    match objective {
+        DomainObjective::Frf(objective) => {
+            let mut noise = objective.noise_of_rows();
+            noise.resize(here.len(), 1.0);
+            DVector::from_vec(noise)
+        }
+        // Draws scatter by the weights or, if larger, by the residual.
+        DomainObjective::Modes(_) => {
+            let (least, largest) = MODE_VARIANCE;
+            let variance = here.norm_squared() / here.len().saturating_sub(coordinates).max(1) as f64;
+            DVector::from_element(here.len(), variance.clamp(least, largest).sqrt())
+        }
+    }
+}
+
+/// Draws whose machine and leading candidate are fitted in full.
+struct FullFits<'f, 's> {
+    fitter: &'f Fitter<'s>,
+    nominal: &'f Hypothesis,
+    base: &'f Fitted,
+    candidates: &'f [(&'f Hypothesis, &'f Fitted)],
+    objectives: &'f [DomainObjective<'f>],
+    directions: &'f [Directions],
+    /// Expected scale of the reduction of χ² by each candidate.
+    scales: &'f [f64],
+}
+
+impl FullFits<'_, '_> {
+    /// Returns the leading candidate of a draw, its reduction of χ², and the misfit of the machine per compared number.
+    fn of(
+        &self,
+        objective: &FrfObjective<'_>,
+        settings: FrfSettings,
+        random: Xoshiro256PlusPlus,
+        control: &Control,
+    ) -> Option<(usize, f64, f64)> {
+        let (by, drawn) = redraw_machine(|h| self.fitter.objective(h).ok(), self.nominal, self.base, settings, usize::MAX, random.clone())?;
+        let data = objective.shifted(&by);
+        let machine = fit_drawn(&data, &drawn, Some(random), control);
+        let misfit = machine.normal.chi_square / data.observations() as f64;
+        let place = Place(machine.place);
+        let residuals = data.rows(&place);
+        let statistic: Vec<f64> = self.directions.iter().zip(self.scales).map(|(d, scale)| d.reduction(&residuals) / scale).collect();
+        let leading = (0..statistic.len()).max_by(|a, b| statistic[*a].total_cmp(&statistic[*b]));
+        let Some((leading, DomainObjective::Frf(own))) = leading.and_then(|c| Some((c, self.objectives.get(c)?))) else {
+            return Some((0, 0.0, misfit));
+        };
+        let fitted = read_back(&DomainObjective::Frf(data), self.base, &place, machine.normal.chi_square);
+        let hypothesis = self.candidates[leading].0;
+        let own = own.shifted(&by);
+        let few = own.curvature_sampled(LINES);
+        let starts = self.directions[leading].best(&residuals, FOLLOWED).into_iter();
+        let starts = starts.map(|added| coordinates_of(&self.objectives[leading], &start_of(hypothesis, &fitted, added)));
+        let cost = |start: &Place| few.normal(start).cost_after_step(TRUST_RADIUS);
+        let best = starts.map(|start| (cost(&start), start)).min_by(|a, b| a.0.total_cmp(&b.0));
+        let end = best.map_or(f64::INFINITY, |(_, start)| fit_drawn(&own, &start, None, control).normal.chi_square);
+        Some((leading, (fitted.chi_square - end).max(0.0), misfit))
+    }
+}
+
+/// Fits drawn data on few lines, then on all. With random numbers, a fit that ends high is restarted around the start.
+fn fit_drawn(data: &FrfObjective<'_>, start: &Place, random: Option<Xoshiro256PlusPlus>, control: &Control) -> Polished {
+    let few = data.curvature_sampled(LINES);
+    let end = |from: &[f64]| least_squares_within(&few, from, &[], STEPS, control.stop());
+    let mut best = end(start);
+    // A draw that fits worse than the weights of the lines allow may have ended outside its valley, which would look like a missing effect.
+    if let Some(mut random) = random.filter(|_| best.normal.chi_square > few.observations() as f64) {
+        let varied = data.free.len();
+        for _ in 0..RESTARTS {
+            let near = start.iter().enumerate().map(|(at, x)| if at < varied { x + RESTART_SD * normal(&mut random) } else { *x });
+            let other = end(&near.map(|x| x.clamp(0.0, 1.0)).collect::<Vec<f64>>());
+            if other.normal.chi_square < best.normal.chi_square {
+                best = other;
+            }
+        }
+    }
+    least_squares_within(data, &best.place, &[], STEPS, control.stop())
 }
 
 /// Returns the changes of the logarithms of measured FRFs that simulate a machine with random discrepancies around a fit and the noise of the lines,
@@ -328,4 +318,30 @@ pub(super) fn redraw_machine(
         })
         .collect();
     by.iter().flatten().all(|z| z.re.is_finite() && z.im.is_finite()).then_some((by, place))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// p-values count the draws that were made, and no statistic is rarer than one in all of them.
+    #[test]
+    fn limit_p_values_count_draws() {
+        let mut null = NullDistribution {
+            scales: Vec::new(),
+            largest: (1..=999).map(|x| f64::from(x) / 100.0).collect(),
+            fitted: vec![2.0; 40],
+            misfit: Vec::new(),
+        };
+        // The median of full fits is below that of the linear draws, 5: these count as they are.
+        for (statistic, p) in [(0.0, 1.0), (5.0, 0.501), (9.99, 0.002), (10.0, 0.001), (1e9, 0.001)] {
+            assert!((null.p_value(statistic) - p).abs() < 1e-12, "{statistic}: {} instead of {p}", null.p_value(statistic));
+        }
+        // Full fits that reduce χ² twice as much double all statistics of the linear draws.
+        null.fitted = vec![10.0; 40];
+        assert!((null.p_value(10.0) - 0.501).abs() < 1e-12);
+        assert!((null.p_value(19.98) - 0.002).abs() < 1e-12);
+        null.largest.clear();
+        assert_eq!(null.p_value(1e9), 1.0);
+    }
 }

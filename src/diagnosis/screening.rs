@@ -8,7 +8,7 @@ use super::fit::{Ablation, Fitted, Fitter, at_start, values_of};
 use super::hypothesis::{Hypothesis, interfaces};
 use identification::objective::{FrfSettings, ObjectiveError};
 use identification::{IdentificationSettings, identify};
-use machine::{Base, Data, Effect, Lever, Machine, Operating, UnitValues, Value};
+use machine::{Base, Data, Effect, Lever, Machine, Mechanism, Operating, Parameter, UnitValues, Value};
 use measurement::FitSet;
 use optimizer::Control;
 
@@ -289,7 +289,7 @@ pub fn refit_from_generic_impedances(screening: &mut Screening, located: &[Candi
 }
 
 /// Whether a fit agrees with the meaning of its effect. A changed quantity is another power of iω, not a slight slope. Lever arms lie at the sensor
-/// or the hammer and are as long as those of a table. No part of an inertia exceeds the whole.
+/// or the hammer and are as long as those of a table. No part of an inertia exceeds the whole. A loss factor does not end at its largest value.
 #[must_use]
 pub fn is_plausible(hypothesis: &Hypothesis, fitted: &Fitted) -> bool {
     let values = values_of(hypothesis, fitted);
@@ -307,7 +307,22 @@ pub fn is_plausible(hypothesis: &Hypothesis, fitted: &Fitted) -> bool {
     };
     let operating = Operating::default();
     let exhausted = hypothesis.machine.points.iter().any(|point| point.inertia.is_over_subtracted(&values, &operating));
-    !exhausted && added(&chain.power).is_none_or(|power| power > LEAST_POWER) && chain.levers.iter().all(in_range)
+    !exhausted
+        && largest_loss_factor(hypothesis, fitted).is_none()
+        && added(&chain.power).is_none_or(|power| power > LEAST_POWER)
+        && chain.levers.iter().all(in_range)
+}
+
+/// Returns a loss factor of the addition that ends at the largest value of its range. Such an addition takes up a change that another effect makes: the
+/// damping of no part is that large.
+#[must_use]
+pub fn largest_loss_factor<'h>(hypothesis: &'h Hypothesis, fitted: &Fitted) -> Option<&'h Parameter> {
+    let values = values_of(hypothesis, fitted);
+    let ends = |index: &usize| {
+        let parameter = &hypothesis.machine.parameters[*index];
+        parameter.mechanism == Mechanism::LossFactor && parameter.is_at_bound(values[*index]) && values[*index] > parameter.start
+    };
+    hypothesis.added.iter().copied().find(ends).map(|index| &hypothesis.machine.parameters[index])
 }
 
 /// Fits generic impedances at all interfaces, the most promising by one linear step, and returns the best by reduction of χ²: they locate the

@@ -52,6 +52,8 @@ pub struct Verdict {
     pub effects: Vec<EffectIds>,
     /// Ids of faults of the measuring chain, `id@record` where one record is concerned.
     pub faults: Vec<String>,
+    /// Whether held-out data speak for the named explanation for certain; `None` where nothing is named or held out.
+    pub confirmed: Option<bool>,
     /// Reason, in one or two sentences.
     pub reason: String,
     /// Proposed next measurement.
@@ -59,6 +61,17 @@ pub struct Verdict {
 }
 
 impl Verdict {
+    /// Returns the verdict «unknown» in place of a name, for a reason that is added.
+    pub(super) fn unnamed(self, reason: &str, next_measurement: &str) -> Verdict {
+        Verdict {
+            kind: VerdictKind::Unknown,
+            effects: Vec::new(),
+            reason: format!("{reason} ({})", self.reason),
+            next_measurement: Some(next_measurement.into()),
+            ..self
+        }
+    }
+
     /// Returns the first effect that the verdict names.
     pub fn first_effect(&self) -> Option<&str> {
         self.effects.first().and_then(EffectIds::first)
@@ -68,7 +81,7 @@ impl Verdict {
 /// Returns the verdict of a diagnosis in which no candidate could be fitted.
 pub(super) fn nothing_fitted(before: f64) -> Verdict {
     let reason = format!("no candidate could be fitted; the misfit is {before:.1} times that of null simulations");
-    Verdict { kind: VerdictKind::Unknown, effects: Vec::new(), faults: Vec::new(), reason, next_measurement: None }
+    Verdict { kind: VerdictKind::Unknown, effects: Vec::new(), faults: Vec::new(), confirmed: None, reason, next_measurement: None }
 }
 
 /// Returns the interface of a generic impedance and the word for its shape; `None` for other candidates.
@@ -82,7 +95,6 @@ pub(super) fn impedance_of(candidate: &Candidate) -> Option<(&str, &'static str)
 /// Formats a p-value for a verdict.
 pub(super) fn p_value_text(p_value: f64) -> String {
     match p_value {
-        p if p < 1e-4 => "p < 0.0001".into(),
         p if p < 0.01 => format!("p = {p:.4}"),
         p => format!("p = {p:.2}"),
     }

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::certainty::ToleranceRow;
 use super::document::{Input, MachineText, Stamp};
 use super::motion_row::MotionRows;
+pub use super::null_row::NullRow;
 use super::table::moved_tolerances;
 use super::terminal::{columns, figure, listed, percent, probability, share_closed, unit, wrapped};
 
@@ -45,6 +46,9 @@ pub struct DiagnosisDocument {
     /// prediction error at left-out parts.
     #[serde(default)]
     pub misfit_over_null: f64,
+    /// Null simulations of FRFs or modes, to which p-values refer.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub null: Option<NullRow>,
     /// Location of the verdict, then generic impedances at interfaces, best first.
     #[serde(rename = "where")]
     pub places: Vec<WhereRow>,
@@ -221,7 +225,7 @@ pub struct EffectRow {
     pub id: String,
     /// `tried`, `failed` or `not-applicable`.
     pub status: String,
-    /// Reason why it failed or does not apply.
+    /// Reason why it failed, does not apply or is no explanation.
     #[serde(default)]
     pub why: Option<String>,
     /// Held-out gap without it (1).
@@ -313,6 +317,9 @@ pub struct VerdictRow {
     /// Ids of faults of the measuring chain, `id@record` where one record is concerned.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<String>,
+    /// Whether held-out data speak for the named explanation for certain; null where nothing is named or held out.
+    #[serde(default)]
+    pub confirmed: Option<bool>,
     /// Reason in words.
     pub reason: String,
     /// Proposed next measurement.

@@ -17,6 +17,7 @@ mod loops_text;
 pub mod motion;
 mod motion_row;
 mod motion_text;
+mod null_row;
 pub mod order;
 pub mod page;
 mod parameter;

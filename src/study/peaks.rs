@@ -9,11 +9,10 @@ use crate::{StudyError, StudyResult};
 pub use measurement::modal::DiagramPole;
 use measurement::modal::{
     AmplitudeKind, CurveFit, CurveOptions, FrfCurve, ModalError, ModalFit, TrackOptions, TrackRecord, fit_curve, stabilisation_diagram,
-    track,
+    track, with_curve_of,
 };
 use measurement::{Frf, FrfLine, MeasurementSet};
 use numeric::parallel::OrFirstError;
-use numeric::unit::omega_rad_s;
 use optimizer::Control;
 use report::csv_cell;
 use report::document::{EvidenceRow, PeakFitRow, PeakModeRow, PeakRow, PeaksDocument};
@@ -196,19 +195,7 @@ fn with_curve<T>(frf: &Frf, request: &PeaksRequest, work: impl FnOnce(&FrfCurve)
     let (from, to) = band_of(frf, request);
     // A local fit also uses the lines outside its band; a full fit uses only those inside.
     let is_used = |l: &FrfLine| request.local || (from..=to).contains(&l.frequency_hz);
-    let lines: Vec<_> = frf.lines.iter().zip(frf.component_sds()).filter(|(l, _)| is_used(l)).collect();
-    let frequency_hz: Vec<f64> = lines.iter().map(|(l, _)| l.frequency_hz).collect();
-    let receptance: Vec<_> = lines.iter().map(|(l, _)| l.value / frf.quantity.from_receptance(omega_rad_s(l.frequency_hz))).collect();
-    // Where no noise is stated, the residual of the modal fit shows it better than neighbouring lines.
-    let component_sd: Option<Vec<f64>> = lines.iter().map(|(_, sd)| *sd).collect();
-    let component_sd = component_sd.filter(|_| frf.noise_source().is_stated());
-    let curve = FrfCurve {
-        frequency_hz: &frequency_hz,
-        receptance: &receptance,
-        component_sd: component_sd.as_deref(),
-        omega_power: frf.quantity.power(),
-    };
-    work(&curve)
+    with_curve_of(frf, is_used, work)
 }
 
 /// Names each FRF by its position, its record or its file. Record, channel and number are added if the names are not unique otherwise.

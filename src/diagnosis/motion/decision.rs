@@ -52,6 +52,7 @@ pub(super) fn decide(inputs: &MotionDecisionInputs<'_>) -> Verdict {
         contradictions,
     } = inputs;
     let state = |kind: VerdictKind, effects: Vec<EffectIds>, reason: String, next: Option<String>| Verdict {
+        confirmed: None,
         kind,
         effects,
         faults: Vec::new(),

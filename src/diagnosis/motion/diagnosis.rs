@@ -329,7 +329,14 @@ pub fn diagnose_motion(
     };
     let verdict = if control.stopped() {
         let reason = "stopped before enough null simulations were drawn to decide on significance".to_string();
-        Verdict { kind: VerdictKind::Insufficient, effects: Vec::new(), faults: Vec::new(), reason, next_measurement: None }
+        Verdict {
+            kind: VerdictKind::Insufficient,
+            effects: Vec::new(),
+            faults: Vec::new(),
+            confirmed: None,
+            reason,
+            next_measurement: None,
+        }
     } else {
         verdict
     };
@@ -453,7 +460,14 @@ fn insufficient(rigid: &Rigid, nominal: Hypothesis, fit: &[&MotionSignal], held_
         cells: Vec::new(),
         shifts: Vec::new(),
         contradictions: Vec::new(),
-        verdict: Verdict { kind: VerdictKind::Insufficient, effects: Vec::new(), faults: Vec::new(), reason: why, next_measurement: next },
+        verdict: Verdict {
+            kind: VerdictKind::Insufficient,
+            effects: Vec::new(),
+            faults: Vec::new(),
+            confirmed: None,
+            reason: why,
+            next_measurement: next,
+        },
         phase: None,
         loss: 1.0,
         complete: true,

@@ -86,10 +86,11 @@ impl<'m> FrfObjective<'m> {
         Self::for_frfs(machine, fit.set(), fit.frfs(), settings, free)
     }
 
-    /// As [`FrfObjective::new`] for held-out FRFs whose records are to be simulated: [`FrfObjective::shifted`] replaces their measured values.
+    /// As [`FrfObjective::new`] for held-out FRFs: for their likelihood with a fit to other data, or for simulated records, with which
+    /// [`FrfObjective::shifted`] replaces them. They enter no fit.
     ///
     /// # Errors  as [`FrfObjective::new`].
-    pub fn to_simulate(
+    pub fn for_held_out(
         machine: &'m Machine,
         held_out: &HoldOutSet<'_>,
         settings: FrfSettings,
@@ -475,6 +476,17 @@ impl<'m> FrfObjective<'m> {
         let mut other = self.resampled(&[]);
         other.records = self.with_precomputed_rods(self.records.iter().map(each).collect());
         other
+    }
+
+    /// Returns the standard deviation by noise alone of each weighted residual of [`FrfObjective::rows`], without priors. A line without stated noise
+    /// has that of the model error.
+    pub fn noise_of_rows(&self) -> Vec<f64> {
+        let model_error = self.settings.model_error;
+        let of = |r: &FrfRecord| -> Vec<f64> {
+            let each = r.noise_sd.iter().zip(&r.weight).map(|(sd, weight)| sd.unwrap_or(model_error) * weight.sqrt());
+            each.flat_map(|sd| [sd, sd]).collect()
+        };
+        self.records.iter().flat_map(of).collect()
     }
 
     /// Returns the expected χ² by the noise of the lines alone, per real number compared.

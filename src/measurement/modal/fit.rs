@@ -12,6 +12,8 @@ use super::peak::maximum;
 use super::selection::{Task, gains, prune, select};
 use super::stabilisation::{Stability, StablePole, candidates};
 use super::{ModalError, noise};
+use crate::{Frf, FrfLine};
+use numeric::unit::omega_rad_s;
 
 /// Smallest contribution of a mode over the rest of |H| at its frequency (1); a pole below it is background.
 const LEAST_PROMINENCE: f64 = 0.02;
@@ -130,6 +132,24 @@ pub fn fit_curve(curve: &FrfCurve, options: &CurveOptions) -> Result<ModalFit, M
     refine(&mut model, &lines, &last, 1e-9, 40);
     model.terms.sort_by(|a, b| a.pole.im.total_cmp(&b.pole.im));
     finish(&lines, model, &last, &candidates, options, curve.omega_power)
+}
+
+/// Calls a function with an FRF of any quantity as a receptance, with the lines that are used.
+pub fn with_curve_of<T>(frf: &Frf, is_used: impl Fn(&FrfLine) -> bool, work: impl FnOnce(&FrfCurve<'_>) -> T) -> T {
+    let lines: Vec<_> = frf.lines.iter().zip(frf.component_sds()).filter(|(line, _)| is_used(line)).collect();
+    let frequency_hz: Vec<f64> = lines.iter().map(|(line, _)| line.frequency_hz).collect();
+    let receptance: Vec<_> =
+        lines.iter().map(|(line, _)| line.value / frf.quantity.from_receptance(omega_rad_s(line.frequency_hz))).collect();
+    // Where no noise is stated, the residual of the modal fit shows it better than neighbouring lines.
+    let component_sd: Option<Vec<f64>> = lines.iter().map(|(_, sd)| *sd).collect();
+    let component_sd = component_sd.filter(|_| frf.noise_source().is_stated());
+    let curve = FrfCurve {
+        frequency_hz: &frequency_hz,
+        receptance: &receptance,
+        component_sd: component_sd.as_deref(),
+        omega_power: frf.quantity.power(),
+    };
+    work(&curve)
 }
 
 /// Computes standard deviations, amplitudes and stability of the final model.

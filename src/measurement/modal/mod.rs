@@ -24,7 +24,7 @@ mod track;
 
 pub use curve::{CurveFit, CurveOptions, FrfCurve, LEAST_LINES};
 pub use error::ModalError;
-pub use fit::{Amplitude, AmplitudeKind, FittedMode, ModalFit, fit_curve};
+pub use fit::{Amplitude, AmplitudeKind, FittedMode, ModalFit, fit_curve, with_curve_of};
 pub use stabilisation::{DiagramPole, Stability, stabilisation_diagram};
 pub use track::{TrackEvidence, TrackOptions, TrackRecord, TrackedMode, track};
 

@@ -40,6 +40,7 @@ pub fn verdict_row(verdict: &Verdict, place: Option<String>) -> VerdictRow {
         kind: verdict.kind.word().into(),
         effects: verdict.effects.iter().map(ToString::to_string).collect(),
         faults: verdict.faults.clone(),
+        confirmed: verdict.confirmed,
         reason: verdict.reason.clone(),
         next_measurement: verdict.next_measurement.clone(),
         place,

@@ -50,7 +50,7 @@ pub struct DiagnosisRequest {
     pub effects: Vec<String>,
     /// Ids of effects to leave out of the candidates.
     pub exclude: Vec<String>,
-    /// Number of null simulations for the thresholds; ten times as many for motion records.
+    /// Number of null simulations whose fits are made in full; 25 times as many for motion records.
     pub nulls: usize,
     /// Where null simulations are cached.
     pub cache: NullCache,
@@ -60,7 +60,7 @@ pub struct DiagnosisRequest {
 
 impl Default for DiagnosisRequest {
     fn default() -> Self {
-        DiagnosisRequest { effects: Vec::new(), exclude: Vec::new(), nulls: 60, cache: NullCache::None, ablated: Vec::new() }
+        DiagnosisRequest { effects: Vec::new(), exclude: Vec::new(), nulls: 40, cache: NullCache::None, ablated: Vec::new() }
     }
 }
 

@@ -14,8 +14,8 @@ use machine::{Data, Effect, Machine, Parameter};
 use report::diagnosis as document;
 use report::record::{ChannelRow, MeasuringChainRow, MisfitRow, MotionRows, TraceRow};
 
-/// Null simulations of motion records per one of the requested nulls: they are cheap.
-const NULLS: usize = 10;
+/// Null simulations of motion records per requested one: they are linear and cheap, and p-values need at least 1000.
+const NULLS: usize = 25;
 /// Most samples of a record in the document, for the page.
 const DRAWN: usize = 2500;
 
@@ -97,7 +97,13 @@ fn to_document(
             by_phase: by_phase(&found.cells, if held_out.is_empty() { fit } else { held_out }),
         },
         misfit_over_null: found.excess[0],
-        verdict: document::VerdictRow { phase: found.phase.map(|phase| phase.word().into()), ..verdict_row(&found.verdict, place) },
+        null: None,
+        verdict: document::VerdictRow {
+            phase: found.phase.map(|phase| phase.word().into()),
+            // The interval of the closed share at held-out records excludes «nothing».
+            confirmed: after.filter(|_| is_named && !held_out.is_empty()).map(|_| found.closed95.is_some_and(|(low, _)| low > 0.0)),
+            ..verdict_row(&found.verdict, place)
+        },
         places,
         ratio: Vec::new(),
         residual_map: Vec::new(),

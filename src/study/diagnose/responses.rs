@@ -10,13 +10,14 @@ use super::DiagnosisRequest;
 use super::effects::{at_bound, choose_effects, names_effect, status_words, units, verdict_row};
 use crate::{Study, StudyError, StudyResult, document_rows};
 use diagnosis::{
-    Ablation, Diagnosis, DiagnosisSettings, Domain, Fitted, Hypothesis, HypothesisKind, PartialGap, closed, closed_interval, diagnose,
-    fitter, floor_over, gap_over, gaps_by_mode, peak_errors, values_of,
+    Ablation, Diagnosis, DiagnosisSettings, Domain, Fitted, Hypothesis, HypothesisKind, NullDistribution, PartialGap, closed,
+    closed_interval, diagnose, fitter, floor_over, gap_over, gaps_by_mode, largest_loss_factor, peak_errors, values_of,
 };
 use identification::ToleranceEstimate;
 use identification::objective::FrfObjective;
 use machine::{Data, Effect, Parameter, Target};
 use measurement::{FitSet, HoldOutSet};
+use numeric::statistics::median;
 use optimizer::{found_in, kept_as};
 use report::diagnosis as document;
 use report::{OutputFolder, digest};
@@ -121,6 +122,7 @@ fn to_document(
             by_phase: BTreeMap::new(),
         },
         misfit_over_null: found.excess,
+        null: null_row(&found.null),
         verdict: document::VerdictRow { band_hz: found.location.band_hz, ..verdict_row(&found.verdict, found.location.interface.clone()) },
         places: list_places(found),
         ratio: ratios(&map),
@@ -137,6 +139,18 @@ fn to_document(
     })
 }
 
+/// Returns the laws of null simulations; `None` without draws.
+fn null_row(null: &NullDistribution) -> Option<document::NullRow> {
+    let of = |all: &[f64]| median(all.iter().copied());
+    Some(document::NullRow {
+        linear_draws: null.largest.len(),
+        linear_median: of(&null.largest)?,
+        fitted_draws: null.fitted.len(),
+        fitted_median: of(&null.fitted),
+        factor: null.factor(),
+    })
+}
+
 /// Returns the rows of all candidates.
 fn list_effects(
     found: &Diagnosis,
@@ -150,6 +164,11 @@ fn list_effects(
         .map(|t| {
             let (status, why) = status_words(&t.candidate.status);
             let fitted = t.candidate.fitted.as_ref();
+            let border = fitted.and_then(|(hypothesis, fitted)| largest_loss_factor(hypothesis, fitted));
+            let why = why.or_else(|| {
+                let id = &border?.id;
+                Some(format!("{id} ends at the largest value of its range: the effect takes up a change that another one makes"))
+            });
             let is_selected = names_effect(&found.verdict, &t.candidate.id);
             let own: Vec<(&Parameter, f64)> = fitted.map_or_else(Vec::new, |(hypothesis, fitted)| {
                 let values = values_of(hypothesis, fitted);

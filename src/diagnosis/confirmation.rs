@@ -1,0 +1,100 @@
+//! Confirmation of the chosen model by held-out records. The choice uses fitted data alone, and held-out records are compared once.
+
+use rayon::prelude::*;
+
+use super::cross_validation::log_predictive_loss;
+use super::evidence::Domain;
+use super::fit::{Fitted, Fitter, coordinates_of, values_of};
+use super::hypothesis::Hypothesis;
+use identification::objective::{ModeObjective, ObjectiveError};
+use measurement::HoldOutSet;
+use numeric::parallel::OrFirstError;
+use optimizer::Control;
+
+/// Least logarithm of a ratio of predictive densities that decides, in units of the misfit over null simulations: 20 to 1.
+///
+/// # Source  Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773–795: «strong» evidence from 3 on.
+const DECISIVE: f64 = 3.0;
+
+/// How well a chosen model predicts held-out data.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Confirmation {
+    /// Logarithm of its predictive density over that of the nominal machine, and of a rival, in units of its misfit over null simulations.
+    over_nominal: f64,
+    over_rival: Option<f64>,
+}
+
+impl Confirmation {
+    /// Whether held-out data speak for the model for certain: it predicts them better than the nominal machine, and no rival predicts them better.
+    pub fn is_certain(self) -> bool {
+        self.over_nominal >= DECISIVE && self.over_rival.is_none_or(|rival| rival >= -DECISIVE)
+    }
+
+    /// Describes why held-out data do not confirm the model.
+    pub fn text(self) -> String {
+        match self.over_rival.filter(|_| self.over_nominal >= DECISIVE) {
+            Some(rival) => {
+                format!("a generic impedance predicts held-out data better than the best effect (ln of the density ratio {:.1})", -rival)
+            }
+            None => {
+                format!("held-out data do not speak for the best effect for certain (ln of the density ratio {:.1})", self.over_nominal)
+            }
+        }
+    }
+}
+
+/// Compares a chosen model with the nominal machine, and with a rival, at held-out data. `excess` is the misfit of the chosen model over null
+/// simulations. `None` where nothing is held out.
+///
+/// # Errors  as [`Fitter::objective`].
+pub(super) fn confirmation(
+    fitter: &Fitter<'_>,
+    held_out: &HoldOutSet<'_>,
+    [nominal, chosen]: [(&Hypothesis, &Fitted); 2],
+    rival: Option<(&Hypothesis, &Fitted)>,
+    excess: f64,
+    control: &Control,
+) -> Result<Option<Confirmation>, ObjectiveError> {
+    let is_empty = match fitter.domain {
+        Domain::Frf(_) => held_out.frfs().is_empty(),
+        Domain::Modes(_) => held_out.positions().is_empty(),
+    };
+    if is_empty || control.stopped() {
+        return Ok(None);
+    }
+    let losses: Vec<f64> = [Some(nominal), Some(chosen), rival]
+        .into_par_iter()
+        .flatten()
+        .map(|(hypothesis, fitted)| held_out_loss(fitter, held_out, hypothesis, fitted, control))
+        .or_first_error()?;
+    let over = |other: &f64| 0.5 * (other - losses[1]) / excess;
+    Ok(Some(Confirmation { over_nominal: over(&losses[0]), over_rival: losses.get(2).map(over) }))
+}
+
+/// Returns −2 ln of the predictive density of held-out data after a fit, up to a constant: of each FRF with its own nut position, gain and delay, over
+/// which the density is maximised within their tolerances. For modes it is χ².
+fn held_out_loss(
+    fitter: &Fitter<'_>,
+    held_out: &HoldOutSet<'_>,
+    hypothesis: &Hypothesis,
+    fitted: &Fitted,
+    control: &Control,
+) -> Result<f64, ObjectiveError> {
+    let own = fitter.objective(hypothesis)?;
+    match fitter.domain {
+        Domain::Frf(_) => {
+            let of = |frf: &usize| {
+                let one = held_out.with_frfs(|at| at == *frf);
+                let left = fitter.objective_for_held_out(hypothesis, &one)?;
+                Ok::<f64, ObjectiveError>(log_predictive_loss((&own, &left), own.nut_coordinates().start, fitted, control))
+            };
+            Ok(held_out.frfs().par_iter().map(of).or_first_error()?.into_iter().sum())
+        }
+        Domain::Modes(settings) => {
+            let left = ModeObjective::held_out(&hypothesis.machine, held_out, settings, None)?;
+            let predicted = left.predict(&values_of(hypothesis, fitted));
+            let gain = own.gain(&coordinates_of(&own, fitted));
+            Ok(left.residuals(&predicted, gain).iter().map(|r| r * r).sum())
+        }
+    }
+}
