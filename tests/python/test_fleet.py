@@ -166,6 +166,8 @@ def test_fleets_refuse_what_they_cannot_do(tmp_path):
         jd.Fleet(tmp_path / "out", None, {})
     with pytest.raises(jd.InputError, match="Dask client or an executor"):
         jd.Fleet(tmp_path / "out", None, {"m": "measurements/tian"}).run("tcp://somewhere")
+    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("fork")) as forking, pytest.raises(jd.InputError, match="spawn"):
+        jd.Fleet(tmp_path / "out", None, {"m": "measurements/tian"}).run(forking)
     with pytest.raises(jd.InputError, match="there is no «n»"):
         jd.Fleet(tmp_path / "out", {"m": "configs/tian.toml"}, {"n": "measurements/tian"})
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import pickle
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -181,3 +183,25 @@ def test_tables_of_pandas(found, on_frfs):
     frame = found.to_frame()
     assert isinstance(frame, pandas.DataFrame) and frame.loc["k_n", "value"] == found.parameters["k_n"].value
     assert list(on_frfs.predict(nut_m=0.9, progress=False).to_frame()["order"])[:2] == [1, 2]
+
+
+def test_the_stubs_are_the_extension():
+    """The stub file of the extension names what is there, and nothing else."""
+    from jointid import _core
+
+    def public(names):
+        return {name for name in names if not name.startswith("_")}
+
+    tree = ast.parse((Path(jd.__file__).parent / "_core.pyi").read_text(encoding="utf-8"))
+    stubs: dict[str, set[str]] = {}
+    for node in tree.body:
+        if isinstance(node, ast.ClassDef):
+            of_class = {entry.name for entry in node.body if isinstance(entry, ast.FunctionDef)}
+            of_class |= {entry.target.id for entry in node.body if isinstance(entry, ast.AnnAssign)}
+            stubs[node.name] = public(of_class)
+        elif isinstance(node, ast.FunctionDef):
+            stubs[node.name] = set()
+    assert public(dir(_core)) == set(stubs)
+    for name, members in stubs.items():
+        if members:
+            assert public(vars(getattr(_core, name))) == members, name

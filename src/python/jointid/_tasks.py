@@ -208,6 +208,10 @@ def _executor(client: Any, workers: int | None, security: Any) -> Iterator[tuple
         with LocalCluster(**common) as cluster, Client(cluster, security=security) as own:
             yield own.get_executor(pure=False, retries=_RETRIES), count
         return
+    if isinstance(client, ProcessPoolExecutor) and client._mp_context.get_start_method() == "fork":
+        raise argument(
+            "client", "forks its processes, which hang once threads have computed here; give ProcessPoolExecutor(mp_context=get_context('spawn'))"
+        )
     if isinstance(client, Executor):
         yield client, getattr(client, "_max_workers", None) or os.cpu_count() or 1
         return
