@@ -5,6 +5,7 @@ mod closed_loop;
 mod coarse;
 mod error;
 mod frf;
+mod frf_lines;
 mod mode_settings;
 mod modes;
 mod pairing;
