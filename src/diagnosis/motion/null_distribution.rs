@@ -11,6 +11,8 @@ use numeric::statistics::quantile;
 pub struct MotionNullDistribution {
     /// 90 % quantile of −ln(1 − gain) of each candidate.
     pub scales: Vec<f64>,
+    /// Largest −ln(1 − gain) of each candidate in any draw.
+    pub most: Vec<f64>,
     /// Largest ratio of −ln(1 − gain) to its scale over all effects, of each draw, in rising order.
     pub effects: Vec<f64>,
     /// The same over all free functions.
@@ -30,12 +32,15 @@ pub(super) struct NullDraw {
 
 /// Least scale of a candidate.
 const LEAST_SCALE: f64 = 0.01;
+/// Least ratio of a candidate's −ln(1 − gain) to its largest in any draw that counts as significant regardless of other candidates.
+const BEYOND: f64 = 1.25;
 
 impl MotionNullDistribution {
     /// Builds the distribution from its draws. `free` marks free functions.
     pub(super) fn new(draws: &[NullDraw], free: &[bool]) -> Self {
         let of = |at: usize| draws.iter().map(move |draw| draw.gains[at]);
         let scales: Vec<f64> = (0..free.len()).map(|at| quantile(of(at), 0.9).unwrap_or(0.0).max(LEAST_SCALE)).collect();
+        let most: Vec<f64> = (0..free.len()).map(|at| of(at).fold(0.0, f64::max)).collect();
         let largest = |of_free: bool| {
             let largest_ratio = |draw: &NullDraw| {
                 let ratios = draw.gains.iter().zip(&scales).zip(free).filter(|(_, free)| **free == of_free).map(|((g, s), _)| g / s);
@@ -48,12 +53,12 @@ impl MotionNullDistribution {
         let (effects, free) = (largest(false), largest(true));
         let mut misfit: Vec<f64> = draws.iter().map(|draw| draw.misfit).collect();
         misfit.sort_by(f64::total_cmp);
-        MotionNullDistribution { scales, effects, free, misfit }
+        MotionNullDistribution { scales, most, effects, free, misfit }
     }
 
     /// Returns the distribution without draws.
     pub(super) fn none() -> Self {
-        MotionNullDistribution { scales: Vec::new(), effects: Vec::new(), free: Vec::new(), misfit: Vec::new() }
+        MotionNullDistribution { scales: Vec::new(), most: Vec::new(), effects: Vec::new(), free: Vec::new(), misfit: Vec::new() }
     }
 
     /// Returns the statistic of a candidate: −ln(1 − gain) over its scale.
@@ -67,14 +72,23 @@ impl MotionNullDistribution {
         (misfit / median).max(1.0)
     }
 
-    /// Returns the p-value of an effect, (1 + b)/(1 + m): in b of m draws some effect has at least its statistic.
+    /// Returns the share of draws in which some effect gains as much; the least possible share where a candidate clearly exceeds its own largest
+    /// gain.
     pub fn p_value(&self, ranked: &Ranked) -> f64 {
-        share_above(&self.effects, self.statistic(ranked))
+        self.p_value_among(&self.effects, ranked)
     }
 
-    /// Returns the same for free functions.
+    /// Returns the same share for free functions.
     pub fn p_value_free(&self, ranked: &Ranked) -> f64 {
-        share_above(&self.free, self.statistic(ranked))
+        self.p_value_among(&self.free, ranked)
+    }
+
+    fn p_value_among(&self, all: &[f64], ranked: &Ranked) -> f64 {
+        let own = strength(ranked.gain);
+        if own > BEYOND * self.most[ranked.candidate].max(LEAST_SCALE) {
+            return 1.0 / (all.len() + 1) as f64;
+        }
+        share_above(all, own / self.scales[ranked.candidate])
     }
 }
 
