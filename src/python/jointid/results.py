@@ -80,13 +80,14 @@ class Effect:
 
 @dataclass(frozen=True)
 class Verdict:
-    """The verdict of a diagnosis: its kind, the effects or faults that it names, and why."""
+    """The verdict of a diagnosis: its kind, the effects or faults that it names, why, and whether held-out data confirm it (None: nothing is held out)."""
 
     kind: str
     effects: tuple[str, ...]
     reason: str
     next_measurement: str | None
     faults: tuple[str, ...]
+    confirmed: bool | None
 
 
 def _interval(ends: Sequence[float] | None) -> Interval | None:
@@ -280,7 +281,7 @@ class Diagnosis(Document):
         """The verdict."""
         row = self.document["verdict"]
         faults, effects = tuple(row.get("faults", ())), tuple(row["effects"])
-        return Verdict(row["kind"], effects, row["reason"], row.get("next_measurement"), faults)
+        return Verdict(row["kind"], effects, row["reason"], row.get("next_measurement"), faults, row.get("confirmed"))
 
     @cached_property
     def effects(self) -> dict[str, Effect]:
