@@ -4,7 +4,6 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use assert_cmd::Command;
 use config::read_machine_text;
 use dynamics::model::{RodModel, Structure};
 use dynamics::motion::{LinearLoops, ServoImpedance, SimulationSettings};
@@ -14,29 +13,9 @@ use numeric::unit::omega_rad_s;
 use serde_json::{Value, json};
 
 use crate::support::Draws;
+use crate::support::command::{json as run_json, refused};
 
 const SERVO: &str = "configs/servo-axis.toml";
-
-fn run(arguments: &[&str]) -> (Option<i32>, String, String) {
-    let output = Command::cargo_bin("jointid").unwrap().args(arguments).output().unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    (output.status.code(), text(output.stdout), text(output.stderr))
-}
-
-fn run_json(arguments: &[&str]) -> Value {
-    let (code, out, err) = run(&[arguments, &["--json"]].concat());
-    assert_eq!(code, Some(0), "{arguments:?}: {err}");
-    serde_json::from_str(&out).unwrap()
-}
-
-fn refused(arguments: &[&str], expected: &[&str]) {
-    let (code, out, err) = run(arguments);
-    assert_eq!(code, Some(2), "{arguments:?}: {err}");
-    assert!(out.is_empty());
-    for part in expected {
-        assert!(err.contains(part), "{arguments:?}: «{part}» is not in: {err}");
-    }
-}
 
 fn machine(text: &str, set: &[&str]) -> Machine {
     let set: Vec<String> = set.iter().map(|s| (*s).to_string()).collect();

@@ -2,33 +2,11 @@
 
 use std::fs;
 
-use assert_cmd::Command;
 use machine::contact::{ScrewDrive, published};
 use serde_json::Value;
 
 use crate::support::Draws;
-
-fn run(arguments: &[&str]) -> (Option<i32>, String, String) {
-    let output = Command::cargo_bin("jointid").unwrap().args(arguments).output().unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-    (output.status.code(), text(output.stdout), text(output.stderr))
-}
-
-fn json(arguments: &[&str]) -> Value {
-    let (code, out, err) = run(&[arguments, &["--json"]].concat());
-    assert_eq!(code, Some(0), "{arguments:?}: {err}");
-    serde_json::from_str(&out).unwrap()
-}
-
-fn refused(arguments: &[&str], expected: &[&str]) {
-    let (code, out, err) = run(arguments);
-    assert_eq!(code, Some(2), "{arguments:?}: {err}");
-    assert!(out.is_empty());
-    for part in expected {
-        assert!(err.contains(part), "{arguments:?}: «{part}» is not in: {err}");
-    }
-    assert_eq!(err.trim().lines().count(), 1, "{err}");
-}
+use crate::support::command::{json, refused, run};
 
 const TWIN: &str = "configs/twin-ball-screw.toml";
 const SERVO: &str = "configs/servo-axis.toml";

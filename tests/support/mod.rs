@@ -3,6 +3,7 @@
 pub mod axis;
 pub mod axis_template;
 pub mod bench_equations;
+pub mod command;
 pub mod finite_elements;
 pub mod frf_set;
 pub mod two_masses;
