@@ -52,17 +52,26 @@ struct Sample {
 /// squared normal differences with a sum of variances: Févotte, Bertin and Durrieu, Neural Comput. 21 (2009) 793–830, multiplicative updates.
 pub(super) fn estimate_unstated_noise(frfs: &mut [Frf]) {
     let unstated: Vec<usize> = (0..frfs.len()).filter(|at| frfs[*at].lines.iter().all(|line| line.noise.is_none())).collect();
-    let mut found: Vec<(usize, Vec<FrfNoise>)> = Vec::new();
+    let mut groups: Vec<Vec<usize>> = Vec::new();
     for &at in &unstated {
-        let same = |other: &&usize| is_repeat(&frfs[at], &frfs[**other]);
-        let group: Vec<&Frf> = unstated.iter().filter(same).map(|other| &frfs[*other]).collect();
-        let frf = &frfs[at];
-        let repeats = (group.len() > 1).then(|| spread(frf, &group)).filter(|samples| samples.len() >= LEAST_SAMPLES);
-        let noise = match repeats {
-            Some(samples) => smooth(frf, &samples, group.len() - 1).map(|sds| sds.into_iter().map(FrfNoise::Repeats).collect()),
-            None => smooth(frf, &third_differences(frf), 1).map(|sds| sds.into_iter().map(FrfNoise::Neighbours).collect()),
-        };
-        found.extend(noise.map(|noise: Vec<FrfNoise>| (at, noise)));
+        match groups.iter_mut().find(|group| is_repeat(&frfs[at], &frfs[group[0]])) {
+            Some(group) => group.push(at),
+            None => groups.push(vec![at]),
+        }
+    }
+    let mut found: Vec<(usize, Vec<FrfNoise>)> = Vec::new();
+    for group in groups {
+        let repeats: Vec<&Frf> = group.iter().map(|at| &frfs[*at]).collect();
+        let spread = spread(&repeats);
+        for &at in &group {
+            let frf = &frfs[at];
+            let noise = if spread.len() >= LEAST_SAMPLES {
+                smooth(frf, &samples_of(frf, &spread), group.len() - 1).map(|sds| sds.into_iter().map(FrfNoise::Repeats).collect())
+            } else {
+                smooth(frf, &third_differences(frf), 1).map(|sds| sds.into_iter().map(FrfNoise::Neighbours).collect())
+            };
+            found.extend(noise.map(|noise: Vec<FrfNoise>| (at, noise)));
+        }
     }
     for (at, noise) in found {
         frfs[at].lines.iter_mut().zip(noise).for_each(|(line, noise)| line.noise = Some(noise));
@@ -137,30 +146,49 @@ fn third_differences(frf: &Frf) -> Vec<Sample> {
         .collect()
 }
 
-/// Returns the variance of repeated measurements about their mean, at the lines that all of them have.
-fn spread(frf: &Frf, group: &[&Frf]) -> Vec<Sample> {
-    let shape = response_shape(frf);
-    let mut next = vec![0; group.len()];
-    let mut samples = Vec::new();
-    for (at, line) in frf.lines.iter().enumerate() {
-        let mut values = Vec::with_capacity(group.len());
-        for (repeat, next) in group.iter().zip(&mut next) {
+/// Whether two lines have one frequency.
+fn is_same(line: &FrfLine, frequency_hz: f64) -> bool {
+    (line.frequency_hz - frequency_hz).abs() <= frequency_hz * 1e-9
+}
+
+/// Returns the frequencies (Hz) of the lines that all repeated measurements have, each with the variance of one component of ln H about the mean.
+/// Empty for a single measurement.
+fn spread(repeats: &[&Frf]) -> Vec<(f64, f64)> {
+    let [first, _, ..] = repeats else { return Vec::new() };
+    let mut next = vec![0; repeats.len()];
+    let mut variances = Vec::new();
+    let mut values = Vec::with_capacity(repeats.len());
+    for line in &first.lines {
+        values.clear();
+        for (repeat, next) in repeats.iter().zip(&mut next) {
             while repeat.lines.get(*next).is_some_and(|other| other.frequency_hz < line.frequency_hz * (1.0 - 1e-9)) {
                 *next += 1;
             }
-            values.extend(repeat.lines.get(*next).filter(|other| other.frequency_hz <= line.frequency_hz * (1.0 + 1e-9)).map(|l| l.value));
+            values.extend(repeat.lines.get(*next).filter(|other| is_same(other, line.frequency_hz)).map(|l| l.value));
         }
-        if values.len() < group.len() {
+        if values.len() < repeats.len() {
             continue;
         }
         // Logarithms relative to the first repeat lie about 0, so that no phase wraps.
-        let relative: Vec<Complex64> = values.iter().map(|value| (value / values[0]).ln()).collect();
-        let mean = relative.iter().sum::<Complex64>() / group.len() as f64;
-        let square = relative.iter().map(|r| (r - mean).norm_sqr()).sum::<f64>() / (2.0 * (group.len() - 1) as f64);
-        debug_assert!(relative.iter().all(|r| r.im.abs() <= PI));
-        samples.push(Sample { at: at as f64, square, share: [1.0, shape[at], 0.0] });
+        let reference = values[0];
+        values.iter_mut().for_each(|value| *value = (*value / reference).ln());
+        let mean = values.iter().sum::<Complex64>() / repeats.len() as f64;
+        let square = values.iter().map(|r| (r - mean).norm_sqr()).sum::<f64>() / (2.0 * (repeats.len() - 1) as f64);
+        debug_assert!(values.iter().all(|r| r.im.abs() <= PI));
+        variances.push((line.frequency_hz, square));
     }
-    samples
+    variances
+}
+
+/// Returns the variances of repeated measurements as samples of one of them.
+fn samples_of(frf: &Frf, variances: &[(f64, f64)]) -> Vec<Sample> {
+    let shape = response_shape(frf);
+    let mut lines = frf.lines.iter().enumerate();
+    let of_line = |&(frequency_hz, square): &(f64, f64)| {
+        let (at, _) = lines.find(|(_, line)| is_same(line, frequency_hz))?;
+        Some(Sample { at: at as f64, square, share: [1.0, shape[at], 0.0] })
+    };
+    variances.iter().filter_map(of_line).collect()
 }
 
 /// Estimates the standard deviation of one component of ln H at each line; `None` with too few samples. `freedom`: half the degrees of freedom of

@@ -181,7 +181,6 @@ impl LevenbergMarquardt {
 
 impl NormalEquations {
     /// Computes χ² after one linear step with no coordinate longer than `longest`.
-    /// χ² after one linear step none of whose coordinates is longer than `longest`.
     pub fn cost_after_step(&self, longest: f64) -> f64 {
         let size = self.gradient.len();
         let largest = (0..size).map(|d| self.information[(d, d)]).fold(f64::MIN_POSITIVE, f64::max);

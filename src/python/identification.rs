@@ -87,8 +87,9 @@ pub fn as_array<'py>(py: Python<'py>, request: &FrfRequest, document: &FrfsDocum
         Place::MidStroke => None,
     });
     let rows: Vec<&Vec<[f64; 2]>> = if request.places.is_empty() { document.positions.values().collect() } else { named.collect() };
-    let values = rows.iter().flat_map(|row| row.iter().map(|[re, im]| Complex64::new(*re, *im)));
-    let flat = PyArray1::from_vec(py, values.collect());
+    let mut values = Vec::with_capacity(rows.len() * document.frequency_hz.len());
+    rows.iter().for_each(|row| values.extend(row.iter().map(|[re, im]| Complex64::new(*re, *im))));
+    let flat = PyArray1::from_vec(py, values);
     flat.reshape([rows.len(), document.frequency_hz.len()]).map_err(internal)
 }
 

@@ -63,9 +63,8 @@ def complex_array(key: str, given: Any) -> Complex:
 def frequencies(key: str, given: Any, rising: bool = True) -> Real:
     """Frequencies (Hz), which must be finite and, where asked for, rise."""
     array = real_array(key, given)
-    steps = np.diff(array)
-    if rising and (steps <= 0).any():
-        at = int(np.argmax(steps <= 0)) + 1
+    if rising and (array[1:] <= array[:-1]).any():
+        at = int(np.argmax(array[1:] <= array[:-1])) + 1
         fault = "repeats" if array[at] == array[at - 1] else "does not follow"
         raise argument(key, f"[{at}] = {array[at]} {fault} {array[at - 1]}; sort the lines, and give each frequency once")
     return array
