@@ -51,6 +51,21 @@ fn the_reference_simulator_shares_no_code_with_the_models() {
     assert!(found.is_empty(), "{found:?}");
 }
 
+/// The source distribution of the Python package builds without the rest of the repository.
+#[test]
+fn the_source_distribution_has_every_file_that_is_compiled_in() {
+    let manifest: toml::Table = fs::read_to_string("pyproject.toml").unwrap().parse().unwrap();
+    let included: Vec<&str> =
+        manifest["tool"]["maturin"]["include"].as_array().unwrap().iter().map(|i| i["path"].as_str().unwrap()).collect();
+    let mut folders = BTreeSet::new();
+    for source in all_sources() {
+        let outside = source.code.split("include_str!(\"../../").skip(1).filter_map(|rest| rest.split('/').next());
+        folders.extend(outside.map(|folder| format!("{folder}/**/*")));
+    }
+    assert!(folders.len() >= 2, "{folders:?}");
+    assert!(folders.iter().all(|folder| included.contains(&folder.as_str())), "{folders:?} {included:?}");
+}
+
 /// The command parses arguments, shows progress and prints. Everything else is the library's.
 #[test]
 fn the_command_uses_the_library_and_the_documents_alone() {

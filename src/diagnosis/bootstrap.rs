@@ -36,7 +36,7 @@ pub fn closed_interval(
     let estimate = closed(&found.held_out, &found.chosen_held_out).filter(|_| found.verdict.kind.explains())?;
     let chosen = (&found.chosen.0, &found.chosen.1);
     let compared = [&found.described, &found.explained].map(|(hypothesis, fitted)| (hypothesis, fitted));
-    control.begin("7/7 interval of the closed share");
+    control.begin("6/6 interval of the closed share");
     let step = control.steps("draws", DRAWS);
     let one = |draw: usize| -> Option<f64> {
         let random = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(0xD1B5_4A33).wrapping_add(draw as u64));

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::evidence::{Domain, DomainObjective};
-use super::fit::{Fitted, Fitter, MULTISTART_LEFT_OUT, coordinates_of};
+use super::fit::{Fitted, Fitter, coordinates_of};
 use super::hypothesis::Hypothesis;
 use identification::objective::ObjectiveError;
 use numeric::parallel::OrFirstError;
@@ -14,6 +14,8 @@ use optimizer::{Control, LeastSquares, NormalEquations, least_squares_within};
 const STEPS: u64 = 12;
 /// Steps within the covariance of a fit, and the relative decrease of χ² at which they end.
 const COVARIANCE_STEPS: (u64, f64) = (10, 1e-3);
+/// Seed of the global search without a position of modes.
+const SEED: u64 = 1;
 /// Prior precision of a coordinate: its range, the unit interval, has variance 1/12.
 const PRIOR_PRECISION: f64 = 12.0;
 
@@ -55,7 +57,7 @@ fn cross_validation_from_all_starts(
                 Domain::Frf(_) => Ok(log_predictive_loss((&objective, &left.objective(hypothesis)?), usize::MAX, &part, control)),
                 Domain::Modes(_) => {
                     // With few numbers another basin may be the deepest.
-                    let other = kept.multistart_uncached(hypothesis, fitted, MULTISTART_LEFT_OUT, control)?;
+                    let other = kept.search_globally(hypothesis, fitted, (SEED, 0), control)?;
                     left.loss(hypothesis, if other.chi_square < part.chi_square { &other } else { &part })
                 }
             }

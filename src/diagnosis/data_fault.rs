@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::evidence::{Domain, PartialGap};
-use super::fit::{Fitted, Fitter, MULTISTART};
+use super::fit::{Fitted, Fitter};
 use super::hypothesis::Hypothesis;
 use super::measuring_chain::{ChainCandidate, ChainFault, fault_of_one};
 use super::null_distribution::NullDistribution;
@@ -201,7 +201,7 @@ fn faulty(
             let objective = kept.objective(nominal)?;
             // The record may have led the joints far astray.
             let near = kept.descend(&objective, base, STEPS, control);
-            let far = kept.multistart_uncached(nominal, base, MULTISTART, control)?;
+            let far = kept.multistart(nominal, base, 0, control)?;
             let fitted = if far.chi_square < near.chi_square { far } else { near };
             let own = fitter.on(fitter.fit.with_frfs(|frf| frf == *left));
             let count = own.objective(nominal)?.observations() as f64;
@@ -280,7 +280,7 @@ fn exchanged(
     for (pair, chi_square) in fits.into_iter().take(MOST_LIKELY) {
         let other = with_exchanged(set, pair);
         let right = fitter.on(fitter.fit.in_version(&other));
-        let again = right.multistart_uncached(nominal, base, MULTISTART, control)?.chi_square;
+        let again = right.multistart(nominal, base, 0, control)?.chi_square;
         let least = again.min(chi_square);
         if least <= RESTORED.0 * base.chi_square && null.excess(least / count) <= reach {
             return Ok(Some(pair));

@@ -15,7 +15,8 @@ use super::null_distribution::{LEAST_SCALE, NullDistribution, simulate};
 use super::one_machine::{Mismatch, mismatch};
 use super::parsimony::{NamedFit, more_parsimonious};
 use super::ranking::{EQUIVALENT, SHORTFALL, TriedEffect, indistinguishable, keep_predictive, rank};
-use super::screening::{Candidate, Screening, Status, hypotheses, locate, nominal, nominal_fits, refit_from_generic_impedances, screen};
+use super::screening::{Candidate, Screening, Status, hypotheses, nominal, nominal_fits};
+use super::search::search;
 use super::thresholds::Thresholds;
 use super::verdict::{Verdict, VerdictKind, impedance_of, nothing_fitted, p_value_text, percent_text};
 use identification::ToleranceEstimate;
@@ -89,6 +90,8 @@ pub struct DiagnosisSettings {
 /// Least statistic of a significant effect, and of a significant generic impedance, which has no scale of its own in null simulations.
 const LEAST_STATISTIC: f64 = 2.5;
 const LEAST_GENERIC: f64 = 16.0;
+/// Number of generic impedances that locate a discrepancy.
+const LOCATIONS: usize = 5;
 /// Largest number of combined effects.
 const MAX_EFFECTS: usize = 3;
 /// Excess above which an effect is missing.
@@ -131,26 +134,23 @@ pub fn diagnose(
     let machine = &machine.without_guide_tolerance();
     let domain = fitter.domain;
     let limits = Thresholds::of(domain);
-    control.begin("1/7 fit of the nominal machine");
+    control.begin("1/6 fit of the nominal machine");
     let start = nominal(machine, fitter)?;
     let bases = nominal_fits(machine, fitter, &start, settings.seed, control)?;
     let candidates = hypotheses(fitter, machine, &start, effects, &fitter.frozen);
-    control.begin(&format!("2/7 {} candidates", candidates.0.len()));
-    let mut screening = screen(fitter, start, bases, candidates, control)?;
+    control.begin(&format!("2/6 {} candidates", candidates.0.len()));
     // Generic impedances locate the discrepancy. They also show whether an effect of the library fits as well as any impedance can.
-    control.begin("3/7 generic impedances at interfaces");
-    let located: Vec<Candidate> = locate(&screening, fitter, 5, control)?;
-    refit_from_generic_impedances(&mut screening, &located, fitter, control);
+    let (screening, mut located) = search(fitter, start, bases, candidates, (LOCATIONS, settings.seed), control)?;
     let objective = fitter.objective(&screening.nominal)?;
     let (count, unknowns) = (objective.observations() as f64, objective.unknowns(&screening.nominal));
     let fitted: Vec<(&Hypothesis, &Fitted)> = screening.candidates.iter().filter_map(|c| c.fitted.as_ref().map(|(h, f)| (h, f))).collect();
-    control.begin("4/7 null simulations");
+    control.begin("3/6 null simulations");
     let null = match &settings.null {
         Some(known) => known.clone(),
         None if fitter.lacks(Ablation::ChiSquare) => NullDistribution::from_tables(&fitted, settings.seed),
         None => simulate(fitter, &screening.nominal, &screening.base, &fitted, settings.draws, settings.seed, control)?,
     };
-    control.begin("5/7 cross-validation");
+    control.begin("4/6 cross-validation");
     let mut tried = rank(&screening, &null, count);
     let nominal_loss = cross_validation(fitter, &screening.nominal, &screening.base, control)?;
     let base = screening.base.clone();
@@ -159,6 +159,13 @@ pub fn diagnose(
     for at in 0..same.len().max(3).min(tried.len()) {
         if let Some((hypothesis, fitted)) = tried[at].candidate.fitted.clone() {
             tried[at].candidate.left_out = cross_validation(fitter, &hypothesis, &fitted, control).ok();
+        }
+    }
+    // Only a generic impedance that fits better than one of these can explain the data better.
+    let worst = same.iter().map(|at| tried[*at].candidate.chi_square()).fold(0.0, f64::max);
+    for candidate in located.iter_mut().filter(|c| c.chi_square() < worst) {
+        if let Some((hypothesis, fitted)) = &candidate.fitted {
+            candidate.left_out = cross_validation(fitter, hypothesis, fitted, control).ok();
         }
     }
     let rejected = if fitter.lacks(Ablation::InSample) { 0..0 } else { keep_predictive(&mut tried, &mut same, nominal_loss, &null, count) };
@@ -209,6 +216,7 @@ pub fn diagnose(
         located: &located,
         faulty,
         nominal_loss,
+        seed: settings.seed,
         control,
     })?;
     let after = null.excess(chosen.1.chi_square / count);
@@ -242,7 +250,7 @@ pub fn diagnose(
     }
     let place = Location::of(&verdict, fitter, as_described, (&chosen.0, &chosen.1), (effects, &located))?;
     let all = fitter.fit.to_predict();
-    control.begin("6/7 gaps of the machine as described");
+    control.begin("5/6 gaps of the machine as described");
     let refit = NominalRefit::new(machine, effects, fitter, as_described, control)?;
     let gaps_with = |candidate: &Candidate| -> Result<Vec<PartialGap>, ObjectiveError> {
         let Some((hypothesis, fitted)) = &candidate.fitted else { return Ok(Vec::new()) };
@@ -295,6 +303,7 @@ struct DecisionInputs<'e, 's> {
     located: &'e [Candidate],
     faulty: Option<Fault>,
     nominal_loss: f64,
+    seed: u64,
     control: &'e Control,
 }
 
@@ -447,10 +456,10 @@ fn next_effect(
     chosen: &(Hypothesis, Fitted),
     names: &EffectIds,
 ) -> Result<Option<(String, Hypothesis, Fitted)>, ObjectiveError> {
-    let DecisionInputs { fitter, limits, machine, effects, screening, null, count, control, tried, .. } = inputs;
+    let DecisionInputs { fitter, limits, machine, effects, screening, null, count, seed, control, tried, .. } = inputs;
     let others: Vec<Effect> = effects.iter().filter(|e| !names.contains(&e.id)).cloned().collect();
     let (apply, _) = hypotheses(fitter, machine, &chosen.0, &others, &[]);
-    let second = screen(fitter, chosen.0.clone(), vec![chosen.1.clone()], (apply, Vec::new()), control)?;
+    let (second, _) = search(fitter, chosen.0.clone(), vec![chosen.1.clone()], (apply, Vec::new()), (0, *seed), control)?;
     let best = second.candidates.into_iter().filter(|c| c.status == Status::Tried).max_by(|a, b| a.gain.total_cmp(&b.gain));
     let Some((gain, (hypothesis, fitted))) = best.and_then(|c| Some((c.gain, c.fitted?))) else { return Ok(None) };
     let after = null.excess(fitted.chi_square / count);

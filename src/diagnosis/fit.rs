@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::evidence::{Domain, DomainObjective, PartialGap, gaps};
 use super::hypothesis::Hypothesis;
 use identification::objective::{ObjectiveError, operating};
-use identification::{Place, Tail, ToleranceEstimate, tolerances_at};
+use identification::{Place, Tail, ToleranceEstimate, mode_search_end, tolerances_at};
 use machine::{Mechanism, OperatingVariable, Parameter, ParameterValues, UnitValues};
 use measurement::{FitSet, HoldOutSet};
 use numeric::halton::halton_point;
@@ -37,10 +37,8 @@ const COARSE_STEPS: u64 = 40;
 const STEPS: u64 = 40;
 /// Relative decrease of χ² per step at which a descent ends.
 const TOLERANCE: f64 = 1e-4;
-/// Starts distributed over the parameter ranges, and the number that continue after a few steps on coarse lines. The second pair is for each left-out
-/// position.
+/// Starts distributed over the parameter ranges, and the number that continue after a few steps on coarse lines.
 pub(super) const MULTISTART: (usize, usize) = (32, 6);
-pub(super) const MULTISTART_LEFT_OUT: (usize, usize) = (16, 3);
 const MULTISTART_LINES: (usize, usize, usize) = (300, 16, 60);
 const MULTISTART_STEPS: u64 = 8;
 
@@ -175,34 +173,8 @@ impl<'s> Fitter<'s> {
         let objective = self.objective(hypothesis)?;
         let coarse = objective.coarse(self.lines_of_one(COARSE));
         let few = coarse.as_ref().unwrap_or(&objective);
-        let linear = coarse.is_some();
-        let mut starts: Vec<(f64, Fitted)> = bases
-            .iter()
-            .flat_map(|base| amplitudes(hypothesis).into_iter().map(move |added| start_of(hypothesis, base, &added)))
-            .map(|start| {
-                let place = coordinates_of(few, &start);
-                // Predict χ² by one linear step where derivatives are cheap, else evaluate it.
-                let cost =
-                    few.squares(
-                        |squares| if linear { squares.normal(&place).cost_after_step(TRUST_RADIUS) } else { squares.chi_square(&place) },
-                    );
-                (cost, start)
-            })
-            .collect();
-        let without_effect = starts.remove(0).1;
-        starts.sort_by(|a, b| a.0.total_cmp(&b.0));
-        // Neighbouring starts end in the same minimum.
-        let most = FOLLOWED.0 + FOLLOWED.1 * hypothesis.added.len();
-        let mut followed: Vec<Fitted> = Vec::new();
-        for (_, start) in starts {
-            let distant = |other: &Fitted| other.units.iter().zip(&start.units).any(|(a, b)| (a - b).abs() > LEAST_DISTANCE);
-            if followed.iter().all(distant) {
-                followed.push(start);
-            }
-            if followed.len() == most {
-                break;
-            }
-        }
+        let without_effect = start_of(hypothesis, &bases[0], &amplitudes(hypothesis)[0]);
+        let followed = best_starts((few, coarse.is_some()), hypothesis, bases, FOLLOWED.0 + FOLLOWED.1 * hypothesis.added.len());
         let mut ends: Vec<Fitted> = followed.iter().map(|start| self.descend(few, start, COARSE_STEPS, control)).collect();
         ends.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
         let agrees = ends.len() < 2 || ends[1].chi_square <= ends[0].chi_square * 1.01 + 1.0;
@@ -211,7 +183,7 @@ impl<'s> Fitter<'s> {
             Some(end) if end.chi_square < near.chi_square => end,
             _ => near,
         };
-        if linear {
+        if coarse.is_some() {
             best = self.descend(&objective, &best, STEPS, control);
             if best.chi_square > bases[0].chi_square {
                 let near = self.descend(&objective, &without_effect, STEPS, control);
@@ -221,26 +193,67 @@ impl<'s> Fitter<'s> {
         Ok(Fitted { agrees, ..best })
     }
 
-    /// Fits a hypothesis from starts all over the parameter ranges and around a fit: a missing effect may have led the joints into a wrong basin.
+    /// Fits a hypothesis from other joints than its known fit came from. `None` where these lead to no other minimum that is deeper.
     ///
     /// # Errors  as [`DomainObjective::new`].
-    pub fn multistart(&self, hypothesis: &Hypothesis, base: &Fitted, control: &Control) -> Result<Fitted, ObjectiveError> {
-        let key = self.cache_key("scatter", hypothesis, std::slice::from_ref(base));
-        control.try_cached(&key, || self.multistart_uncached(hypothesis, base, MULTISTART, control))
+    pub fn improved(
+        &self,
+        hypothesis: &Hypothesis,
+        known: &Fitted,
+        joints: &[Fitted],
+        control: &Control,
+    ) -> Result<Option<Fitted>, ObjectiveError> {
+        let bases: Vec<Fitted> = std::iter::once(known).chain(joints).cloned().collect();
+        control.try_cached(&self.cache_key("improved", hypothesis, &bases), || {
+            let objective = self.objective(hypothesis)?;
+            let coarse = objective.coarse(self.lines_of_one(COARSE));
+            let few = coarse.as_ref().unwrap_or(&objective);
+            let ends = best_starts((few, coarse.is_some()), hypothesis, joints, FOLLOWED.0);
+            let ends = ends.iter().map(|start| self.descend(few, start, COARSE_STEPS, control));
+            let Some(best) = ends.min_by(|a, b| a.chi_square.total_cmp(&b.chi_square)) else { return Ok(None) };
+            let there = self.descend(few, known, COARSE_STEPS, control);
+            if close(&best.units, &there.units) || best.chi_square >= there.chi_square {
+                return Ok(None);
+            }
+            let end = if coarse.is_some() { self.descend(&objective, &best, STEPS, control) } else { best };
+            Ok((end.chi_square < known.chi_square).then_some(end))
+        })
     }
 
-    /// As [`Fitter::multistart`] with a number of starts, without stored results: for modified data, whose key would equal that of the original data.
+    /// Fits a hypothesis from starts all over the parameter ranges: a missing effect may have led the joints into a wrong basin. The starts of FRFs are
+    /// also around a fit and differ by the round alone; modes are searched as an identification searches them, since their χ² has steps where a mode
+    /// changes its order.
     ///
-    /// # Errors  as [`Fitter::multistart`].
-    pub(super) fn multistart_uncached(
+    /// # Errors  as [`DomainObjective::new`].
+    pub fn search_globally(
         &self,
         hypothesis: &Hypothesis,
         base: &Fitted,
-        starts: (usize, usize),
+        (seed, round): (u64, usize),
+        control: &Control,
+    ) -> Result<Fitted, ObjectiveError> {
+        let key = format!("{} {seed} {round}", self.cache_key("scatter", hypothesis, std::slice::from_ref(base)));
+        control.try_cached(&key, || {
+            let objective = self.objective(hypothesis)?;
+            let DomainObjective::Modes(modes) = &objective else { return self.multistart(hypothesis, base, round, control) };
+            let start = start_of(hypothesis, base, &[]);
+            let end = mode_search_end(modes, seed.wrapping_add(round as u64), &control.within(&key));
+            Ok(end.map_or_else(|| start.clone(), |(place, cost)| read_back(&objective, &start, &place, cost)))
+        })
+    }
+
+    /// Fits a hypothesis by least squares from starts all over the parameter ranges and around a fit; each round has its own.
+    ///
+    /// # Errors  as [`DomainObjective::new`].
+    pub(super) fn multistart(
+        &self,
+        hypothesis: &Hypothesis,
+        base: &Fitted,
+        round: usize,
         control: &Control,
     ) -> Result<Fitted, ObjectiveError> {
         let objective = self.objective(hypothesis)?;
-        let ends = self.multistart_ends(&objective, hypothesis, base, starts, control);
+        let ends = self.multistart_ends(&objective, hypothesis, base, (MULTISTART, round), control);
         let best = ends.iter().min_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
         Ok(best.map_or_else(|| start_of(hypothesis, base, &[]), |end| self.descend(&objective, end, STEPS, control)))
     }
@@ -251,7 +264,7 @@ impl<'s> Fitter<'s> {
         objective: &DomainObjective<'_>,
         hypothesis: &Hypothesis,
         base: &Fitted,
-        (starts, followed): (usize, usize),
+        ((starts, followed), round): ((usize, usize), usize),
         control: &Control,
     ) -> Vec<Fitted> {
         let centre = start_of(hypothesis, base, &[]);
@@ -271,8 +284,10 @@ impl<'s> Fitter<'s> {
             }
             start
         };
-        let mut ends: Vec<Fitted> =
-            (1..=starts).into_par_iter().map(|index| self.descend(few, &start(index), MULTISTART_STEPS, control)).collect();
+        let mut ends: Vec<Fitted> = (1..=starts)
+            .into_par_iter()
+            .map(|index| self.descend(few, &start(round * starts + index), MULTISTART_STEPS, control))
+            .collect();
         ends.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
         ends.truncate(followed);
         ends.par_iter().map(|end| self.descend(few, end, COARSE_STEPS, control)).collect()
@@ -431,6 +446,36 @@ fn resonances(described: &[&Parameter]) -> Option<Vec<Vec<f64>>> {
         }
         _ => None,
     }
+}
+
+/// Returns the most promising starts of a hypothesis from some joints: of all amplitudes the distinct ones of the least χ², predicted by one linear
+/// step where derivatives are cheap, else evaluated.
+fn best_starts((few, is_linear): (&DomainObjective<'_>, bool), hypothesis: &Hypothesis, joints: &[Fitted], most: usize) -> Vec<Fitted> {
+    let cost = |start: &Fitted| {
+        let place = coordinates_of(few, start);
+        few.squares(|squares| if is_linear { squares.normal(&place).cost_after_step(TRUST_RADIUS) } else { squares.chi_square(&place) })
+    };
+    let trials = amplitudes(hypothesis);
+    let all = joints.iter().flat_map(|base| trials.iter().map(move |added| start_of(hypothesis, base, added)));
+    let mut starts: Vec<(f64, Fitted)> = all.map(|start| (cost(&start), start)).collect();
+    starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // Neighbouring starts end in the same minimum.
+    let mut followed: Vec<Fitted> = Vec::new();
+    for (_, start) in starts {
+        let distant = |other: &Fitted| other.units.iter().zip(&start.units).any(|(a, b)| (a - b).abs() > LEAST_DISTANCE);
+        if followed.iter().all(distant) {
+            followed.push(start);
+        }
+        if followed.len() == most {
+            break;
+        }
+    }
+    followed
+}
+
+/// Whether two fits are one minimum: the largest difference of a coordinate is below 2 % of its range.
+pub(super) fn close(a: &UnitValues, b: &UnitValues) -> bool {
+    a.iter().zip(b).all(|(a, b)| (a - b).abs() < 0.02)
 }
 
 /// Returns a nominal fit extended by added parameters at given coordinates.

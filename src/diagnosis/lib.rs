@@ -21,6 +21,7 @@ mod parsimony;
 mod peaks;
 mod ranking;
 mod screening;
+mod search;
 mod thresholds;
 mod verdict;
 
@@ -35,7 +36,6 @@ pub use model_discrepancy::{sample_discrepancy, sample_prior};
 pub use null_distribution::{NullDistribution, simulate};
 pub use peaks::{PeakErrors, peak_errors};
 pub use ranking::{EQUIVALENT, TriedEffect};
-pub use screening::{
-    Candidate, Screening, Status, fitter, hypotheses, is_plausible, largest_loss_factor, locate, nominal, nominal_fits, screen,
-};
+pub use screening::{Candidate, Screening, Status, fitter, hypotheses, is_plausible, largest_loss_factor, nominal, nominal_fits};
+pub use search::search;
 pub use verdict::{Verdict, VerdictKind};

@@ -175,7 +175,7 @@ pub(super) fn fault_of_all(
         let data = fitter.on(fitter.fit.in_version(&set));
         // Corrected data that cannot be compared, out of the band for example, are no explanation.
         let objective = data.objective(nominal).ok()?;
-        let ends = data.multistart_ends(&objective, nominal, &without_tail(base), MULTISTART, control);
+        let ends = data.multistart_ends(&objective, nominal, &without_tail(base), (MULTISTART, 0), control);
         Some((*fault, ends.into_iter().min_by(|a, b| a.chi_square.total_cmp(&b.chi_square))?))
     };
     let ends: Vec<(ChainFault, Fitted)> = faults.par_iter().filter_map(coarse).collect();

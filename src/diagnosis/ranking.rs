@@ -77,7 +77,7 @@ pub(super) fn keep_predictive(
     let Some(best_predictor) = same.iter().map(|at| &tried[*at]).min_by(|a, b| loss(a).total_cmp(&loss(b))) else { return 0..0 };
     let reach = loss(best_predictor) + SHORTFALL * (nominal - loss(best_predictor)).max(0.0) + EQUIVALENT;
     let margin = EQUIVALENT * null.excess(tried[0].candidate.chi_square() / count);
-    let fits = penalised(&tried[0]) + margin < penalised(best_predictor);
+    let fits = tried[0].candidate.chi_square() + margin < best_predictor.candidate.chi_square();
     let stays = |at: usize| tried[at].candidate.left_out.is_none_or(|l| l <= reach) || (at == 0 && fits);
     let (kept, dropped): (Vec<usize>, Vec<usize>) = same.iter().partition(|at| stays(**at));
     let (count, all) = (kept.len(), same.len());

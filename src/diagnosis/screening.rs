@@ -2,13 +2,12 @@
 
 use rayon::prelude::*;
 
-use super::cross_validation::cross_validation;
 use super::evidence::{Domain, DomainObjective};
-use super::fit::{Ablation, Fitted, Fitter, at_start, values_of};
-use super::hypothesis::{Hypothesis, interfaces};
+use super::fit::{Ablation, Fitted, Fitter, at_start, close, values_of};
+use super::hypothesis::Hypothesis;
 use identification::objective::{FrfSettings, ObjectiveError};
 use identification::{IdentificationSettings, identify};
-use machine::{Base, Data, Effect, Lever, Machine, Mechanism, Operating, Parameter, UnitValues, Value};
+use machine::{Base, Data, Effect, Lever, Machine, Mechanism, Operating, Parameter, Value};
 use measurement::FitSet;
 use optimizer::Control;
 
@@ -44,7 +43,7 @@ impl Candidate {
         self.fitted.as_ref().map_or(f64::INFINITY, |f| f.1.chi_square)
     }
 
-    fn without_fit(id: &str, status: Status) -> Self {
+    pub(super) fn without_fit(id: &str, status: Status) -> Self {
         Candidate { id: id.into(), status, fitted: None, gain: 0.0, left_out: None }
     }
 }
@@ -64,12 +63,6 @@ pub struct Screening {
 const NOMINAL_STEPS: [(u64, f64); 2] = [(400, 1e-7), (120, 1e-4)];
 /// Starts of the nominal fit of FRFs all over the parameter ranges, and the number that continue.
 const NOMINAL_MULTISTART: (usize, usize) = (48, 4);
-/// Number of candidates whose nominal parameters serve as starts of the others.
-const SHARED_STARTS: usize = 2;
-/// χ² per compared number above which the best candidate is fitted from more starts: a multiple of the noise's share, plus a constant.
-const LARGE_MISFIT: (f64, f64) = (1.5, 0.1);
-/// Largest χ² of a generic impedance, as a share of that of the best candidate, with which its nominal parameters serve as starts.
-const BETTER_START: f64 = 0.99;
 /// Least distance of a power of iω from 0 that counts as another measured quantity.
 const LEAST_POWER: f64 = 0.6;
 /// Range of lever arms, in lengths of the arm at which the nut takes part in a motion. Where both arms are below it, the fit is a resonator in the
@@ -132,8 +125,8 @@ pub fn nominal_fits(
     fits.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
     // Basins that are indistinguishable on few lines are distinct on all. An error here would look like a missing effect.
     let ends = match fitter.domain {
-        Domain::Frf(_) => fitter.multistart_ends(&objective, nominal, &fits[0], NOMINAL_MULTISTART, control),
-        Domain::Modes(_) => vec![fitter.multistart(nominal, &fits[0], control)?],
+        Domain::Frf(_) => fitter.multistart_ends(&objective, nominal, &fits[0], (NOMINAL_MULTISTART, 0), control),
+        Domain::Modes(_) => vec![fitter.search_globally(nominal, &fits[0], (seed, 0), control)?],
     };
     fits.par_extend(ends.par_iter().map(|end| descend_to_minimum(fitter, &objective, end, control)));
     fits.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
@@ -145,13 +138,9 @@ pub fn nominal_fits(
 }
 
 /// Minimises χ² of a nominal machine from given coordinates.
-fn descend_to_minimum(fitter: &Fitter<'_>, objective: &DomainObjective<'_>, from: &Fitted, control: &Control) -> Fitted {
+pub(super) fn descend_to_minimum(fitter: &Fitter<'_>, objective: &DomainObjective<'_>, from: &Fitted, control: &Control) -> Fitted {
     let [frf, modes] = NOMINAL_STEPS;
     fitter.descend_until(objective, from, if matches!(fitter.domain, Domain::Frf(_)) { frf } else { modes }, control)
-}
-
-fn close(a: &UnitValues, b: &UnitValues) -> bool {
-    a.iter().zip(b).all(|(a, b)| (a - b).abs() < 0.02)
 }
 
 /// Returns the hypotheses of all applicable effects and of released frozen parameters, and the candidates that do not apply.
@@ -179,113 +168,6 @@ pub fn hypotheses(
     }
     apply.extend(nominal.releases(machine, frozen, &[]));
     (apply, others)
-}
-
-/// Fits every candidate from fits of the nominal machine, then again from the nominal parameters of the best candidates. A deeper basin of the
-/// nominal machine that turns up becomes its fit. Where even the best candidate leaves a large χ², all are fitted from starts all over their ranges.
-///
-/// # Errors  as [`Fitter::objective`]; a candidate whose fit fails is reported among the candidates.
-pub fn screen(
-    fitter: &Fitter<'_>,
-    nominal: Hypothesis,
-    bases: Vec<Fitted>,
-    (hypotheses, others): (Vec<Hypothesis>, Vec<Candidate>),
-    control: &Control,
-) -> Result<Screening, ObjectiveError> {
-    type Fit = Result<Fitted, ObjectiveError>;
-    let better = |first: Fit, second: Fit| match (first, second) {
-        (Ok(a), Ok(b)) => Ok(if b.chi_square < a.chi_square { b } else { a }),
-        (Ok(a), Err(_)) | (Err(_), Ok(a)) => Ok(a),
-        (Err(a), Err(_)) => Err(a),
-    };
-    let hypotheses: Vec<Hypothesis> = match fitter.lacks(Ablation::FrozenNominal) {
-        true => hypotheses.into_iter().map(|h| h.kept_at(&bases[0].units)).collect(),
-        false => hypotheses,
-    };
-    let step = control.steps("candidates", hypotheses.len());
-    let counted = |fit: Fit| {
-        step();
-        fit
-    };
-    let mut fits: Vec<Fit> = hypotheses.par_iter().map(|h| counted(fitter.fit(h, &bases, control))).collect();
-    let objective = fitter.objective(&nominal)?;
-    let own = nominal.machine.parameters.len();
-    let mut deepest: Vec<&Fitted> = fits.iter().filter_map(|f| f.as_ref().ok()).collect();
-    deepest.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
-    let mut shared: Vec<Fitted> = Vec::new();
-    for fitted in deepest.into_iter().take(6) {
-        let start = Fitted { units: UnitValues(fitted.units[..own].to_vec()), ..fitted.clone() };
-        let distinct = |other: &Fitted| !close(&other.units, &start.units);
-        if shared.len() < SHARED_STARTS && fitted.chi_square < 0.9 * bases[0].chi_square && shared.iter().chain(&bases).all(distinct) {
-            shared.push(start);
-        }
-    }
-    let mut base = bases[0].clone();
-    if !shared.is_empty() && !fitter.lacks(Ablation::FrozenNominal) {
-        let again: Vec<Fitted> = shared.par_iter().map(|s| descend_to_minimum(fitter, &objective, s, control)).collect();
-        for fitted in again {
-            if fitted.chi_square < base.chi_square {
-                base = fitted;
-            }
-        }
-        shared.insert(0, base.clone());
-        let second: Vec<Fit> = hypotheses.par_iter().map(|h| fitter.fit(h, &shared, control)).collect();
-        fits = fits.into_iter().zip(second).map(|(a, b)| better(a, b)).collect();
-    }
-    let least = fits.iter().filter_map(|f| f.as_ref().ok()).map(|f| f.chi_square).fold(base.chi_square, f64::min);
-    let is_large =
-        |chi_square: f64| chi_square > (LARGE_MISFIT.0 * objective.noise_share() + LARGE_MISFIT.1) * objective.observations() as f64;
-    // With few numbers almost any candidate reduces χ² much: compare them only after a global search for each.
-    if is_large(least) || (is_large(base.chi_square) && matches!(fitter.domain, Domain::Modes(_))) {
-        let third: Vec<Fit> = hypotheses.par_iter().map(|h| fitter.multistart(h, &base, control)).collect();
-        fits = fits.into_iter().zip(third).map(|(a, b)| better(a, b)).collect();
-    }
-    let mut candidates: Vec<Candidate> = hypotheses
-        .into_iter()
-        .zip(fits)
-        .map(|(hypothesis, fit)| match fit {
-            // A larger machine that fits worse is a failed fit, not a rejected candidate.
-            Ok(fitted) if fitted.chi_square > base.chi_square * (1.0 + 1e-2) + 3.0 => Candidate::without_fit(
-                &hypothesis.id(),
-                Status::Failed("its fit ends at a larger χ² than that of the machine without it".into()),
-            ),
-            Ok(fitted) => {
-                let plausible = is_plausible(&hypothesis, &fitted);
-                let gain = if plausible { (base.chi_square - fitted.chi_square).max(0.0) } else { 0.0 };
-                Candidate { id: hypothesis.id(), status: Status::Tried, fitted: Some((hypothesis, fitted)), gain, left_out: None }
-            }
-            Err(error) => Candidate::without_fit(&hypothesis.id(), Status::Failed(error.to_string())),
-        })
-        .collect();
-    candidates.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    candidates.extend(others);
-    Ok(Screening { nominal, base, candidates })
-}
-
-/// Fits every candidate again from the nominal parameters of generic impedances that explain more than the best candidate. With the missing impedance
-/// included these are closer to the true joint parameters.
-pub fn refit_from_generic_impedances(screening: &mut Screening, located: &[Candidate], fitter: &Fitter<'_>, control: &Control) {
-    let least = screening.candidates.iter().map(Candidate::chi_square).fold(screening.base.chi_square, f64::min);
-    let own = screening.nominal.machine.parameters.len();
-    let fits = located.iter().filter_map(|c| c.fitted.as_ref()).map(|(_, fitted)| fitted);
-    let better = fits.filter(|fitted| fitted.chi_square < BETTER_START * least);
-    let bases: Vec<Fitted> =
-        better.take(SHARED_STARTS).map(|f| Fitted { units: UnitValues(f.units[..own].to_vec()), ..f.clone() }).collect();
-    if bases.is_empty() || fitter.lacks(Ablation::FrozenNominal) {
-        return;
-    }
-    let base = screening.base.chi_square;
-    screening.candidates.par_iter_mut().for_each(|candidate| {
-        let Some((hypothesis, fitted)) = &mut candidate.fitted else { return };
-        // A candidate that was fitted before fails now only if the run was stopped.
-        if let Ok(other) = fitter.fit(hypothesis, &bases, control)
-            && other.chi_square < fitted.chi_square
-        {
-            *fitted = other;
-            candidate.gain = if is_plausible(hypothesis, fitted) { (base - fitted.chi_square).max(0.0) } else { 0.0 };
-        }
-    });
-    screening.candidates.sort_by(|a, b| b.gain.total_cmp(&a.gain));
 }
 
 /// Whether a fit agrees with the meaning of its effect. A changed quantity is another power of iω, not a slight slope. Lever arms lie at the sensor
@@ -323,35 +205,4 @@ pub fn largest_loss_factor<'h>(hypothesis: &'h Hypothesis, fitted: &Fitted) -> O
         parameter.mechanism == Mechanism::LossFactor && parameter.is_at_bound(values[*index]) && values[*index] > parameter.start
     };
     hypothesis.added.iter().copied().find(ends).map(|index| &hypothesis.machine.parameters[index])
-}
-
-/// Fits generic impedances at all interfaces, the most promising by one linear step, and returns the best by reduction of χ²: they locate the
-/// discrepancy.
-///
-/// # Errors  as [`Fitter::objective`].
-pub fn locate(screening: &Screening, fitter: &Fitter<'_>, most: usize, control: &Control) -> Result<Vec<Candidate>, ObjectiveError> {
-    let base = &screening.base;
-    let bases = [base.clone()];
-    let mut promising: Vec<(f64, Hypothesis)> = interfaces(&screening.nominal)
-        .into_par_iter()
-        .filter_map(|hypothesis| Some((fitter.predicted_cost(&hypothesis, &bases, control).ok()?, hypothesis)))
-        .collect();
-    promising.sort_by(|a, b| a.0.total_cmp(&b.0));
-    promising.truncate(2 * most);
-    let mut found: Vec<Candidate> = promising
-        .into_par_iter()
-        .filter_map(|(_, hypothesis)| {
-            let fitted = fitter.fit(&hypothesis, &bases, control).ok()?;
-            let gain = (base.chi_square - fitted.chi_square).max(0.0);
-            Some(Candidate { id: hypothesis.id(), status: Status::Tried, fitted: Some((hypothesis, fitted)), gain, left_out: None })
-        })
-        .collect();
-    found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    found.truncate(most);
-    for candidate in &mut found {
-        if let Some((hypothesis, fitted)) = &candidate.fitted {
-            candidate.left_out = cross_validation(fitter, hypothesis, fitted, control).ok();
-        }
-    }
-    Ok(found)
 }

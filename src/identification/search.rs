@@ -7,6 +7,7 @@ use super::place::Place;
 use super::problem::{Problem, Round, SearchEnd, Surroundings};
 use super::profile::CHI_SQUARE_95;
 use super::settings::{IdentificationSettings, Repeat};
+use crate::objective::ModeObjective;
 use optimizer::{Control, SearchResult};
 
 /// How far the search went, and how often it found the best minimum.
@@ -131,6 +132,12 @@ pub(super) fn searched<P: Problem>(problem: &P, plan: &IdentificationSettings, c
     minima.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let spent: u64 = refined.iter().map(|(_, evaluations)| evaluations).sum();
     Searched { rounds: repeats(rounds, &candidates, &refined, spent, control), minima, effort }
+}
+
+/// Searches once for the least cost of modes from spread starts, as [`identify`](crate::identify) does. Returns coordinates and cost.
+pub fn mode_search_end(objective: &ModeObjective<'_>, seed: u64, control: &Control) -> Option<(Place, f64)> {
+    let round = objective.round(seed, IdentificationSettings::default().strategy, control);
+    round.ends.into_iter().map(|(end, _)| (end.place, end.cost)).min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// Refines the best candidates on all data. Those that end in one minimum share it.

@@ -1,0 +1,248 @@
+//! One search for all hypotheses. Joints that a fit of one hypothesis found are starts of every other one, until nothing improves: a missing effect may
+//! lead the joints of the nominal machine into a wrong basin, from which the effect looks small.
+
+use rayon::prelude::*;
+
+use super::evidence::{Domain, DomainObjective};
+use super::fit::{Ablation, Fitted, Fitter, close};
+use super::hypothesis::{Hypothesis, interfaces};
+use super::screening::{Candidate, Screening, Status, descend_to_minimum, is_plausible};
+use identification::objective::ObjectiveError;
+use machine::UnitValues;
+use optimizer::Control;
+
+/// Decrease of χ² (1) by which a fit improves, and by which two ends are one: a ratio of likelihoods of e^(1/4).
+const IMPROVEMENT: f64 = 0.5;
+/// Largest number of rounds, and of joints from which all hypotheses are fitted in a round.
+const ROUNDS: (usize, usize) = (4, 2);
+/// Number of global searches that end in the best fit of a hypothesis, and largest number of searches.
+const FOUND: usize = 2;
+const SEARCHES: usize = 4;
+/// Largest χ² of a rival as a multiple of the least: another candidate explains less than half of what it leaves.
+const RIVAL: f64 = 2.0;
+/// χ² per compared number above which every hypothesis is fitted from more starts: a multiple of the noise's share, plus a constant.
+const LARGE_MISFIT: (f64, f64) = (1.5, 0.1);
+
+/// Fits of a set of hypotheses.
+struct Search<'f, 's> {
+    fitter: &'f Fitter<'s>,
+    control: &'f Control,
+    seed: u64,
+    nominal: Hypothesis,
+    /// Best fit of the nominal machine.
+    base: Fitted,
+    hypotheses: Vec<Hypothesis>,
+    fits: Vec<Result<Fitted, ObjectiveError>>,
+    /// Nominal parameters from which all hypotheses were fitted.
+    used: Vec<UnitValues>,
+}
+
+/// Fits every candidate and the best generic impedances, jointly with the nominal parameters. The first fits start from those of the nominal machine.
+/// The nominal machine and all hypotheses are then fitted from the joints where the best of them end, until nothing improves. Where even the best
+/// candidate leaves a large χ², all are fitted from starts all over their ranges. Returns the candidates, and at most `most` generic impedances, by
+/// reduction of χ²: they locate the discrepancy.
+///
+/// # Errors  as [`Fitter::objective`]; a candidate whose fit fails is reported among the candidates.
+pub fn search(
+    fitter: &Fitter<'_>,
+    nominal: Hypothesis,
+    bases: Vec<Fitted>,
+    (hypotheses, others): (Vec<Hypothesis>, Vec<Candidate>),
+    (most, seed): (usize, u64),
+    control: &Control,
+) -> Result<(Screening, Vec<Candidate>), ObjectiveError> {
+    let is_frozen = fitter.lacks(Ablation::FrozenNominal);
+    let hypotheses: Vec<Hypothesis> = match is_frozen {
+        true => hypotheses.into_iter().map(|h| h.kept_at(&bases[0].units)).collect(),
+        false => hypotheses,
+    };
+    let objective = fitter.objective(&nominal)?;
+    let step = control.steps("candidates", hypotheses.len());
+    let first = |hypothesis: &Hypothesis| {
+        let fit = fitter.fit(hypothesis, &bases, control);
+        step();
+        fit
+    };
+    let fits = hypotheses.par_iter().map(first).collect();
+    let used = bases.iter().map(|base| base.units.clone()).collect();
+    let mut search = Search { fitter, control, seed, base: bases[0].clone(), nominal: nominal.clone(), hypotheses, fits, used };
+    let candidates = search.hypotheses.len();
+    search.add_interfaces(most);
+    if !is_frozen {
+        let limit = (LARGE_MISFIT.0 * objective.noise_share() + LARGE_MISFIT.1) * objective.observations() as f64;
+        // With few numbers almost any candidate reduces χ² much: compare them only after a global search for each.
+        let is_wide = matches!(fitter.domain, Domain::Modes(_)) && search.base.chi_square > limit;
+        if !is_wide {
+            search.exchange(&objective);
+        }
+        if is_wide || search.least(candidates) > limit {
+            search.spread(candidates, &objective);
+        }
+    }
+    search.settle()?;
+    Ok(search.results(candidates, others, most))
+}
+
+impl Search<'_, '_> {
+    /// Adds the generic impedances that promise most by one linear step.
+    fn add_interfaces(&mut self, count: usize) {
+        if count == 0 {
+            return;
+        }
+        let bases = [self.base.clone()];
+        let mut promising: Vec<(f64, Hypothesis)> = interfaces(&self.nominal)
+            .into_par_iter()
+            .filter_map(|hypothesis| Some((self.fitter.predicted_cost(&hypothesis, &bases, self.control).ok()?, hypothesis)))
+            .collect();
+        promising.sort_by(|a, b| a.0.total_cmp(&b.0));
+        promising.truncate(2 * count);
+        let fit = |(_, hypothesis): (f64, Hypothesis)| (self.fitter.fit(&hypothesis, &bases, self.control), hypothesis);
+        let mut fitted: Vec<(Result<Fitted, ObjectiveError>, Hypothesis)> = promising.into_par_iter().map(fit).collect();
+        let cost = |fit: &Result<Fitted, ObjectiveError>| fit.as_ref().map_or(f64::INFINITY, |fit| fit.chi_square);
+        fitted.sort_by(|a, b| cost(&a.0).total_cmp(&cost(&b.0)));
+        fitted.truncate(count);
+        for (fit, hypothesis) in fitted {
+            self.fits.push(fit);
+            self.hypotheses.push(hypothesis);
+        }
+    }
+
+    /// Returns the least χ² of the nominal machine and the candidates.
+    fn least(&self, candidates: usize) -> f64 {
+        self.fits[..candidates].iter().flatten().map(|fit| fit.chi_square).fold(self.base.chi_square, f64::min)
+    }
+
+    /// Fits the nominal machine and all hypotheses from the joints where the best of them end, until no rival improves.
+    fn exchange(&mut self, objective: &DomainObjective<'_>) {
+        for _ in 0..ROUNDS.0 {
+            let starts = self.new_joints();
+            if starts.is_empty() || self.control.stopped() {
+                return;
+            }
+            self.used.extend(starts.iter().map(|start| start.units.clone()));
+            let mut ends: Vec<Fitted> =
+                starts.par_iter().map(|start| descend_to_minimum(self.fitter, objective, start, self.control)).collect();
+            ends.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
+            let before = self.base.chi_square;
+            if ends[0].chi_square < before {
+                self.base = ends.swap_remove(0);
+            }
+            let moved = (self.base.chi_square < before - IMPROVEMENT).then(|| self.base.clone());
+            let bases: Vec<Fitted> = moved.into_iter().chain(starts).collect();
+            let again = |(hypothesis, known): (&Hypothesis, &Result<Fitted, ObjectiveError>)| match known {
+                Ok(known) => self.fitter.improved(hypothesis, known, &bases, self.control).ok().flatten(),
+                Err(_) => self.fitter.fit(hypothesis, &bases, self.control).ok(),
+            };
+            let again: Vec<Option<Fitted>> = self.hypotheses.par_iter().zip(&self.fits).map(again).collect();
+            let mut gains = vec![(before, self.base.chi_square)];
+            for (known, other) in self.fits.iter_mut().zip(again) {
+                let Some(other) = other else { continue };
+                gains.push((known.as_ref().map_or(f64::INFINITY, |fit| fit.chi_square), other.chi_square));
+                *known = Ok(other);
+            }
+            let largest = RIVAL * self.least(self.hypotheses.len());
+            let improved = gains.iter().any(|(from, to)| *to < from - IMPROVEMENT && *to <= largest);
+            if !improved {
+                return;
+            }
+        }
+    }
+
+    /// Returns the nominal parameters of the best fits, as far as no round has started from them.
+    fn new_joints(&self) -> Vec<Fitted> {
+        let own = self.nominal.machine.parameters.len();
+        let mut best: Vec<&Fitted> = self.fits.iter().flatten().filter(|fit| fit.chi_square < self.base.chi_square).collect();
+        best.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
+        let mut joints: Vec<Fitted> = Vec::new();
+        for fit in best {
+            let start = Fitted { units: UnitValues(fit.units[..own].to_vec()), ..fit.clone() };
+            if self.used.iter().chain(joints.iter().map(|j| &j.units)).all(|known| !close(known, &start.units)) {
+                joints.push(start);
+            }
+            if joints.len() == ROUNDS.1 {
+                break;
+            }
+        }
+        joints
+    }
+
+    /// Fits the candidates from starts all over their ranges; the rivals until each was found again.
+    fn spread(&mut self, candidates: usize, objective: &DomainObjective<'_>) {
+        let mut found = vec![0; candidates];
+        for round in 0..SEARCHES {
+            let least = self.least(candidates);
+            let is_rival = |at: &usize| round == 0 || self.fits[*at].as_ref().is_ok_and(|fit| fit.chi_square <= RIVAL * least);
+            let open: Vec<usize> = (0..candidates).filter(|at| found[*at] < FOUND).filter(is_rival).collect();
+            let ends: Vec<Result<Fitted, ObjectiveError>> = open
+                .par_iter()
+                .map(|at| self.fitter.search_globally(&self.hypotheses[*at], &self.base, (self.seed, round), self.control))
+                .collect();
+            let mut improved = false;
+            for (at, end) in open.into_iter().zip(ends) {
+                let Ok(end) = end else { continue };
+                let known = self.fits[at].as_ref().map_or(f64::INFINITY, |fit| fit.chi_square);
+                if end.chi_square < known - IMPROVEMENT {
+                    (found[at], improved) = (0, true);
+                }
+                found[at] += usize::from(end.chi_square < known + IMPROVEMENT);
+                if end.chi_square < known {
+                    self.fits[at] = Ok(end);
+                }
+            }
+            if improved || round == 0 {
+                self.exchange(objective);
+            }
+        }
+    }
+
+    /// Descends to the minima of the rivals, as far as that of the nominal machine: joints in series form long valleys.
+    fn settle(&mut self) -> Result<(), ObjectiveError> {
+        let Search { fitter, control, hypotheses, .. } = self;
+        let largest = RIVAL * self.fits.iter().flatten().map(|fit| fit.chi_square).fold(self.base.chi_square, f64::min);
+        let rivals = hypotheses.par_iter().zip(&mut self.fits).filter_map(|(h, fit)| Some((h, fit.as_mut().ok()?)));
+        rivals.filter(|(_, fit)| fit.chi_square <= largest).try_for_each(|(hypothesis, fit)| {
+            let end = descend_to_minimum(fitter, &fitter.objective(hypothesis)?, fit, control);
+            if end.chi_square < fit.chi_square {
+                *fit = end;
+            }
+            Ok(())
+        })
+    }
+
+    /// Returns the candidates and the best generic impedances.
+    fn results(self, candidates: usize, others: Vec<Candidate>, most: usize) -> (Screening, Vec<Candidate>) {
+        let Search { nominal, base, hypotheses, fits, .. } = self;
+        let mut all = hypotheses.into_iter().zip(fits);
+        let mut tried: Vec<Candidate> =
+            all.by_ref().take(candidates).map(|(hypothesis, fit)| Candidate::of(hypothesis, fit, &base)).collect();
+        let fitted = all.filter_map(|(hypothesis, fit)| Some((hypothesis, fit.ok()?)));
+        let mut located: Vec<Candidate> = fitted
+            .map(|(hypothesis, fitted)| {
+                let gain = (base.chi_square - fitted.chi_square).max(0.0);
+                Candidate { id: hypothesis.id(), status: Status::Tried, fitted: Some((hypothesis, fitted)), gain, left_out: None }
+            })
+            .collect();
+        located.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        located.truncate(most);
+        tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        tried.extend(others);
+        (Screening { nominal, base, candidates: tried }, located)
+    }
+}
+
+impl Candidate {
+    /// Returns a candidate with its fit. A larger machine that fits worse is a failed fit, not a rejected candidate.
+    fn of(hypothesis: Hypothesis, fit: Result<Fitted, ObjectiveError>, base: &Fitted) -> Self {
+        let id = hypothesis.id();
+        match fit {
+            Ok(fitted) if fitted.chi_square > base.chi_square * (1.0 + 1e-2) + 3.0 => {
+                Candidate::without_fit(&id, Status::Failed("its fit ends at a larger χ² than that of the machine without it".into()))
+            }
+            Ok(fitted) => {
+                let gain = if is_plausible(&hypothesis, &fitted) { (base.chi_square - fitted.chi_square).max(0.0) } else { 0.0 };
+                Candidate { id, status: Status::Tried, fitted: Some((hypothesis, fitted)), gain, left_out: None }
+            }
+            Err(error) => Candidate::without_fit(&id, Status::Failed(error.to_string())),
+        }
+    }
+}
