@@ -21,10 +21,12 @@ pub struct Fitted {
     pub tail: Tail,
     /// Least χ².
     pub chi_square: f64,
-    /// Whether the best starts end at the same χ²; false where the search ends in several minima.
-    pub agrees: bool,
+    /// Number of searches that ended in it.
+    pub found: usize,
 }
 
+/// Decrease of χ² (1) by which a fit improves, and by which two ends are one: a ratio of likelihoods of e^(1/4).
+pub(super) const IMPROVEMENT: f64 = 0.5;
 /// Starts that are followed: a number, and a further number per added parameter. Least distance between them in the unit interval of some parameter,
 /// and largest step for which a linear prediction of χ² is trusted.
 const FOLLOWED: (usize, usize) = (2, 2);
@@ -176,13 +178,11 @@ impl<'s> Fitter<'s> {
         let without_effect = start_of(hypothesis, &bases[0], &amplitudes(hypothesis)[0]);
         let followed = best_starts((few, coarse.is_some()), hypothesis, bases, FOLLOWED.0 + FOLLOWED.1 * hypothesis.added.len());
         let mut ends: Vec<Fitted> = followed.iter().map(|start| self.descend(few, start, COARSE_STEPS, control)).collect();
-        ends.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
-        let agrees = ends.len() < 2 || ends[1].chi_square <= ends[0].chi_square * 1.01 + 1.0;
         let near = self.descend(few, &without_effect, COARSE_STEPS, control);
-        let mut best = match ends.into_iter().next() {
-            Some(end) if end.chi_square < near.chi_square => end,
-            _ => near,
-        };
+        ends.push(near);
+        ends.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
+        let mut best = ends.swap_remove(0);
+        let found = 1 + ends.iter().filter(|end| close(&end.units, &best.units) || end.chi_square < best.chi_square + IMPROVEMENT).count();
         if coarse.is_some() {
             best = self.descend(&objective, &best, STEPS, control);
             if best.chi_square > bases[0].chi_square {
@@ -190,10 +190,11 @@ impl<'s> Fitter<'s> {
                 best = if near.chi_square < best.chi_square { near } else { best };
             }
         }
-        Ok(Fitted { agrees, ..best })
+        Ok(Fitted { found, ..best })
     }
 
-    /// Fits a hypothesis from other joints than its known fit came from. `None` where these lead to no other minimum that is deeper.
+    /// Fits a hypothesis from other joints than its known fit came from. Returns a deeper minimum, or the known one found once more; `None` where the
+    /// joints lead elsewhere.
     ///
     /// # Errors  as [`DomainObjective::new`].
     pub fn improved(
@@ -212,11 +213,14 @@ impl<'s> Fitter<'s> {
             let ends = ends.iter().map(|start| self.descend(few, start, COARSE_STEPS, control));
             let Some(best) = ends.min_by(|a, b| a.chi_square.total_cmp(&b.chi_square)) else { return Ok(None) };
             let there = self.descend(few, known, COARSE_STEPS, control);
-            if close(&best.units, &there.units) || best.chi_square >= there.chi_square {
+            if close(&best.units, &there.units) {
+                return Ok(Some(Fitted { found: known.found + 1, ..known.clone() }));
+            }
+            if best.chi_square >= there.chi_square {
                 return Ok(None);
             }
             let end = if coarse.is_some() { self.descend(&objective, &best, STEPS, control) } else { best };
-            Ok((end.chi_square < known.chi_square).then_some(end))
+            Ok((end.chi_square < known.chi_square).then_some(Fitted { found: 1, ..end }))
         })
     }
 
@@ -345,7 +349,7 @@ pub fn values_of(hypothesis: &Hypothesis, fitted: &Fitted) -> ParameterValues {
 /// Returns the start values of a machine as a fit.
 pub fn at_start(hypothesis: &Hypothesis) -> Fitted {
     let units = hypothesis.machine.to_units(&hypothesis.machine.start());
-    Fitted { units, tail: Tail::default(), chi_square: f64::INFINITY, agrees: true }
+    Fitted { units, tail: Tail::default(), chi_square: f64::INFINITY, found: 1 }
 }
 
 /// Returns the coordinates of a fit in the unit cube of an objective. For other data than those of the fit, gain and channels are kept and nut
@@ -374,7 +378,7 @@ pub(super) fn read_back(objective: &DomainObjective<'_>, from: &Fitted, place: &
     for (&index, &u) in objective.free().iter().zip(place) {
         units[index] = u;
     }
-    Fitted { units, tail: Tail(place[objective.free().len()..].to_vec()), chi_square, agrees: from.agrees }
+    Fitted { units, tail: Tail(place[objective.free().len()..].to_vec()), chi_square, found: from.found }
 }
 
 /// Lowest and highest frequency (Hz) of trial resonances, and their number.
@@ -486,7 +490,7 @@ pub fn start_of(hypothesis: &Hypothesis, base: &Fitted, added: &[f64]) -> Fitted
     for (&index, &u) in hypothesis.added.iter().zip(added) {
         units[index] = u;
     }
-    Fitted { units, tail: base.tail.clone(), chi_square: f64::INFINITY, agrees: true }
+    Fitted { units, tail: base.tail.clone(), chi_square: f64::INFINITY, found: 1 }
 }
 
 /// Returns trial coordinates of the added parameters: their start, and a grid over the unit cube (Halton's sequence).

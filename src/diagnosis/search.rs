@@ -4,15 +4,13 @@
 use rayon::prelude::*;
 
 use super::evidence::{Domain, DomainObjective};
-use super::fit::{Ablation, Fitted, Fitter, close};
+use super::fit::{Ablation, Fitted, Fitter, IMPROVEMENT, close};
 use super::hypothesis::{Hypothesis, interfaces};
 use super::screening::{Candidate, Screening, Status, descend_to_minimum, is_plausible};
 use identification::objective::ObjectiveError;
 use machine::UnitValues;
 use optimizer::Control;
 
-/// Decrease of χ² (1) by which a fit improves, and by which two ends are one: a ratio of likelihoods of e^(1/4).
-const IMPROVEMENT: f64 = 0.5;
 /// Largest number of rounds, and of joints from which all hypotheses are fitted in a round.
 const ROUNDS: (usize, usize) = (4, 2);
 /// Number of global searches that end in the best fit of a hypothesis, and largest number of searches.
@@ -173,20 +171,23 @@ impl Search<'_, '_> {
             let least = self.least(candidates);
             let is_rival = |at: &usize| round == 0 || self.fits[*at].as_ref().is_ok_and(|fit| fit.chi_square <= RIVAL * least);
             let open: Vec<usize> = (0..candidates).filter(|at| found[*at] < FOUND).filter(is_rival).collect();
-            let ends: Vec<Result<Fitted, ObjectiveError>> = open
-                .par_iter()
-                .map(|at| self.fitter.search_globally(&self.hypotheses[*at], &self.base, (self.seed, round), self.control))
-                .collect();
+            let search = |at: &usize| self.fitter.search_globally(&self.hypotheses[*at], &self.base, (self.seed, round), self.control);
+            let ends: Vec<Result<Fitted, ObjectiveError>> = open.par_iter().map(search).collect();
             let mut improved = false;
             for (at, end) in open.into_iter().zip(ends) {
                 let Ok(end) = end else { continue };
-                let known = self.fits[at].as_ref().map_or(f64::INFINITY, |fit| fit.chi_square);
-                if end.chi_square < known - IMPROVEMENT {
+                let (known, times) = self.fits[at].as_ref().map_or((f64::INFINITY, 0), |fit| (fit.chi_square, fit.found));
+                let is_deeper = end.chi_square < known - IMPROVEMENT;
+                if is_deeper {
                     (found[at], improved) = (0, true);
                 }
-                found[at] += usize::from(end.chi_square < known + IMPROVEMENT);
-                if end.chi_square < known {
-                    self.fits[at] = Ok(end);
+                if end.chi_square < known + IMPROVEMENT {
+                    found[at] += 1;
+                    let count = if is_deeper { 1 } else { times + 1 };
+                    match &mut self.fits[at] {
+                        Ok(fit) if end.chi_square >= known => fit.found = count,
+                        fit => *fit = Ok(Fitted { found: count, ..end }),
+                    }
                 }
             }
             if improved || round == 0 {
@@ -203,7 +204,7 @@ impl Search<'_, '_> {
         rivals.filter(|(_, fit)| fit.chi_square <= largest).try_for_each(|(hypothesis, fit)| {
             let end = descend_to_minimum(fitter, &fitter.objective(hypothesis)?, fit, control);
             if end.chi_square < fit.chi_square {
-                *fit = end;
+                *fit = Fitted { found: fit.found, ..end };
             }
             Ok(())
         })

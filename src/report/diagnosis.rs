@@ -254,6 +254,9 @@ pub struct EffectRow {
     /// Ids of parameters at an end of their plausible range.
     #[serde(default)]
     pub parameters_at_bound: Vec<String>,
+    /// Whether its best fit was found by a single search: a deeper minimum may exist.
+    #[serde(default)]
+    pub open: bool,
     /// Whether the verdict names it.
     pub selected: bool,
     /// Description of the effect.
@@ -431,8 +434,9 @@ const LISTED: usize = 8;
 /// Returns the candidates as a table: those of the verdict, then the best others.
 pub(super) fn candidates_text(document: &DiagnosisDocument, heads: [&str; 5]) -> String {
     let tried = || document.effects.iter().filter(|row| row.status == "tried");
-    let others = tried().filter(|row| !row.selected).take(LISTED);
-    let rows = tried().filter(|row| row.selected).chain(others).map(|row| {
+    let others = || tried().filter(|row| !row.selected).take(LISTED);
+    let listed = || tried().filter(|row| row.selected).chain(others());
+    let rows = listed().map(|row| {
         vec![
             format!("{} {}", if row.selected { "*" } else { " " }, row.id),
             percent(row.misfit_reduction),
@@ -442,6 +446,10 @@ pub(super) fn candidates_text(document: &DiagnosisDocument, heads: [&str; 5]) ->
         ]
     });
     let mut text = format!("\ncandidates, best first (* in the verdict)\n{}", columns(&heads.map(String::from), rows));
+    let open: Vec<&str> = listed().filter(|row| row.open).map(|row| row.id.as_str()).collect();
+    if !open.is_empty() {
+        text += &wrapped(&format!("open, since their best fit was found once: {}", open.join(", ")));
+    }
     let with_status =
         |status: &str| document.effects.iter().filter(|row| row.status == status).map(|row| row.id.as_str()).collect::<Vec<_>>();
     let failed = with_status("failed");

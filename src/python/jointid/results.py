@@ -64,7 +64,10 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Effect:
-    """A candidate effect of a diagnosis; `closed` is the share of the squared held-out gap above the noise floor that it closes."""
+    """A candidate effect of a diagnosis; `closed` is the share of the squared held-out gap above the noise floor that it closes.
+
+    `open`: its best fit was found by a single search, so that a deeper minimum may exist.
+    """
 
     id: str
     status: str
@@ -76,6 +79,7 @@ class Effect:
     parameters: Mapping[str, float]
     selected: bool
     description: str | None
+    open: bool
 
 
 @dataclass(frozen=True)
@@ -298,6 +302,7 @@ class Diagnosis(Document):
                 parameters=row["parameters"],
                 selected=row["selected"],
                 description=row.get("description"),
+                open=row.get("open", False),
             )
             for row in self.document["effects"]
         }

@@ -142,6 +142,8 @@ fn list_effects(found: &MotionDiagnosis, effects: &[Effect], chosen: &document::
                 parameters: t.parameters.iter().cloned().collect(),
                 parameter_units: units(&own),
                 parameters_at_bound: at_bound(&own, found.chosen.0.effects.contains(&t.id).then_some(&chosen.parameters)),
+                // The best amplitude of each shape is computed directly.
+                open: false,
                 selected: names_effect(&found.verdict, &t.id),
                 description: effects.iter().find(|e| e.id == t.id).map(|e| e.description.clone()),
             }

@@ -190,6 +190,7 @@ fn list_effects(
                 parameters: own.iter().map(|(p, value)| (p.id.clone(), *value)).collect(),
                 parameter_units: units(&own),
                 parameters_at_bound: at_bound(&own, found.chosen.0.effects.contains(&t.candidate.id).then_some(&chosen.parameters)),
+                open: fitted.is_some_and(|(_, fitted)| fitted.found < 2),
                 selected: is_selected,
                 description: effects.iter().find(|e| e.id == t.candidate.id).map(|e| e.description.clone()),
             }
