@@ -3,11 +3,12 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::amplitudes::amplitudes;
 use super::evidence::{Domain, DomainObjective, PartialGap, gaps};
 use super::hypothesis::Hypothesis;
 use identification::objective::{ObjectiveError, operating};
 use identification::{Place, Tail, ToleranceEstimate, mode_search_end, tolerances_at};
-use machine::{Mechanism, OperatingVariable, Parameter, ParameterValues, UnitValues};
+use machine::{OperatingVariable, ParameterValues, UnitValues};
 use measurement::{FitSet, HoldOutSet};
 use numeric::halton::halton_point;
 use optimizer::{Control, least_squares_within};
@@ -381,77 +382,6 @@ pub(super) fn read_back(objective: &DomainObjective<'_>, from: &Fitted, place: &
     Fitted { units, tail: Tail(place[objective.free().len()..].to_vec()), chi_square, found: from.found }
 }
 
-/// Lowest and highest frequency (Hz) of trial resonances, and their number.
-const RESONANCES_HZ: (f64, f64, u32) = (8.0, 1600.0, 26);
-/// Coordinates of a mass in its range for trial resonances.
-const SHARES: [f64; 3] = [0.3, 0.6, 0.85];
-/// Trial frequencies where the natural frequency is itself a parameter, evenly distributed over its range. Then the coordinates of masses, and a loss
-/// factor wide enough to miss no resonance between two trials.
-const NATURAL_COUNT: u32 = 60;
-const NATURAL: ([f64; 2], f64) = ([0.55, 0.75], 0.1);
-/// Trial values of pairs of dimensionless parameters: lever arms of reading and of strike, on either side.
-const ARMS: [[f64; 2]; 5] = [[0.0, 0.0], [1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
-
-/// Returns coordinates of trial resonances all over the band. Covered are masses with a spring and a damper or a loss factor, with the natural
-/// frequency as a parameter, or with two lever arms; several masses singly and jointly. Ranges alone would mostly give resonances outside the band.
-/// `None` for other sets of parameters.
-fn resonances(described: &[&Parameter]) -> Option<Vec<Vec<f64>>> {
-    let that = |is: fn(Mechanism) -> bool| (0..described.len()).filter(|at| is(described[*at].mechanism)).collect::<Vec<usize>>();
-    let masses = that(|m| m == Mechanism::Inertia);
-    let springs = that(|m| m == Mechanism::Stiffness);
-    let dampers = that(|m| m == Mechanism::Damping);
-    let natural = that(|m| m == Mechanism::NaturalFrequency);
-    let clamped = |at: usize, x: f64| described[at].to_unit(x.clamp(described[at].lower, described[at].upper));
-    let (low, high, count) = RESONANCES_HZ;
-    let start: Vec<f64> = described.iter().map(|p| p.to_unit(p.start)).collect();
-    let frequencies = (0..count).map(|at| low * (high / low).powf(f64::from(at) / f64::from(count - 1)));
-    let tried = frequencies.flat_map(|hz| SHARES.map(|share| (hz, share)));
-    let dimensionless = that(Mechanism::is_dimensionless);
-    let resonant = |mass: usize, spring: usize, (hz, share): (f64, f64)| {
-        let (m, omega) = (described[mass].from_unit(share), std::f64::consts::TAU * hz);
-        let mut place = start.clone();
-        place[mass] = share;
-        place[spring] = clamped(spring, m * omega * omega);
-        (place, m * omega)
-    };
-    match (masses.as_slice(), springs.as_slice(), dampers.as_slice(), natural.as_slice()) {
-        (&[mass], &[spring], &[damper], []) if described.len() == 3 + dimensionless.len() && [0, 2].contains(&dimensionless.len()) => {
-            let arms = if dimensionless.is_empty() { &ARMS[..1] } else { &ARMS };
-            let place = |(resonance, arms): ((f64, f64), [f64; 2])| {
-                let (mut place, impedance) = resonant(mass, spring, resonance);
-                place[damper] = clamped(damper, 2.0 * 0.03 * impedance);
-                dimensionless.iter().zip(arms).for_each(|(at, arm)| place[*at] = clamped(*at, arm));
-                place
-            };
-            Some(tried.flat_map(|resonance| arms.iter().map(move |some| (resonance, *some))).map(place).collect())
-        }
-        // A mass on a spring with a loss factor, which keeps its start.
-        (&[mass], &[spring], [], []) if described.len() == 3 && dimensionless.len() == 1 => {
-            Some(tried.map(|resonance| resonant(mass, spring, resonance).0).collect())
-        }
-        (masses, [], [], natural) if !masses.is_empty() && !natural.is_empty() => {
-            let each: Vec<&[usize]> = masses.iter().map(std::slice::from_ref).chain((masses.len() > 1).then_some(masses)).collect();
-            let (shares, loss) = NATURAL;
-            let place = |along: f64, share: f64, some: &[usize]| {
-                let mut place = start.clone();
-                natural.iter().for_each(|at| place[*at] = along);
-                dimensionless.iter().for_each(|at| place[*at] = clamped(*at, loss));
-                some.iter().for_each(|mass| place[*mass] = share);
-                place
-            };
-            let along = (0..NATURAL_COUNT).map(|at| (f64::from(at) + 0.5) / f64::from(NATURAL_COUNT));
-            let tried = along.flat_map(|along| shares.map(|share| (along, share)));
-            Some(
-                tried
-                    .flat_map(|(along, share)| each.iter().map(move |some| (along, share, *some)))
-                    .map(|(along, share, some)| place(along, share, some))
-                    .collect(),
-            )
-        }
-        _ => None,
-    }
-}
-
 /// Returns the most promising starts of a hypothesis from some joints: of all amplitudes the distinct ones of the least χ², predicted by one linear
 /// step where derivatives are cheap, else evaluated.
 fn best_starts((few, is_linear): (&DomainObjective<'_>, bool), hypothesis: &Hypothesis, joints: &[Fitted], most: usize) -> Vec<Fitted> {
@@ -491,21 +421,4 @@ pub fn start_of(hypothesis: &Hypothesis, base: &Fitted, added: &[f64]) -> Fitted
         units[index] = u;
     }
     Fitted { units, tail: base.tail.clone(), chi_square: f64::INFINITY, found: 1 }
-}
-
-/// Returns trial coordinates of the added parameters: their start, and a grid over the unit cube (Halton's sequence).
-pub fn amplitudes(hypothesis: &Hypothesis) -> Vec<Vec<f64>> {
-    let described: Vec<_> = hypothesis.added.iter().map(|i| &hypothesis.machine.parameters[*i]).collect();
-    let start: Vec<f64> = described.iter().map(|p| p.to_unit(p.start)).collect();
-    if let Some(resonances) = resonances(&described) {
-        return std::iter::once(start).chain(resonances).collect();
-    }
-    let count = match described.len() {
-        0 => return vec![Vec::new()],
-        1 => 25,
-        2 => 20,
-        _ => 40,
-    };
-    let grid = (1..=count).map(|index| halton_point(index, described.len()));
-    std::iter::once(start).chain(grid).collect()
 }

@@ -1,6 +1,7 @@
 //! Diagnosis of the discrepancy between model and machine: its location, the effect that the description lacks, and how far including it closes the
 //! gap.
 
+mod amplitudes;
 mod bootstrap;
 mod confirmation;
 mod cross_validation;

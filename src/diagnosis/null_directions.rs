@@ -9,8 +9,9 @@ use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
+use super::amplitudes::amplitudes;
 use super::evidence::DomainObjective;
-use super::fit::{Fitted, amplitudes, coordinates_of, start_of};
+use super::fit::{Fitted, coordinates_of, start_of};
 use super::hypothesis::Hypothesis;
 use identification::Place;
 use numeric::random::normal;
