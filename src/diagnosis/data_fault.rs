@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::evidence::{Domain, PartialGap};
-use super::fit::{Fitted, Fitter};
+use super::fit::{Fitted, Fitter, at_start};
 use super::hypothesis::Hypothesis;
 use super::measuring_chain::{ChainCandidate, ChainFault, fault_of_one};
 use super::null_distribution::NullDistribution;
@@ -200,9 +200,11 @@ fn faulty(
             let kept = fitter.on(fitter.fit.with_frfs(|frf| frf != *left));
             let objective = kept.objective(nominal)?;
             // The record may have led the joints far astray.
-            let near = kept.descend(&objective, base, STEPS, control);
-            let far = kept.multistart(nominal, base, 0, control)?;
-            let fitted = if far.chi_square < near.chi_square { far } else { near };
+            let described = at_start(nominal);
+            let mut ends = [base, &described].map(|start| kept.descend(&objective, start, STEPS, control)).to_vec();
+            ends.push(kept.multistart(nominal, &described, 0, control)?);
+            ends.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
+            let fitted = ends.swap_remove(0);
             let own = fitter.on(fitter.fit.with_frfs(|frf| frf == *left));
             let count = own.objective(nominal)?.observations() as f64;
             let (rest, own) = (fitted.chi_square / objective.observations() as f64, own.loss(nominal, &fitted)? / count);

@@ -16,6 +16,9 @@ const ROUNDS: (usize, usize) = (4, 2);
 /// Number of global searches that end in the best fit of a hypothesis, and largest number of searches.
 const FOUND: usize = 2;
 const SEARCHES: usize = 4;
+/// Largest number of descents to the minimum of a rival, and decrease of χ² by which it has settled: fresh steps continue along a valley.
+const RESTARTS: usize = 5;
+const SETTLED: f64 = 0.02;
 /// Largest χ² of a rival as a multiple of the least: another candidate explains less than half of what it leaves.
 const RIVAL: f64 = 2.0;
 /// χ² per compared number above which every hypothesis is fitted from more starts: a multiple of the noise's share, plus a constant.
@@ -202,9 +205,16 @@ impl Search<'_, '_> {
         let largest = RIVAL * self.fits.iter().flatten().map(|fit| fit.chi_square).fold(self.base.chi_square, f64::min);
         let rivals = hypotheses.par_iter().zip(&mut self.fits).filter_map(|(h, fit)| Some((h, fit.as_mut().ok()?)));
         rivals.filter(|(_, fit)| fit.chi_square <= largest).try_for_each(|(hypothesis, fit)| {
-            let end = descend_to_minimum(fitter, &fitter.objective(hypothesis)?, fit, control);
-            if end.chi_square < fit.chi_square {
-                *fit = Fitted { found: fit.found, ..end };
+            let objective = fitter.objective(hypothesis)?;
+            for _ in 0..RESTARTS {
+                let end = descend_to_minimum(fitter, &objective, fit, control);
+                let gain = fit.chi_square - end.chi_square;
+                if gain > 0.0 {
+                    *fit = Fitted { found: fit.found, ..end };
+                }
+                if gain < SETTLED {
+                    break;
+                }
             }
             Ok(())
         })
