@@ -16,6 +16,9 @@ pub fn withheld_text(document: &WithheldDocument) -> String {
     if !document.stamp.complete {
         text = format!("\nStopped early: {} of {} case folders are diagnosed.\n{text}", document.cases.len(), document.sealed_cases);
     }
+    if !document.not_made.is_empty() {
+        text += &format!("\n{} cases of the plan could not be made; the warnings state why.\n", document.not_made.len());
+    }
     text + &format!("\n{} diagnoses in parallel, on {} threads each\n", document.jobs, document.threads_each)
 }
 
@@ -66,6 +69,33 @@ pub fn scores_text(scores: &Scores) -> String {
         line(text, "  exact by the second measurement", &scores.look_alike_resolved);
         line(text, "doubles: both named", &scores.double_both);
         line(text, "  the dominant one named", &scores.double_dominant);
+    });
+    section(&mut text, "Single effects by fitted non-centrality (below 20 «none» is right, too)", &|text| {
+        for (range, row) in &scores.by_size {
+            line(text, &format!("{range}: exact"), &row.exact);
+            line(text, "  a set that contains it", &row.class);
+            line(text, "  only others named", &row.misnamed);
+            line(text, "  right", &row.right);
+        }
+    });
+    section(&mut text, "Layouts", &|text| {
+        for (layout, row) in &scores.by_layout {
+            line(text, &format!("{layout}: nulls, named"), &row.false_name);
+            line(text, "  exact, from 20", &row.exact);
+            line(text, "  a set that contains it, from 20", &row.class);
+            line(text, "  correct where one effect is named", &row.selective);
+            line(text, "  outside: named by the library", &row.outside_misnamed);
+        }
+    });
+    section(&mut text, "Outside causes by kind", &|text| {
+        line(text, "kinds never named by the library", &scores.outside.kinds_never_misnamed);
+        for (kind, row) in &scores.outside.by_kind {
+            line(text, &format!("{kind}: verdict unknown"), &row.unknown);
+            line(text, "  named by the library", &row.misnamed);
+            if row.imitated.count > 0 {
+                line(text, "  imitated by the library", &row.imitated);
+            }
+        }
     });
     section(&mut text, "Location", &|text| {
         place(text, "known effects", &scores.location);
