@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use reference_simulator::Kind;
 
 use super::judge::Judgement;
-use super::score::{Proportion, share};
+use super::proportion::{Proportion, share};
 
 /// Answers to single effects in one range of sizes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -122,6 +122,8 @@ pub struct WithheldDocument {
     pub sealed_cases: usize,
     /// Cases of the plan that could not be made, with reasons.
     pub not_made: Vec<String>,
+    /// Machines drawn and refused before those of the cases: their responses ring too long, or the effect cannot have the asked size on them.
+    pub refused_machines: usize,
     /// Cases.
     pub cases: Vec<CaseRow>,
     /// Scores.

@@ -4,6 +4,7 @@
 //! seal       digests of generator, case folders and labels; later changes are rejected by file name
 //! answer     diagnosis of a case, or the reason of its failure
 //! judge      judgement of one answer against one label
+//! proportion shares with their exact intervals
 //! score      proportions over all cases, each with its exact interval
 //! breakdown  scores by size, layout and kind of outside cause
 //! document   withheld.json
@@ -20,6 +21,7 @@ mod document;
 mod error;
 mod judge;
 mod page;
+mod proportion;
 mod score;
 mod seal;
 mod text;
@@ -32,6 +34,7 @@ pub use document::{CaseRow, SealRow, WithheldDocument};
 pub use error::WithheldError;
 pub use judge::{Judgement, judge};
 pub use page::{PageColumn, scores_page};
-pub use score::{Confusion, Proportion, Scores, Spread, scores};
+pub use proportion::Proportion;
+pub use score::{Confusion, Scores, Spread, scores};
 pub use seal::{CASES, FOLLOW_UP, Generator, QUIET, Seal, SealedCase, files_of, folder_digest, label_of};
 pub use text::{confusion_text, scores_text, withheld_text};

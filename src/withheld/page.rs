@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 use serde::Deserialize;
 
 use super::document::SealRow;
-use super::score::{Proportion, Scores};
+use super::proportion::Proportion;
+use super::score::Scores;
 use super::text::confusion_text;
 
 /// What the page needs of `withheld.json`.

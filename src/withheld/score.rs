@@ -5,32 +5,12 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use numeric::distribution::clopper_pearson;
 use numeric::statistics::{median, quantile};
 use reference_simulator::{Kind, Strength};
 
 use super::breakdown::{LayoutScore, OutsideScore, SizeScore, by_layout, by_size};
 use super::judge::Judgement;
-
-/// A count of cases with the exact 95 % interval of its share.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Proportion {
-    /// Cases counted.
-    pub count: usize,
-    /// Number of cases in total.
-    pub of: usize,
-    /// Share; absent without cases.
-    pub share: Option<f64>,
-    /// Clopper–Pearson interval; absent without cases.
-    pub interval95: Option<[f64; 2]>,
-}
-
-impl Proportion {
-    /// Computes the share of `count` among `of` cases.
-    pub fn new(count: usize, of: usize) -> Self {
-        Self { count, of, share: (of > 0).then(|| count as f64 / of as f64), interval95: clopper_pearson(count, of, 0.95) }
-    }
-}
+use super::proportion::{Proportion, share};
 
 /// Quantiles of a quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -171,11 +151,6 @@ pub struct Scores {
 /// Returns the name of a value in its document.
 fn word<T: Serialize>(value: &T) -> String {
     serde_json::to_value(value).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
-}
-
-pub(super) fn share<'a>(of: impl IntoIterator<Item = &'a Judgement>, counted: impl Fn(&Judgement) -> bool) -> Proportion {
-    let (count, all) = of.into_iter().fold((0, 0), |(c, n), judged| (c + usize::from(counted(judged)), n + 1));
-    Proportion::new(count, all)
 }
 
 fn by<'a>(

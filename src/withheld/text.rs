@@ -6,7 +6,8 @@ use std::fmt::Write as _;
 use report::columns;
 
 use super::document::WithheldDocument;
-use super::score::{Confusion, LocationScore, Proportion, Scores, Spread};
+use super::proportion::Proportion;
+use super::score::{Confusion, LocationScore, Scores, Spread};
 
 const WIDTH: usize = 80;
 
@@ -18,6 +19,9 @@ pub fn withheld_text(document: &WithheldDocument) -> String {
     }
     if !document.not_made.is_empty() {
         text += &format!("\n{} cases of the plan could not be made; the warnings state why.\n", document.not_made.len());
+    }
+    if document.refused_machines > 0 {
+        text += &format!("\n{} machines were drawn and refused before those of the cases.\n", document.refused_machines);
     }
     text + &format!("\n{} diagnoses in parallel, on {} threads each\n", document.jobs, document.threads_each)
 }

@@ -8,12 +8,12 @@
 //!
 //! r is the difference of ln H over its standard deviation, as in the module `gauge`; u counts joints and tolerances in standard deviations
 //! from their true values. The priors are normal without bounds. They are centred at the truth: so centred, the fit without an effect leaves
-//! 0, and the cross term with the truth's own deviation, whose mean over machines is 0, is left out. The search begins at the truth's joints
-//! and at the joints of the description; the lesser misfit counts.
+//! 0, and the cross term with the truth's own deviation, whose mean over machines is 0, is left out. The search begins at the truth's joints,
+//! and at those that robust refits of the described and of the true machine give to the data; the least misfit counts.
 
 use num_complex::Complex64;
 
-use super::fit::wrapped;
+use super::fit::{Fit, wrapped};
 use super::gauge::REPRODUCED;
 use super::subject::Subject;
 use super::survey::Survey;
@@ -73,18 +73,39 @@ impl FittedGauge {
         Ok(differences.flat_map(whitened).collect())
     }
 
-    /// Fits the machine without effects to data, from both starts, and returns the lesser minimum.
-    pub fn fit(&self, data: &[Complex64]) -> Result<Minimum, SimulatorError> {
-        let residuals = |point: &[f64]| self.residual(data, &self.shifted(&self.family, point));
+    /// Fits the machine without effects to noise-free data of a subject, from all starts, and returns the least minimum.
+    pub fn fit(&self, subject: &Subject) -> Result<Minimum, SimulatorError> {
+        let data = self.data(subject)?;
+        let residuals = |point: &[f64]| self.residual(&data, &self.shifted(&self.family, point));
         let penalties = vec![1.0; self.leeway.len()];
-        let from_truth = minimum(&residuals, &penalties, vec![0.0; self.leeway.len()])?;
-        let described = self.leeway.iter().map(|leeway| leeway.to_start(&self.family.drawn)).collect();
-        let from_description = minimum(&residuals, &penalties, described)?;
-        Ok(if from_description.cost < from_truth.cost { from_description } else { from_truth })
+        let mut least = minimum(&residuals, &penalties, vec![0.0; self.leeway.len()])?;
+        let everywhere = self.survey.of(subject)?;
+        for fit in [Fit::of_chain(&self.family.drawn, &self.survey), Fit::of_machine(&self.family, &self.survey)] {
+            let fit = Fit { fitted: self.positions.clone(), ..fit };
+            let joints = fit.run(&everywhere, &fit.true_point())?.point;
+            let found = minimum(&residuals, &penalties, self.at_joints(&joints))?;
+            if found.cost < least.cost {
+                least = found;
+            }
+        }
+        Ok(least)
+    }
+
+    /// Returns the point of joint values, as logarithms in the order of their names, with all else as it is.
+    fn at_joints(&self, logarithms: &[f64]) -> Vec<f64> {
+        let joints = &self.family.drawn.joints;
+        let shift = |leeway: &Leeway| match leeway {
+            Leeway::Joint(name, sd) => {
+                let place = joints.keys().position(|known| known == name);
+                place.map_or(0.0, |place| (logarithms[place] - joints[name].ln()) / sd)
+            }
+            _ => 0.0,
+        };
+        self.leeway.iter().map(shift).collect()
     }
 
     /// Returns the non-centrality of the effects of a subject.
     pub fn noncentrality(&self, subject: &Subject) -> Result<f64, SimulatorError> {
-        Ok(self.fit(&self.data(subject)?)?.cost)
+        Ok(self.fit(subject)?.cost)
     }
 }

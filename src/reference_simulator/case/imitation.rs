@@ -40,7 +40,7 @@ pub fn imitation(
     draw: &Draw,
 ) -> Result<Option<Imitation>, SimulatorError> {
     let data = gauge.data(subject)?;
-    let none = gauge.fit(&data)?;
+    let none = gauge.fit(subject)?;
     let base = gauge.shifted(&gauge.family, &none.point);
     let columns: Vec<Vec<f64>> = none.slopes.column_iter().map(|column| column.iter().copied().collect()).collect();
     let explained = Projection::new(&columns)?;

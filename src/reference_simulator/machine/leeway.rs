@@ -159,12 +159,4 @@ impl Leeway {
             Self::Delay(channel) => nuisance.channels.entry(*channel).or_default().1 += spread.delay_s * by,
         }
     }
-
-    /// Returns how far the description's start value lies from a joint's true value, in standard deviations; 0 for all that is no joint.
-    pub fn to_start(&self, drawn: &DrawnMachine) -> f64 {
-        match self {
-            Self::Joint(name, sd) => drawn.description.parameter(name).map_or(0.0, |of| (of.start / drawn.joints[name]).ln() / sd),
-            _ => 0.0,
-        }
-    }
 }

@@ -103,6 +103,7 @@ impl BlindCheck {
             threads_each: given.threads_each,
             sealed_cases: seal.cases.len(),
             not_made: seal.not_made.clone(),
+            refused_machines: labels.iter().map(|label| label.refused).sum(),
             cases: names.iter().zip(&judgements).map(|(name, judgement)| CaseRow::new(name, judgement)).collect(),
             scores: scores(&judgements),
         })

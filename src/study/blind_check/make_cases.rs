@@ -7,8 +7,8 @@ use file_access::{MOST_DOCUMENT_BYTES, read_text};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::layouts::Layouts;
 use super::own_cases::own_case;
-use super::request::Layouts;
 use crate::{StudyError, StudyResult};
 use numeric::parallel::OrFirstError;
 use optimizer::Control;

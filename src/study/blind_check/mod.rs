@@ -3,6 +3,7 @@
 mod check;
 mod closed_share;
 mod diagnose_cases;
+mod layouts;
 mod make_cases;
 mod own_cases;
 mod page;
@@ -10,7 +11,8 @@ mod request;
 
 pub use check::BlindCheck;
 pub use diagnose_cases::CaseAnswers;
+pub use layouts::Layouts;
 pub use page::page;
 pub use reference_simulator::Layout;
-pub use request::{Arm, BlindCheckRequest, CaseCount, CaseOrigin, Layouts, Program};
+pub use request::{Arm, BlindCheckRequest, CaseCount, CaseOrigin, Program};
 pub use withheld::{Seal, WithheldDocument, withheld_text};

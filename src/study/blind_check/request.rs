@@ -3,9 +3,10 @@
 use std::ffi::OsString;
 use std::path::PathBuf;
 
+use super::layouts::Layouts;
 use super::make_cases::CasePlan;
 use crate::{StudyError, StudyResult};
-use reference_simulator::{Counts, Layout, motion};
+use reference_simulator::{Counts, motion};
 
 /// Kind of data of the cases.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,30 +24,6 @@ pub enum CaseOrigin {
     Independent,
     /// The models under test themselves, whose scores are optimistic.
     Own,
-}
-
-/// Layouts of the machines of hammer tests.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Layouts {
-    /// All layouts in turn.
-    All,
-    /// One layout.
-    One(Layout),
-}
-
-impl Layouts {
-    /// Returns the layouts of a name: that of a layout, or `all`.
-    pub fn named(name: &str) -> Option<Self> {
-        if name == "all" { Some(Layouts::All) } else { Layout::named(name).map(Layouts::One) }
-    }
-
-    /// Returns the name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Layouts::All => "all",
-            Layouts::One(layout) => layout.name(),
-        }
-    }
 }
 
 /// Number of cases.
