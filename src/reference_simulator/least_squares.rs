@@ -24,13 +24,11 @@ pub struct Minimum {
     pub cost: f64,
     /// Point.
     pub point: Vec<f64>,
-    /// Slopes of the residuals at the last step.
-    pub slopes: DMatrix<f64>,
 }
 
 /// Minimises |r(u)|² + Σ penalty·u² from a start.
 ///
-/// # Errors  the residuals have no value at the start or beside it.
+/// # Errors  the residuals have no value at the start.
 pub fn minimum(residuals: &Residuals<'_>, penalties: &[f64], start: Vec<f64>) -> Result<Minimum, SimulatorError> {
     let cost_of = |residual: &DVector<f64>, point: &[f64]| {
         residual.norm_squared() + point.iter().zip(penalties).map(|(value, penalty)| penalty * value * value).sum::<f64>()
@@ -39,13 +37,9 @@ pub fn minimum(residuals: &Residuals<'_>, penalties: &[f64], start: Vec<f64>) ->
     let mut residual = DVector::from_vec(residuals(&point)?);
     let mut cost = cost_of(&residual, &point);
     let mut damping = 1e-3;
-    let mut slopes = slopes_at(residuals, &point, &residual)?;
-    for step in 0..MOST.0 {
-        if step > 0 {
-            // Beside the best point so far may lie one without a response.
-            let Ok(next) = slopes_at(residuals, &point, &residual) else { break };
-            slopes = next;
-        }
+    for _ in 0..MOST.0 {
+        // Beside the best point so far may lie one without a response.
+        let Ok(slopes) = slopes_at(residuals, &point, &residual) else { break };
         let mut normal = slopes.tr_mul(&slopes);
         let mut downhill = -slopes.tr_mul(&residual);
         for (index, penalty) in penalties.iter().enumerate() {
@@ -79,7 +73,7 @@ pub fn minimum(residuals: &Residuals<'_>, penalties: &[f64], start: Vec<f64>) ->
             break;
         }
     }
-    Ok(Minimum { cost, point, slopes })
+    Ok(Minimum { cost, point })
 }
 
 fn slopes_at(residuals: &Residuals<'_>, point: &[f64], here: &DVector<f64>) -> Result<DMatrix<f64>, SimulatorError> {

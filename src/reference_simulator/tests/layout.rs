@@ -135,3 +135,18 @@ fn a_library_effect_imitates_itself() {
     assert!(alone > 60.0 && closest.noncentrality < 1.0, "{alone}: {closest:?}");
     assert_eq!(closest.effect, "frf-gain");
 }
+
+/// A bed on its mounts brings two resonances of its own, which a search must meet among its drawn shapes.
+#[test]
+fn a_resonating_library_effect_imitates_itself() {
+    let subject = machine(Layout::MediumAxis, 6);
+    let gauge = gauge(&subject, vec![0, 2]);
+    let mut effect = Effect::random(EffectKind::BedCompliance, &subject.drawn, &mut Draw::new(8));
+    effect.size = 1.0;
+    let with = Subject { effects: vec![effect], ..subject.clone() };
+    let alone = gauge.noncentrality(&with).unwrap();
+    let possible = |kind: EffectKind| matches!(kind, EffectKind::BedCompliance | EffectKind::TableMass);
+    let closest = imitation(&gauge, &with, possible, &Draw::new(1)).unwrap().unwrap();
+    assert_eq!(closest.effect, "bed-compliance");
+    assert!(alone > 1000.0 && closest.noncentrality < 20.0, "{alone}: {closest:?}");
+}
