@@ -14,7 +14,7 @@ use reference_simulator::effect::Place;
 use reference_simulator::machine::assembly::Assembly;
 use reference_simulator::machine::catalogue::{any_size, bench};
 use reference_simulator::machine::point::{Channel, Point};
-use reference_simulator::{Counts, Gap, Kind, Label, Strength, labels_json};
+use reference_simulator::{Counts, Gap, Imitation, Kind, Label, Layout, Strength, labels_json};
 use report::document::Input;
 use report::{digest, to_json};
 use serde_json::{Value, json};
@@ -39,6 +39,9 @@ fn label(kind: Kind, effects: &[&str], place: &[&str]) -> Label {
         alternatives: Vec::new(),
         strength: planted.then_some(Strength::Clear),
         noncentrality: effects.iter().map(|_| 100.0).collect(),
+        fitted_noncentrality: Vec::new(),
+        imitation: None,
+        layout: None,
         values: Vec::new(),
         places: place
             .iter()
@@ -270,6 +273,53 @@ fn the_matrix_and_the_scores_fit_eighty_columns() {
     assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
 }
 
+#[test]
+fn an_effect_below_the_visible_size_may_be_none() {
+    let sized = |size: f64| Label { fitted_noncentrality: vec![size], ..label(Kind::Single, &["table-mass"], &["table"]) };
+    let (small, large) = (sized(12.0), sized(60.0));
+    assert!(judged(&small, "none", &[]).right && judged(&small, "effect", &["table-mass"]).right);
+    assert!(!judged(&small, "effect", &["frf-gain"]).right && !judged(&large, "none", &[]).right);
+    let counted = scores(&[
+        judged(&small, "none", &[]),
+        judged(&small, "effect", &["frf-gain"]),
+        judged(&large, "ambiguous", &["frf-gain", "table-mass"]),
+        judged(&large, "none", &[]),
+    ]);
+    assert_eq!(counted.by_size.keys().collect::<Vec<_>>(), ["0-20", "50-200"]);
+    assert_eq!((counted.by_size["0-20"].right, counted.by_size["0-20"].misnamed), (Proportion::new(1, 2), Proportion::new(1, 2)));
+    let large = &counted.by_size["50-200"];
+    assert_eq!((large.class, large.exact, large.right), (Proportion::new(1, 2), Proportion::new(0, 2), Proportion::new(0, 2)));
+}
+
+#[test]
+fn layouts_are_scored_apart_and_outside_causes_by_kind() {
+    let on = |layout: &str, label: Label| Label { layout: Some(layout.into()), ..label };
+    let outside = |kind: &str| label(Kind::Unknown, &[kind], &["table"]);
+    let imitated = Imitation { effect: "guide-stiffness".into(), noncentrality: 3.0 };
+    let counted = scores(&[
+        judged(&on("gantry", label(Kind::Null, &[], &[])), "effect", &["table-mass"]),
+        judged(&on("gantry", label(Kind::Single, &["table-mass"], &["table"])), "effect", &["table-mass"]),
+        judged(&on("vertical", label(Kind::Null, &[], &[])), "none", &[]),
+        judged(&on("vertical", outside("ring-absorber")), "unknown", &[]),
+        judged(&on("vertical", outside("ring-absorber")), "effect", &["coupling-inertia"]),
+        judged(&on("vertical", outside("nut-yaw")), "unknown", &[]),
+        judged(&Label { imitation: Some(imitated), ..outside("friction-damper") }, "effect", &["guide-stiffness"]),
+    ]);
+    assert_eq!((counted.by_layout.len(), counted.by_layout["gantry"].cases, counted.by_layout["vertical"].cases), (2, 2, 4));
+    assert_eq!(counted.by_layout["gantry"].false_name, Proportion::new(1, 1));
+    assert_eq!(counted.by_layout["vertical"].false_name, Proportion::new(0, 1));
+    assert_eq!(counted.by_layout["gantry"].exact, Proportion::new(1, 1));
+    assert_eq!(counted.by_layout["vertical"].outside_misnamed, Proportion::new(1, 3));
+    // Of three kinds one is imitated by a library's effect, and one of the others is never misnamed.
+    assert_eq!(counted.outside.kinds_never_misnamed, Proportion::new(1, 2));
+    assert_eq!(counted.outside.by_kind["friction-damper"].imitated, Proportion::new(1, 1));
+    assert_eq!(counted.outside.by_kind["friction-damper"].misnamed, Proportion::new(0, 0));
+    assert_eq!(counted.outside.by_kind["ring-absorber"].unknown, Proportion::new(1, 2));
+    let text = scores_text(&counted);
+    assert!(text.contains("gantry: nulls, named") && text.contains("ring-absorber: verdict unknown"), "{text}");
+    assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+}
+
 /// Writes a sealed folder of one case.
 fn sealed() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
@@ -278,8 +328,15 @@ fn sealed() -> tempfile::TempDir {
     fs::write(case.join("manifest.toml"), "title = \"\"").unwrap();
     fs::write(case.join("frf/l1.csv"), "1,2,3").unwrap();
     let labels = labels_json(&[label(Kind::Null, &[], &[])]).unwrap();
-    let generator =
-        Generator { version: "0".into(), arm: "frf".into(), truth: "independent".into(), seed: 1, counts: Counts::QUICK, cases: 1 };
+    let generator = Generator {
+        version: "0".into(),
+        arm: "frf".into(),
+        truth: "independent".into(),
+        seed: 1,
+        counts: Counts::QUICK,
+        layout: None,
+        cases: 1,
+    };
     let cases =
         vec![SealedCase { name: "case-0001".into(), sha256: folder_digest(&case).unwrap(), freeze: Vec::new(), quiet_sha256: None }];
     let seal = Seal::new(generator, &labels, cases, Vec::new()).unwrap();
@@ -373,6 +430,19 @@ fn the_command_scores_stored_answers_and_refuses_changed_cases() {
     let faults: Vec<String> = schema.iter_errors(&document).map(|e| format!("{}: {e}", e.instance_path())).collect();
     assert!(faults.is_empty(), "{faults:#?}");
 
+    let page = jointid().args(["withheld", "--page", &format!("{out},{out}")]).output().unwrap();
+    let page = String::from_utf8(page.stdout).unwrap();
+    let summary: Vec<&str> = page.lines().filter(|line| line.starts_with('|')).take(12).collect();
+    let title = format!("frf, seed 4, {} folders |", seal.cases.len());
+    assert!(summary[0].contains(&format!("{title} {title}")) && summary[11].starts_with("| location right"), "{page}");
+    let counts = &document["scores"]["false_name_ordinary"];
+    let nulls = counts["of"].as_u64().unwrap();
+    let cell = if nulls == 0 { "| – | – |".to_string() } else { format!("| 0 of {nulls} (0–") };
+    assert!(summary[2].contains(&cell), "{page}");
+    assert!(page.contains("Truth by row"), "{page}");
+    assert!(refused(&["--page", &format!("{out}/cases")]).contains("a blind check writes it at its end"));
+
+    assert!(refused(&["--out", out, "--layout", "all"]).contains("holds other cases"));
     assert!(refused(&["--out", out, "--seed", "5"]).contains("holds other cases"));
     fs::write(format!("{out}/cases/case-0002/manifest.toml"), "").unwrap();
     let message = refused(&["--out", out]);
@@ -499,6 +569,33 @@ fn cases_of_the_models_are_nulls_and_single_effects() {
     }
 }
 
+/// Cases of layouts are sealed in files that the commands read, with what the plan could not make counted.
+#[test]
+fn cases_of_layouts_are_sealed_and_what_cannot_be_made_is_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("blind");
+    let out = out.to_str().unwrap();
+    let arguments = ["withheld", "--out", out, "--cases", "6", "--seed", "2", "--layout", "all", "--cases-only"];
+    let generated = jointid().args(arguments).output().unwrap();
+    let stdout = String::from_utf8(generated.stdout).unwrap();
+    assert!(generated.status.success() && stdout.contains("layout all"), "{stdout}");
+    let (seal, labels) = Seal::verified(Path::new(out)).unwrap();
+    assert_eq!((seal.generator.layout.as_deref(), labels.len() + seal.not_made.len()), (Some("all"), 6));
+    for label in &labels {
+        let case = format!("{out}/cases/{}", label.case);
+        let set = measurement::read_set(&case).unwrap();
+        let hammer = label.hammer.unwrap();
+        assert_eq!((set.positions.len(), set.frfs.len() % set.positions.len()), (hammer.positions, 0), "{case}");
+        assert!((1..=4).contains(&hammer.channels) && label.layout.is_some());
+        config::read_machine(&format!("{case}/machine.toml"), &[], &[]).unwrap();
+        assert_eq!(label.fitted_noncentrality.len(), label.effects.len());
+        assert_eq!(label.imitation.is_some(), label.kind == Kind::Unknown);
+        for (fitted, all) in label.fitted_noncentrality.iter().zip(&label.noncentrality) {
+            assert!(*fitted >= 0.0 && *fitted < 1.5 * all, "{case}: {fitted} of {all}");
+        }
+    }
+}
+
 /// Ctrl-C during the generation of cases ends with exit code 3; the same command resumes with the cases generated so far.
 #[cfg(unix)]
 #[test]
@@ -534,6 +631,8 @@ fn refuse_invalid_arguments() {
     assert!(refused(&["--cases-only"]).contains("--out"));
     assert!(refused(&["--cases", "some"]).contains("quick, full or a number"));
     assert!(refused(&["--cases", "100000"]).contains("the full plan has"));
+    assert!(refused(&["--layout", "lathe"]).contains("short-axis, medium-axis, gantry"));
+    assert!(refused(&["--layout", "all", "--arm", "motion"]).contains("--layout all"));
     assert!(refused(&["--ablation", "--seed 3"]).contains("--seed is given by the case"));
 }
 
@@ -552,9 +651,12 @@ fn two_cases_from_end_to_end() {
 fn limit_the_reference_simulator_agrees_with_the_model() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("machine.toml");
-    for seed in 0..4 {
+    let of_layout = |layout: &Layout| layout.machine(true, *layout == Layout::Vertical, &mut Draw::new(9));
+    let of_catalogue = (0..4).map(|seed| {
         let mut draw = Draw::new(seed);
-        let drawn = if seed == 0 { bench(true, &mut draw) } else { any_size(seed % 2 == 0, &mut draw) };
+        if seed == 0 { bench(true, &mut draw) } else { any_size(seed % 2 == 0, &mut draw) }
+    });
+    for (number, drawn) in of_catalogue.chain(Layout::ALL.iter().map(of_layout)).enumerate() {
         let mut truth = drawn.description.as_believed();
         truth.screw.elements = 2000;
         std::fs::write(&file, drawn.description.to_toml()).unwrap();
@@ -563,7 +665,7 @@ fn limit_the_reference_simulator_agrees_with_the_model() {
             let index = |point: Point| machine.points.iter().position(|p| p.name == point.name()).unwrap();
             let structure = Arc::new(Structure::new(&machine, index(response), index(excitation), RodModel::Exact).unwrap());
             let (mut network, mut work) = (structure.empty_model(), structure.workspace());
-            for nut_m in drawn.nut_m {
+            for nut_m in drawn.nut_m.iter().copied() {
                 network.update(&machine, &machine.start(), &Operating { nut_m: Some(nut_m), ..Operating::default() });
                 let assembly = Assembly::new(&truth, &[], nut_m, 1.0);
                 let omegas: Vec<f64> = (1..=200).map(|k| 5.0 * f64::from(k) * std::f64::consts::TAU).collect();
@@ -573,7 +675,7 @@ fn limit_the_reference_simulator_agrees_with_the_model() {
                 for (omega, truth) in omegas.iter().zip(found) {
                     let model = network.receptance(*omega, &mut work);
                     let error = (truth / model - 1.0).norm();
-                    assert!(error < 1e-3, "machine {seed}, {response:?}/{excitation:?}, nut at {nut_m} m, {omega} rad/s: {error:.1e}");
+                    assert!(error < 1e-3, "machine {number}, {response:?}/{excitation:?}, nut at {nut_m} m, {omega} rad/s: {error:.1e}");
                 }
             }
         }

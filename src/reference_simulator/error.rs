@@ -37,6 +37,18 @@ pub enum SimulatorError {
         /// Gap over its noise floor.
         ratio: f64,
     },
+    /// The plan asks for an effect that the layout cannot have.
+    #[error("case {index}: {effect} cannot be missing from the description of layout {layout}: {reason}")]
+    NotOnLayout {
+        /// Number of the case in its plan.
+        index: usize,
+        /// Name of the effect.
+        effect: &'static str,
+        /// Name of the layout.
+        layout: &'static str,
+        /// Reason.
+        reason: &'static str,
+    },
     /// No machine drawn for a case is admissible.
     #[error("case {index}: none of {attempts} machines drawn is admissible; last reason: {last}")]
     NoMachine {

@@ -21,6 +21,7 @@ pub mod element;
 mod error;
 mod file;
 pub mod hammer;
+mod least_squares;
 pub mod machine;
 pub mod motion;
 mod named;
@@ -32,7 +33,8 @@ mod sizing;
 mod tests;
 
 pub use case::{
-    Case, Counts, Exact, Gap, HammerTest, Kind, Label, Layout, Ordinary, Plan, Slot, Strength, generate, generate_one, labels_json,
-    measured_again, ordinary, ordinary_on_guide, write_case,
+    Case, ChannelSet, Counts, Exact, Gap, HammerTest, Imitation, Kind, Label, Ordinary, Plan, Scatter, Slot, Strength, VISIBLE, generate,
+    generate_one, labels_json, measured_again, ordinary, ordinary_on_guide, write_case,
 };
 pub use error::SimulatorError;
+pub use machine::layout::Layout;

@@ -1,7 +1,7 @@
 //! `withheld.json`.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use reference_simulator::{Kind, Strength};
 use report::document::Stamp;
@@ -12,7 +12,7 @@ use super::score::Scores;
 use super::seal::{Generator, Seal};
 
 /// Digests and generator of the sealed cases.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SealRow {
     /// Digest of the generator.
     pub generator_sha256: String,
@@ -50,6 +50,12 @@ pub struct CaseRow {
     pub strength: Option<Strength>,
     /// Non-centrality of the dominant effect.
     pub noncentrality: Option<f64>,
+    /// Non-centrality of the dominant effect at the given positions after a fit of joints and tolerances.
+    pub fitted_noncentrality: Option<f64>,
+    /// Layout of the machine; absent for machines of the catalogue.
+    pub layout: Option<String>,
+    /// Whether an effect of the library imitates the outside cause within noise and tolerances; absent for other causes.
+    pub imitated: Option<bool>,
     /// Verdict; kind `failed` without a diagnosis.
     pub verdict: VerdictAnswer,
     /// Whether the verdict is correct for this kind of case.
@@ -80,6 +86,9 @@ impl CaseRow {
             truth: judged.truth.clone(),
             strength: judged.strength,
             noncentrality: judged.noncentrality,
+            fitted_noncentrality: judged.size,
+            layout: judged.layout.clone(),
+            imitated: (judged.kind == Kind::Unknown).then_some(judged.imitated),
             verdict: judged.verdict.clone(),
             right: judged.right,
             class: planted.then_some(judged.class),
@@ -111,6 +120,10 @@ pub struct WithheldDocument {
     pub threads_each: usize,
     /// Number of sealed case folders; fewer are listed if the check was stopped.
     pub sealed_cases: usize,
+    /// Cases of the plan that could not be made, with reasons.
+    pub not_made: Vec<String>,
+    /// Machines drawn and refused before those of the cases: their responses ring too long, or the effect cannot have the asked size on them.
+    pub refused_machines: usize,
     /// Cases.
     pub cases: Vec<CaseRow>,
     /// Scores.

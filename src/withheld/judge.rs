@@ -1,6 +1,6 @@
 //! Judgement of one answer against one label.
 
-use reference_simulator::{Kind, Label, Strength};
+use reference_simulator::{Kind, Label, Strength, VISIBLE};
 
 use report::diagnosis::effect_ids;
 
@@ -17,6 +17,15 @@ pub struct Judgement {
     pub strength: Option<Strength>,
     /// Non-centrality of the dominant effect.
     pub noncentrality: Option<f64>,
+    /// Non-centrality of the dominant effect at the given positions after a fit of joints and tolerances; where the label has none, that of the
+    /// whole test.
+    pub size: Option<f64>,
+    /// Whether the dominant effect is so small that «none» is right, too.
+    pub may_be_none: bool,
+    /// Layout of the machine.
+    pub layout: Option<String>,
+    /// Whether an effect of the library imitates the outside cause within noise and tolerances.
+    pub imitated: bool,
     /// Effects, the dominant one first.
     pub truth: Vec<String>,
     /// Whether the user declares parameters known.
@@ -75,11 +84,13 @@ pub fn judge(label: &Label, follow_up: bool, answer: &Answer) -> Judgement {
         _ => holds(&named),
     };
     let kind = verdict.kind.as_str();
+    let fitted = label.fitted_noncentrality.first().copied();
+    let may_be_none = fitted.is_some_and(|size| size < VISIBLE);
     let right = match label.kind {
         Kind::Null => kind == "none",
         Kind::HardNullWrongParameter => ["none", "wrong-parameter"].contains(&kind),
         Kind::HardNullBadChannel => kind == "measurement",
-        Kind::Single => exact,
+        Kind::Single => exact || may_be_none && kind == "none",
         Kind::LookAlike => class,
         Kind::Double => all_named,
         Kind::Unknown => kind == "unknown",
@@ -90,6 +101,10 @@ pub fn judge(label: &Label, follow_up: bool, answer: &Answer) -> Judgement {
         follow_up,
         strength: label.strength,
         noncentrality: label.noncentrality.first().copied(),
+        size: fitted.or(label.noncentrality.first().copied()),
+        may_be_none,
+        layout: label.layout.clone(),
+        imitated: label.imitation.as_ref().is_some_and(|closest| closest.noncentrality < VISIBLE),
         truth: label.effects.clone(),
         frozen: !label.frozen.is_empty(),
         answered: diagnosis.is_some(),

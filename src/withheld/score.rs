@@ -3,36 +3,17 @@
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-use numeric::distribution::clopper_pearson;
 use numeric::statistics::{median, quantile};
 use reference_simulator::{Kind, Strength};
 
+use super::breakdown::{LayoutScore, OutsideScore, SizeScore, by_layout, by_size};
 use super::judge::Judgement;
-
-/// A count of cases with the exact 95 % interval of its share.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
-pub struct Proportion {
-    /// Cases counted.
-    pub count: usize,
-    /// Number of cases in total.
-    pub of: usize,
-    /// Share; absent without cases.
-    pub share: Option<f64>,
-    /// Clopper–Pearson interval; absent without cases.
-    pub interval95: Option<[f64; 2]>,
-}
-
-impl Proportion {
-    /// Computes the share of `count` among `of` cases.
-    pub fn new(count: usize, of: usize) -> Self {
-        Self { count, of, share: (of > 0).then(|| count as f64 / of as f64), interval95: clopper_pearson(count, of, 0.95) }
-    }
-}
+use super::proportion::{Proportion, share};
 
 /// Quantiles of a quantity.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Spread {
     /// Number of values.
     pub of: usize,
@@ -57,7 +38,7 @@ impl Spread {
 }
 
 /// Correct names in one range of strengths: single effects, abstentions and failures counted as wrong.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Naming {
     /// The one true effect is named alone.
     pub exact: Proportion,
@@ -70,7 +51,7 @@ pub struct Naming {
 }
 
 /// Correct locations.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LocationScore {
     /// Correct interfaces, of all cases: failures and empty lists count as wrong.
     pub interface: Proportion,
@@ -83,7 +64,7 @@ pub struct LocationScore {
 }
 
 /// Shares of the gap closed by named effects, over correct verdicts that name one.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Closing {
     /// Closed share.
     pub closed: Spread,
@@ -94,14 +75,14 @@ pub struct Closing {
 }
 
 /// Confusion matrix: rows are truths, columns the first named effect, else the kind of verdict.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Confusion {
     /// Counts by truth and answer.
     pub rows: BTreeMap<String, BTreeMap<String, usize>>,
 }
 
 /// All scores.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Scores {
     /// Cases without a diagnosis, second measurements included.
     pub failed: Proportion,
@@ -155,6 +136,12 @@ pub struct Scores {
     pub double_both: Proportion,
     /// Doubles: the dominant effect named.
     pub double_dominant: Proportion,
+    /// Single effects by fitted non-centrality.
+    pub by_size: BTreeMap<String, SizeScore>,
+    /// Scores by layout; empty for machines of the catalogue.
+    pub by_layout: BTreeMap<String, LayoutScore>,
+    /// Outside causes by kind.
+    pub outside: OutsideScore,
     /// Duration of each diagnosis (s).
     pub seconds: Spread,
     /// Confusion matrix of first measurements.
@@ -164,11 +151,6 @@ pub struct Scores {
 /// Returns the name of a value in its document.
 fn word<T: Serialize>(value: &T) -> String {
     serde_json::to_value(value).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
-}
-
-fn share<'a>(of: impl IntoIterator<Item = &'a Judgement>, counted: impl Fn(&Judgement) -> bool) -> Proportion {
-    let (count, all) = of.into_iter().fold((0, 0), |(c, n), judged| (c + usize::from(counted(judged)), n + 1));
-    Proportion::new(count, all)
 }
 
 fn by<'a>(
@@ -240,6 +222,9 @@ pub fn scores(judged: &[Judgement]) -> Scores {
         look_alike_resolved: share(judged.iter().filter(|j| j.follow_up && j.kind == Kind::LookAlike), |j| j.exact),
         double_both: share(doubles.iter().copied(), |j| j.all_named),
         double_dominant: share(doubles.iter().copied(), |j| j.class),
+        by_size: by_size(&singles),
+        by_layout: by_layout(&first),
+        outside: OutsideScore::of(&unknowns),
         seconds: Spread::of(&seconds),
         confusion: confusion(&first),
     }

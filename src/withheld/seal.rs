@@ -26,6 +26,9 @@ pub struct Generator {
     /// Cases of each kind in the plan.
     #[schemars(with = "std::collections::BTreeMap<String, usize>")]
     pub counts: Counts,
+    /// Layouts of the machines: a name or `all`; machines of the catalogue if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub layout: Option<String>,
     /// Number of cases made, from the first of the plan.
     pub cases: usize,
 }
@@ -124,12 +127,18 @@ impl Seal {
         Ok((seal, labels))
     }
 
+    /// Returns the lines on cases of the plan that could not be made.
+    fn not_made_text(&self) -> String {
+        let reasons: Vec<String> = self.not_made.iter().map(|reason| format!("        {reason}\n")).collect();
+        if reasons.is_empty() { String::new() } else { format!("{} cases could not be made:\n{}", reasons.len(), reasons.concat()) }
+    }
+
     /// Returns the text printed before scoring.
     pub fn summary_text(&self) -> String {
         let generator = &self.generator;
         format!(
             "sealed  generator  {}\n        cases      {}\n        labels     {}\n\
-             {} folders of {} cases, arm {}, truth {}, seed {}; digests of all in seal.json\n",
+             {} folders of {} cases, arm {}, truth {}, {}seed {}; digests of all in seal.json\n{}",
             self.generator_sha256,
             self.cases_sha256,
             self.labels_sha256,
@@ -137,7 +146,9 @@ impl Seal {
             generator.cases,
             generator.arm,
             generator.truth,
-            generator.seed
+            generator.layout.as_ref().map_or_else(String::new, |layout| format!("layout {layout}, ")),
+            generator.seed,
+            self.not_made_text()
         )
     }
 }

@@ -6,7 +6,8 @@ use std::fmt::Write as _;
 use report::columns;
 
 use super::document::WithheldDocument;
-use super::score::{Confusion, LocationScore, Proportion, Scores, Spread};
+use super::proportion::Proportion;
+use super::score::{Confusion, LocationScore, Scores, Spread};
 
 const WIDTH: usize = 80;
 
@@ -15,6 +16,12 @@ pub fn withheld_text(document: &WithheldDocument) -> String {
     let mut text = scores_text(&document.scores);
     if !document.stamp.complete {
         text = format!("\nStopped early: {} of {} case folders are diagnosed.\n{text}", document.cases.len(), document.sealed_cases);
+    }
+    if !document.not_made.is_empty() {
+        text += &format!("\n{} cases of the plan could not be made; the warnings state why.\n", document.not_made.len());
+    }
+    if document.refused_machines > 0 {
+        text += &format!("\n{} machines were drawn and refused before those of the cases.\n", document.refused_machines);
     }
     text + &format!("\n{} diagnoses in parallel, on {} threads each\n", document.jobs, document.threads_each)
 }
@@ -66,6 +73,33 @@ pub fn scores_text(scores: &Scores) -> String {
         line(text, "  exact by the second measurement", &scores.look_alike_resolved);
         line(text, "doubles: both named", &scores.double_both);
         line(text, "  the dominant one named", &scores.double_dominant);
+    });
+    section(&mut text, "Single effects by fitted non-centrality (below 20 «none» is right, too)", &|text| {
+        for (range, row) in &scores.by_size {
+            line(text, &format!("{range}: exact"), &row.exact);
+            line(text, "  a set that contains it", &row.class);
+            line(text, "  only others named", &row.misnamed);
+            line(text, "  right", &row.right);
+        }
+    });
+    section(&mut text, "Layouts", &|text| {
+        for (layout, row) in &scores.by_layout {
+            line(text, &format!("{layout}: nulls, named"), &row.false_name);
+            line(text, "  exact, from 20", &row.exact);
+            line(text, "  a set that contains it, from 20", &row.class);
+            line(text, "  correct where one effect is named", &row.selective);
+            line(text, "  outside: named by the library", &row.outside_misnamed);
+        }
+    });
+    section(&mut text, "Outside causes by kind", &|text| {
+        line(text, "kinds never named by the library", &scores.outside.kinds_never_misnamed);
+        for (kind, row) in &scores.outside.by_kind {
+            line(text, &format!("{kind}: verdict unknown"), &row.unknown);
+            line(text, "  named by the library", &row.misnamed);
+            if row.imitated.count > 0 {
+                line(text, "  imitated by the library", &row.imitated);
+            }
+        }
     });
     section(&mut text, "Location", &|text| {
         place(text, "known effects", &scores.location);

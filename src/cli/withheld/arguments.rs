@@ -3,7 +3,7 @@
 use clap::{Args, ValueEnum};
 
 use crate::arguments::OutputArguments;
-use study::blind_check::CaseCount;
+use study::blind_check::{CaseCount, Layout, Layouts};
 
 /// Origins of the cases, by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -24,6 +24,12 @@ fn case_count(text: &str) -> Result<CaseCount, String> {
             _ => Err("write quick, full or a number of cases from 1".into()),
         },
     }
+}
+
+/// Reads the name of a layout, or `all`.
+fn layouts(text: &str) -> Result<Layouts, String> {
+    let names: Vec<&str> = Layout::ALL.iter().map(|layout| layout.name()).collect();
+    Layouts::named(text).ok_or_else(|| format!("write all or one of {}", names.join(", ")))
 }
 
 /// Kinds of data of the cases.
@@ -47,6 +53,10 @@ pub struct WithheldArguments {
     /// Seed of the cases and of every diagnosis; 1 by default
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
+    /// Layout of the machines: all in turn, or one of short-axis, medium-axis, gantry, fixed-floating, belt-driven, vertical; machines of the
+    /// catalogue by default
+    #[arg(long, value_name = "all|NAME", value_parser = layouts)]
+    pub layout: Option<Layouts>,
     /// Origin of the cases; independent by default
     #[arg(long, value_enum)]
     pub truth: Option<TruthName>,
@@ -56,6 +66,9 @@ pub struct WithheldArguments {
     /// Diagnose only these cases of --out, comma-separated, and keep the answers; runs beside each other share the cases
     #[arg(long, value_name = "NAMES", value_delimiter = ',', conflicts_with = "cases_only")]
     pub case: Vec<String>,
+    /// Print the page of scores (Markdown) of these folders of checks that are done, comma-separated
+    #[arg(long, value_name = "FOLDERS", value_delimiter = ',', conflicts_with_all = ["cases", "seed", "arm", "layout", "truth", "cases_only", "case", "ablation", "out", "json"])]
+    pub page: Vec<std::path::PathBuf>,
     /// Additional arguments of every diagnosis, as one text
     #[arg(long, value_name = "ARGUMENTS", allow_hyphen_values = true, default_value = "", hide_default_value = true)]
     pub ablation: String,

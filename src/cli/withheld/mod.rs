@@ -13,7 +13,7 @@ use crate::outcome::{CommandResult, Outcome, deliver, prepare, print_out, warn};
 use crate::progress::WorkProgress;
 use crate::terminal;
 use report::to_json;
-use study::blind_check::{Arm, BlindCheck, BlindCheckRequest, CaseOrigin, Program, Seal, WithheldDocument, withheld_text};
+use study::blind_check::{Arm, BlindCheck, BlindCheckRequest, CaseOrigin, Program, Seal, WithheldDocument, page, withheld_text};
 use study::{Control, StudyResult};
 
 /// How this program is started where that is not its own file.
@@ -26,6 +26,10 @@ pub fn started_as(program: Program) {
 
 /// Runs the command.
 pub fn run(given: &WithheldArguments) -> CommandResult {
+    if !given.page.is_empty() {
+        print_out(&page(&given.page).map_err(shown)?)?;
+        return Ok(Outcome::Done);
+    }
     if given.cases_only && given.output.out.is_none() {
         return Err("--cases-only requires a folder for the cases; name one with --out".into());
     }
@@ -98,6 +102,7 @@ impl WithheldArguments {
             }),
             cases: self.cases,
             seed: self.seed,
+            layout: self.layout,
             truth: self.truth.map(|name| match name {
                 TruthName::Independent => CaseOrigin::Independent,
                 TruthName::Own => CaseOrigin::Own,

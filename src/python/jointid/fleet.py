@@ -410,17 +410,20 @@ def blind_check(
     cases: int | str = "quick",
     seed: int = 1,
     arm: str = "frf",
+    layout: str | None = None,
     client: Any = None,
     workers: int | None = None,
     progress: bool | Callback | None = None,
 ) -> Document:
     """The blind check of the diagnosis (the command `withheld`) on a cluster: cases are made and sealed here, diagnosed there, and scored here.
 
-    `cases` is a number, "quick" or "full"; `arm` "frf" or "motion". All workers must see `folder`. Returns the document `withheld.json`.
+    `cases` is a number, "quick" or "full"; `arm` "frf" or "motion"; `layout` "all" or the name of one, for hammer tests. All workers must see `folder`. Returns the document `withheld.json`.
     """
     target = prepare(Path(_arrays.path("folder", folder)))
     place = ["--out", str(target / "cases")]
     chosen = ["--cases", str(cases), "--seed", str(_arrays.count("seed", seed)), "--arm", _arrays.name("arm", arm)]
+    if layout is not None:
+        chosen += ["--layout", _arrays.name("layout", layout)]
     seal = json.loads(_command(["withheld", *place, *chosen, "--cases-only", "--json", "--quiet"]))
     names = [case["name"] for case in seal["cases"]]
     tasks = (Task(name, key_of("blind check", chosen, name, case["sha256"]), _answered, (place, name)) for name, case in zip(names, seal["cases"], strict=True))

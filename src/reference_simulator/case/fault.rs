@@ -30,7 +30,13 @@ impl DataFault {
             ),
             1 => Self::FaultyChannel(station, channel, Fault::Clipped { share: draw.between(0.15, 0.4) }),
             2 => Self::FaultyChannel(station, channel, Fault::Dropouts { share: draw.between(0.1, 0.3) }),
-            _ => Self::Exchanged(channel, station, (station + 2 + draw.index(3)) % stations),
+            _ => {
+                let apart = match 2 + draw.index(3) {
+                    whole if whole % stations == 0 => 1,
+                    apart => apart,
+                };
+                Self::Exchanged(channel, station, (station + apart) % stations)
+            }
         }
     }
 

@@ -9,8 +9,10 @@ use crate::SimulatorError;
 use crate::machine::catalogue::DrawnMachine;
 use crate::machine::nuisance::Nuisance;
 
-/// Fitted positions: l1, l3, l5. The others are held out.
-pub const FITTED: [usize; 3] = [0, 2, 4];
+/// Returns the fitted positions of a test of so many: l1, l3, l5. The others are held out.
+pub fn fitted_of(positions: usize) -> Vec<usize> {
+    (0..positions).step_by(2).collect()
+}
 
 /// A fit: model family, positions and lines.
 pub struct Fit<'a> {
@@ -39,7 +41,7 @@ impl<'a> Fit<'a> {
     /// Prepares a fit of the engineer's chain with the usual split: no nuisance parameters, nut at one point, uniform screw.
     pub fn of_chain(drawn: &DrawnMachine, survey: &'a Survey) -> Self {
         let family = Subject { drawn: drawn.clone(), nuisance: Nuisance::none(drawn.nut_m.len()), effects: Vec::new() };
-        Self { family, fitted: FITTED.to_vec(), survey, frozen: None }
+        Self { family, fitted: fitted_of(drawn.nut_m.len()), survey, frozen: None }
     }
 
     /// Prepares a fit of the true machine without its effects at all positions.

@@ -16,7 +16,7 @@ use crate::projection::Projection;
 use crate::sizing::Sizing;
 
 /// Relative error of a line that a careful test reproduces.
-const REPRODUCED: f64 = 0.01;
+pub(super) const REPRODUCED: f64 = 0.01;
 
 /// Settings of the search for the size of an effect.
 const SIZING: Sizing = Sizing { start: 0.1, trials: 40, close: 0.02, steps: [3.0, 3.0], narrow: 1e-7, leap: 0.0 };

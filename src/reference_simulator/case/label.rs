@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-use super::layout::Layout;
+use super::imitation::Imitation;
 use super::plan::{Kind, Strength};
 use crate::effect::Place;
 use crate::machine::point::Channel;
@@ -62,7 +62,9 @@ pub struct HammerTest {
     /// Whether the machine is the published bench.
     pub bench: bool,
     /// Channels of the first measurement.
-    pub layout: Layout,
+    pub channels: usize,
+    /// Nut positions.
+    pub positions: usize,
     /// Length of the blocks, s.
     pub block_s: f64,
     /// Largest relative error of a noise-free H1 at a resonance.
@@ -86,6 +88,15 @@ pub struct Label {
     pub strength: Option<Strength>,
     /// Non-centrality of each effect alone over all positions, with joints and nuisance parameters projected out.
     pub noncentrality: Vec<f64>,
+    /// Non-centrality of each effect alone at the given positions, after joints and tolerances are fitted along.
+    #[serde(default)]
+    pub fitted_noncentrality: Vec<f64>,
+    /// Effect of the library that comes closest to an outside cause.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub imitation: Option<Imitation>,
+    /// Layout of the machine; absent for machines of the catalogue.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub layout: Option<String>,
     /// Physical values of each effect.
     pub values: Vec<BTreeMap<String, f64>>,
     /// Location of each effect.

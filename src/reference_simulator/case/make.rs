@@ -3,7 +3,9 @@
 use super::band::shortest_band;
 use super::choice::Choice;
 use super::fit::Fit;
+use super::fitted::FittedGauge;
 use super::gauge::Gauge;
+use super::imitation::{Imitation, imitation};
 use super::label::{Gap, Label};
 use super::measure::check_decay;
 use super::plan::{Kind, Plan, Slot, Strength};
@@ -15,9 +17,12 @@ use super::survey::Survey;
 use crate::SimulatorError;
 use crate::attempt::first_accepted;
 use crate::draw::Draw;
-use crate::effect::Effect;
+use crate::effect::{Effect, EffectKind};
 use crate::machine::catalogue::round_to;
 use crate::machine::point::Channel;
+
+/// Branch of the random numbers of a search for imitations.
+const IMITATION: u64 = 0x696d;
 
 /// Generates all cases of a plan in order. A case depends only on seed, plan entry and number.
 pub fn generate(seed: u64, plan: &Plan) -> impl Iterator<Item = Result<(Case, Label), SimulatorError>> {
@@ -27,13 +32,19 @@ pub fn generate(seed: u64, plan: &Plan) -> impl Iterator<Item = Result<(Case, La
 /// Generates one case of a plan.
 pub fn generate_one(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label), SimulatorError> {
     let slot = plan.slots.get(index).ok_or(SimulatorError::NoSuchCase { index, count: plan.len() })?;
+    if let Some(layout) = slot.layout {
+        let refused = slot.effects.iter().chain(&slot.partner).find_map(|effect| Some((*effect, layout.refusal(*effect)?)));
+        if let Some((effect, reason)) = refused {
+            return Err(SimulatorError::NotOnLayout { index, effect: effect.id(), layout: layout.name(), reason });
+        }
+    }
     let draw = Draw::new(seed).branch(index as u64);
     first_accepted(index, &draw, |attempt, draw| attempted(slot, index, attempt, draw))
 }
 
 fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Result<(Case, Label), SimulatorError> {
     let mut choice = Choice::random(slot, attempt, draw);
-    let channels = choice.layout.channels();
+    let channels = choice.channels.clone();
     let clean = choice.subject.without_effects();
     check_decay(&clean, &choice.setting, &channels, choice.spacing)?;
     let survey = Survey::new(&clean, &choice.setting, &channels, &choice.levels, choice.spacing)?;
@@ -51,6 +62,7 @@ fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Resu
         without = Fit::of_chain(&clean.drawn, &survey).run(&survey.base, &without.point)?;
     }
     let (mut noncentrality, mut band_hz) = (Vec::new(), None);
+    let (mut fitted_noncentrality, mut closest) = (Vec::new(), None);
     let mut strength = slot.strength;
     if !choice.subject.effects.is_empty() {
         let gauge = Gauge::new(&clean, survey.clone())?;
@@ -59,6 +71,7 @@ fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Resu
             noncentrality = reached;
             strength = noncentrality.first().map(|value| Strength::of(*value));
         }
+        (fitted_noncentrality, closest) = as_fitted(slot, &choice, &survey, draw)?;
         band_hz = shortest_band(&survey.lines_hz, &gauge.unexplained(&choice.subject)?.by_line, 0.7);
     }
     let fit = Fit::of_chain(&clean.drawn, &survey);
@@ -74,6 +87,8 @@ fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Resu
     let mut label = labelled(slot, index, attempt, &choice);
     label.noncentrality = noncentrality;
     label.strength = strength;
+    label.fitted_noncentrality = fitted_noncentrality;
+    label.imitation = closest;
     label.band_hz = band_hz;
     label.gap = Gap::new(survey.floor(), [without.fit, without.held_out], [with.fit, with.held_out]);
     let mut case = simulated_test(slot, &choice, &mut label, draw)?;
@@ -108,6 +123,21 @@ fn enlarge_until_decay(choice: &mut Choice, channels: &[Channel], gauge: &Gauge)
     choice.subject.effects.iter().map(alone).collect::<Result<Vec<f64>, SimulatorError>>().map(Some)
 }
 
+/// Returns the non-centrality of each effect alone as the given positions show it, and for an outside cause the library effect that comes
+/// closest to it.
+fn as_fitted(slot: &Slot, choice: &Choice, survey: &Survey, draw: &Draw) -> Result<(Vec<f64>, Option<Imitation>), SimulatorError> {
+    let subject = &choice.subject;
+    let gauge = FittedGauge::new(subject, &survey.thinned(), choice.given.clone());
+    let alone = |effect: &Effect| gauge.noncentrality(&Subject { effects: vec![effect.clone()], ..subject.clone() });
+    let sizes = subject.effects.iter().map(alone).collect::<Result<Vec<f64>, SimulatorError>>()?;
+    if slot.kind != Kind::Unknown {
+        return Ok((sizes, None));
+    }
+    let is_held = subject.drawn.description.holds_rotor();
+    let is_possible = |kind: EffectKind| kind.fits(is_held) && slot.layout.is_none_or(|layout| layout.refusal(kind).is_none());
+    Ok((sizes, imitation(&gauge, subject, is_possible, &draw.branch(IMITATION))?))
+}
+
 /// Builds the label with all values known before the test.
 fn labelled(slot: &Slot, index: usize, attempt: usize, choice: &Choice) -> Label {
     let subject = &choice.subject;
@@ -118,6 +148,7 @@ fn labelled(slot: &Slot, index: usize, attempt: usize, choice: &Choice) -> Label
         values: subject.effects.iter().map(|effect| effect.values(&machine)).collect(),
         places: subject.effects.iter().map(Effect::place).collect(),
         joints: subject.drawn.joints.clone(),
+        layout: slot.layout.map(|layout| layout.name().to_owned()),
         ..Label::new(index, slot.kind, slot.strength, attempt)
     }
 }

@@ -3,8 +3,8 @@
 use num_complex::Complex64;
 use rayon::prelude::*;
 
+use super::channel_set::Quantity;
 use super::fault::DataFault;
-use super::layout::Quantity;
 use super::subject::{Subject, axis};
 use crate::SimulatorError;
 use crate::draw::Draw;

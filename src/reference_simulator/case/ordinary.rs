@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use num_complex::Complex64;
 
-use super::layout::{Layout, Quantity};
-use super::record::{Case, Position, Record};
+use super::channel_set::Quantity;
+use super::record::{Case, Position, Record, Scatter};
 use super::subject::axis;
 use crate::SimulatorError;
 use crate::draw::Draw;
@@ -132,7 +132,7 @@ fn simulated(seed: u64, number: usize, (has_guide, again): (bool, Option<f64>)) 
         positions: drawn.nut_m.iter().enumerate().map(position).collect(),
         description: drawn.description,
         fit: ["l1", "l3", "l5"].map(str::to_owned).to_vec(),
-        layout: Layout::Table,
+        scatter: Scatter::Coherence,
         quantity: Quantity::Receptance,
         averages: AVERAGES,
         records,
@@ -155,7 +155,8 @@ fn usual(drawn: &DrawnMachine, loss_dispersion: f64, draw: &mut Draw) -> Nuisanc
         youngs: modulus * draw.normal(),
         shear: modulus * draw.normal(),
         screw_loss: draw.log_between(3e-4, 3e-3),
-        joint_loss: 0.0,
+        diameter: 0.0,
+        joint_losses: [0.0; 4],
         loss_dispersion,
         left_ratio: draw.between(0.85, 0.95),
         right_ratio: draw.between(0.85, 0.95),
@@ -166,8 +167,11 @@ fn usual(drawn: &DrawnMachine, loss_dispersion: f64, draw: &mut Draw) -> Nuisanc
         masses: [mass * draw.normal(), 0.02 * draw.normal(), 0.0, 0.0, 0.0],
         integral_per_s: draw.between(0.0, 2.0),
         lag_share: 0.0,
+        guide_per_s: 0.0,
+        guide_hz: 0.0,
         offsets_m: offsets(drawn, draw),
         channels: channels(draw),
+        sensor: None,
     }
 }
 

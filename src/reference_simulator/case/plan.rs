@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::layout::Layout;
+use super::channel_set::ChannelSet;
 use crate::draw::Draw;
 use crate::effect::EffectKind;
+use crate::machine::layout::Layout;
 
 /// Kind of a case.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -71,7 +72,7 @@ pub struct Counts {
     pub wrong_parameters: usize,
     /// Nulls with a data fault.
     pub bad_channels: usize,
-    /// Single cases of each library effect, distributed evenly over strengths and layouts.
+    /// Single cases of each library effect, distributed evenly over strengths and channel sets.
     pub singles_per_effect: usize,
     /// Single cases with a dependence on the force level.
     pub contact_levels: usize,
@@ -95,9 +96,11 @@ pub struct Slot {
     /// Strength of the dominant effect.
     pub strength: Option<Strength>,
     /// Channels of the first measurement.
-    pub layout: Layout,
+    pub channel_set: ChannelSet,
     /// Whether the test has three force levels.
     pub levels: bool,
+    /// Layout of the machine; one of the catalogue's if absent.
+    pub layout: Option<Layout>,
 }
 
 /// Cases to generate, in random order.
@@ -149,37 +152,56 @@ impl Counts {
 
 impl Slot {
     /// Specifies a case of one kind without effects.
-    pub fn plain(kind: Kind, layout: Layout) -> Self {
-        Self { kind, effects: Vec::new(), partner: None, strength: None, layout, levels: false }
+    pub fn plain(kind: Kind, channel_set: ChannelSet) -> Self {
+        Self { kind, effects: Vec::new(), partner: None, strength: None, channel_set, levels: false, layout: None }
     }
 
     /// Specifies a case of one library effect.
-    pub fn single(effect: EffectKind, strength: Strength, layout: Layout) -> Self {
+    pub fn single(effect: EffectKind, strength: Strength, channel_set: ChannelSet) -> Self {
         let levels = effect == EffectKind::ContactLevel;
         let strength = if effect == EffectKind::FrfQuantity { Strength::Strong } else { strength };
-        Self { effects: vec![effect], strength: Some(strength), levels, ..Self::plain(Kind::Single, layout) }
+        Self { effects: vec![effect], strength: Some(strength), levels, ..Self::plain(Kind::Single, channel_set) }
     }
 }
 
 impl Plan {
-    /// Distributes the counts over strengths and layouts, and shuffles the cases.
+    /// Distributes the counts over strengths and channel sets, and shuffles the cases.
     pub fn from_counts(counts: &Counts, seed: u64) -> Self {
+        Self::with_outside(counts, seed, &EffectKind::UNLISTED)
+    }
+
+    /// Plans cases of one layout, or of all in turn. In a turn an effect goes to the next layout that can have it; on one layout alone the
+    /// cases of effects that it cannot have stay in the plan and are refused.
+    pub fn on_layouts(counts: &Counts, seed: u64, layout: Option<Layout>) -> Self {
+        let mut plan = Self::with_outside(counts, seed, &EffectKind::OUTSIDE);
+        for (index, slot) in plan.slots.iter_mut().enumerate() {
+            let can_have = |layout: &Layout| slot.effects.iter().chain(&slot.partner).all(|effect| layout.refusal(*effect).is_none());
+            let mut turn = Layout::ALL.into_iter().cycle().skip(index % Layout::ALL.len()).take(Layout::ALL.len());
+            slot.layout = layout.or_else(|| turn.find(can_have));
+        }
+        plan
+    }
+
+    fn with_outside(counts: &Counts, seed: u64, outside: &[EffectKind]) -> Self {
         let strengths = [Strength::Faint, Strength::Weak, Strength::Strong, Strength::Clear, Strength::Strong, Strength::Strong];
         let clear = [Strength::Strong, Strength::Strong, Strength::Strong, Strength::Clear];
         let mut slots = Vec::new();
         let plain = |kind, count: usize| {
-            (0..count).map(move |index| Slot { levels: kind == Kind::Null && index % 10 == 9, ..Slot::plain(kind, Layout::ALL[index % 4]) })
+            (0..count)
+                .map(move |index| Slot { levels: kind == Kind::Null && index % 10 == 9, ..Slot::plain(kind, ChannelSet::ALL[index % 4]) })
         };
         slots.extend(plain(Kind::Null, counts.nulls));
         slots.extend(plain(Kind::HardNullWrongParameter, counts.wrong_parameters));
         slots.extend(plain(Kind::HardNullBadChannel, counts.bad_channels));
-        let one =
-            |kind, effect, index: usize| Slot { kind, ..Slot::single(effect, strengths[index % 6], Layout::ALL[(index + index / 4) % 4]) };
+        let one = |kind, effect, index: usize| Slot {
+            kind,
+            ..Slot::single(effect, strengths[index % 6], ChannelSet::ALL[(index + index / 4) % 4])
+        };
         for (number, effect) in EffectKind::LISTED.into_iter().enumerate() {
             slots.extend((0..counts.singles_per_effect).map(|index| one(Kind::Single, effect, index + number)));
         }
         slots.extend((0..counts.contact_levels).map(|index| one(Kind::Single, EffectKind::ContactLevel, index + 2)));
-        for (number, effect) in EffectKind::UNLISTED.into_iter().enumerate() {
+        for (number, effect) in outside.iter().copied().enumerate() {
             slots.extend(
                 (0..counts.unknowns_per_effect)
                     .map(|index| Slot { strength: Some(clear[(index + number) % 4]), ..one(Kind::Unknown, effect, index + number) }),
@@ -190,7 +212,7 @@ impl Plan {
                 slots.extend((0..counts.look_alikes_per_truth).map(|index| Slot {
                     partner: Some(partner),
                     strength: Some(clear[(index + number) % 4]),
-                    layout: Layout::Table,
+                    channel_set: ChannelSet::Table,
                     ..one(Kind::LookAlike, truth, index)
                 }));
             }

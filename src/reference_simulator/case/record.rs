@@ -1,6 +1,6 @@
 //! The published part of a case.
 
-use super::layout::{Layout, Quantity};
+use super::channel_set::Quantity;
 use crate::hammer::series::Line;
 use crate::machine::description::Description;
 use crate::machine::point::Channel;
@@ -12,6 +12,15 @@ pub struct Position {
     pub name: String,
     /// Distance from the left bearing, m.
     pub nut_m: f64,
+}
+
+/// How the files of a test state the scatter of a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scatter {
+    /// By its coherence, and the number of blows.
+    Coherence,
+    /// By the standard deviation of the mean over |H|. Lines of too low coherence are left out.
+    Deviation,
 }
 
 /// One measured frequency response.
@@ -38,10 +47,10 @@ pub struct Case {
     pub description: Description,
     /// Nut positions.
     pub positions: Vec<Position>,
-    /// Names of the fitted positions; the others are held out.
+    /// Names of the fitted positions; the others are held out. Empty where the manifest states no split: all are fitted.
     pub fit: Vec<String>,
-    /// Channels.
-    pub layout: Layout,
+    /// How the files state the scatter of a line.
+    pub scatter: Scatter,
     /// Quantity that the manifest states.
     pub quantity: Quantity,
     /// Number of averaged blows of each record.

@@ -2,10 +2,10 @@
 
 use num_complex::Complex64;
 
+use super::channel_set::{ChannelSet, Quantity};
 use super::choice::Choice;
 use super::fault::DataFault;
 use super::label::{Exact, HammerTest, Label};
-use super::layout::{Layout, Quantity};
 use super::measure::{TestRig, as_quantity, from_accelerance, on_lines};
 use super::plan::{Kind, Slot};
 use super::record::{Case, Position, Record};
@@ -23,11 +23,12 @@ pub(super) fn simulated_test(slot: &Slot, choice: &Choice, label: &mut Label, dr
         _ => &Quantity::ALL[..],
     };
     let quantity = offered[draw.index(offered.len())];
-    let test = TestRig::new(&choice.subject, &choice.setting, &choice.layout.channels(), &choice.levels, choice.spacing)?;
+    let test = TestRig::new(&choice.subject, &choice.setting, &choice.channels, &choice.levels, choice.spacing)?;
     label.hammer = Some(HammerTest {
         rotor_held: choice.subject.drawn.description.holds_rotor(),
         bench: choice.is_bench,
-        layout: choice.layout,
+        channels: choice.channels.len(),
+        positions: choice.subject.drawn.nut_m.len(),
         block_s: test.block_s(),
         estimator_bias: test.bias,
     });
@@ -39,8 +40,12 @@ pub(super) fn simulated_test(slot: &Slot, choice: &Choice, label: &mut Label, dr
         name: label.case.clone(),
         description: choice.subject.drawn.description.clone(),
         positions: positions(choice),
-        fit: ["l1", "l3", "l5"].map(str::to_owned).to_vec(),
-        layout: choice.layout,
+        fit: if choice.given.len() < choice.subject.drawn.nut_m.len() {
+            choice.given.iter().map(|at| position_name(*at)).collect()
+        } else {
+            Vec::new()
+        },
+        scatter: choice.scatter,
         quantity,
         averages: choice.setting.averages,
         records,
@@ -48,9 +53,9 @@ pub(super) fn simulated_test(slot: &Slot, choice: &Choice, label: &mut Label, dr
         follow_up: None,
     };
     if slot.kind == Kind::LookAlike {
-        let test = TestRig::new(&choice.subject, &choice.setting, &Layout::Axial.channels(), &choice.levels, choice.spacing)?;
+        let test = TestRig::new(&choice.subject, &choice.setting, &ChannelSet::Axial.channels(), &choice.levels, choice.spacing)?;
         let records = simulated_records(choice, &test, quantity, None, &draw.branch(2), label)?;
-        case.follow_up = Some(Box::new(Case { name: format!("{}-more", case.name), layout: Layout::Axial, records, ..case.clone() }));
+        case.follow_up = Some(Box::new(Case { name: format!("{}-more", case.name), records, ..case.clone() }));
     }
     Ok(case)
 }

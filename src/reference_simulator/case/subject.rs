@@ -59,6 +59,9 @@ impl Subject {
             let delay_s = delay_s + own_delay_s;
             for (value, &s) in values.iter_mut().zip(lines) {
                 *value *= (-s * delay_s).exp() * factor;
+                if let Some(sensor) = self.nuisance.sensor {
+                    *value *= sensor.at(s);
+                }
             }
         }
         Ok(out)

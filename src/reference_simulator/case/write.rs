@@ -4,10 +4,13 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use super::label::Label;
-use super::record::Case;
+use super::record::{Case, Record, Scatter};
 use crate::SimulatorError;
 use crate::file::{create_folder, quoted, write_text};
 use crate::machine::nuisance::Spread;
+
+/// Coherence below which a careful test leaves a line out.
+const LEAST_COHERENCE: f64 = 0.8;
 
 /// Writes a case as a measurement set with its machine: `manifest.toml`, `frf/*.csv`, `machine.toml`. The files contain nothing of the
 /// label. A follow-up is a case of its own and needs its own call.
@@ -16,11 +19,7 @@ pub fn write_case(folder: &Path, case: &Case) -> Result<(), SimulatorError> {
     write_text(&folder.join("machine.toml"), &case.description.to_toml())?;
     write_text(&folder.join("manifest.toml"), &manifest(case))?;
     for record in &case.records {
-        let mut text = String::from("frequency_hz,real,imag,coherence\n");
-        for line in &record.lines {
-            let _ = writeln!(text, "{},{:.8e},{:.8e},{:.8}", line.frequency_hz, line.response.re, line.response.im, line.coherence);
-        }
-        write_text(&folder.join(record.file()), &text)?;
+        write_text(&folder.join(record.file()), &table(case, record))?;
     }
     Ok(())
 }
@@ -32,17 +31,47 @@ pub fn labels_json(labels: &[Label]) -> Result<String, serde_json::Error> {
     Ok(text)
 }
 
+/// Formats the lines of a record.
+fn table(case: &Case, record: &Record) -> String {
+    let scatter = match case.scatter {
+        Scatter::Coherence => "coherence",
+        Scatter::Deviation => "relative_sd",
+    };
+    let mut text = format!("frequency_hz,real,imag,{scatter}\n");
+    for line in &record.lines {
+        let _ = match case.scatter {
+            Scatter::Coherence => {
+                writeln!(text, "{},{:.8e},{:.8e},{:.8}", line.frequency_hz, line.response.re, line.response.im, line.coherence)
+            }
+            Scatter::Deviation if line.coherence < LEAST_COHERENCE => Ok(()),
+            Scatter::Deviation => {
+                // Both components together: Bendat and Piersol, Random Data, 2010, Eq. 9.73, for the mean of the blows.
+                let sd = ((1.0 - line.coherence) / (case.averages as f64 * line.coherence)).sqrt();
+                writeln!(text, "{},{:.8e},{:.8e},{sd:.4e}", line.frequency_hz, line.response.re, line.response.im)
+            }
+        };
+    }
+    text
+}
+
 fn manifest(case: &Case) -> String {
     let mut out = String::new();
     let _ = writeln!(
         out,
-        "title = \"ball-screw feed drive, impact test\"\nquantity = \"{}\"\ngain = 1.0\nexcitation_unit = \"N\"\nresponse = \"table\"\nexcitation = \"table\"\naverages = {}\n\n[split]\nfit = [{}]\n",
+        "title = \"ball-screw feed drive, impact test\"\nquantity = \"{}\"\ngain = 1.0\nexcitation_unit = \"N\"\nresponse = \"table\"\nexcitation = \"table\"",
         case.quantity.name(),
-        case.averages,
-        quoted(&case.fit)
     );
-    let Spread { gain, delay_s, nut_m, .. } = case.description.spread;
-    let _ = writeln!(out, "[tolerance]\ngain = {gain}\ndelay_s = {delay_s:e}\nnut_m = {nut_m:e}\n");
+    if case.scatter == Scatter::Coherence {
+        let _ = writeln!(out, "averages = {}", case.averages);
+    }
+    out.push('\n');
+    if !case.fit.is_empty() {
+        let _ = writeln!(out, "[split]\nfit = [{}]\n", quoted(&case.fit));
+    }
+    if case.description.states_tolerances {
+        let Spread { gain, delay_s, nut_m, .. } = case.description.spread;
+        let _ = writeln!(out, "[tolerance]\ngain = {gain}\ndelay_s = {delay_s:e}\nnut_m = {nut_m:e}\n");
+    }
     for position in &case.positions {
         let _ = writeln!(out, "[[position]]\nname = \"{}\"\nnut_m = {}\n", position.name, position.nut_m);
     }

@@ -48,6 +48,8 @@ named_effects! {
     OTHERS {
         /// Nut or guide stiffness depends on the force level.
         ContactLevel = "contact-level",
+        /// A mass that dry friction holds on the table: it gives way at the amplitude of the blows. Outside the library.
+        FrictionDamper = "friction-damper",
     }
     UNLISTED {
         /// A hose or cable swings on the table.
@@ -87,6 +89,22 @@ pub struct Place {
 use EffectKind::*;
 
 impl EffectKind {
+    /// Effects outside the library on machines of all layouts.
+    pub const OUTSIDE: [Self; 12] = [
+        HoseResonator,
+        ServoLag,
+        HousingTilt,
+        RingAbsorber,
+        NutYaw,
+        SqueezedFilm,
+        MiddleSupport,
+        LooseFoot,
+        BrakeDisc,
+        ScaleFeedback,
+        MotorThrust,
+        FrictionDamper,
+    ];
+
     /// Whether it occurs with both signs.
     pub fn is_two_sided(self) -> bool {
         matches!(

@@ -37,7 +37,7 @@ impl Effect {
     pub fn random(kind: EffectKind, machine: &DrawnMachine, draw: &mut Draw) -> Self {
         let sign = if kind.is_two_sided() { draw.sign() } else { 1.0 };
         let shape = std::array::from_fn(|_| draw.unit());
-        Self { kind, size: 1.0, sign, shape, band_hz: machine.band_hz, stroke_m: [machine.nut_m[0], machine.nut_m[5]] }
+        Self { kind, size: 1.0, sign, shape, band_hz: machine.band_hz, stroke_m: machine.stroke_m() }
     }
 
     /// Returns the same effect at another size.

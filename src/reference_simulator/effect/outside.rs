@@ -17,6 +17,12 @@ impl Effect {
                     suspended(0.03 * self.size * frame.machine.table_mass_kg, self.in_band_hz(0, 0.06, 0.5), self.scaled(1, 0.03, 0.1));
                 frame.structure.branch(vec![(frame.table, 1.0)], law);
             }
+            EffectKind::FrictionDamper => {
+                // At one amplitude, dry friction in series with a spring is a spring with a large loss factor.
+                let law =
+                    suspended(0.05 * self.size * frame.machine.table_mass_kg, self.in_band_hz(0, 0.05, 0.3), self.scaled(1, 0.4, 0.8));
+                frame.structure.branch(vec![(frame.table, 1.0)], law);
+            }
             EffectKind::ServoLag => {
                 if let Some(hold) = frame.machine.hold {
                     let delay_s = self.log_scaled(0, 5e-4, 2e-3);
@@ -76,7 +82,7 @@ impl Effect {
                     let share = 0.3 * self.size;
                     let part = |factor: f64| Law::Kelvin { stiffness: factor * hold.stiffness, damping: factor * hold.damping, loss: 0.0 };
                     frame.structure.link(frame.rotor, frame.rotor, part(-share));
-                    frame.structure.link(frame.rotor, frame.table, part(share / frame.machine.ratio_m()));
+                    frame.structure.link(frame.rotor, frame.table, part(share * frame.machine.drive_ratio / frame.machine.ratio_m()));
                 }
             }
             EffectKind::MotorThrust => {
@@ -108,6 +114,7 @@ impl Effect {
             | EffectKind::TableRocking
             | EffectKind::TableRelaxation
             | EffectKind::HoseResonator
+            | EffectKind::FrictionDamper
             | EffectKind::SqueezedFilm => &["table"],
             EffectKind::BedCompliance => &["bearing-left", "bearing-right", "left", "right"],
             EffectKind::NutFlangeCompliance | EffectKind::NutYaw => &["nut", "table", "screw", "screw-angle"],

@@ -10,6 +10,8 @@ use crate::element::structure::{Port, Structure};
 
 /// Relaxation time of the oil film in a guide, s: far above the measured band the film is stiff.
 const GUIDE_FILM_S: f64 = 1e-5;
+/// Loss factor of the stiffness of a guide: seals and hoses.
+const GUIDE_LOSS: f64 = 0.05;
 
 /// A partly assembled machine at one nut position.
 #[derive(Clone, Debug)]
@@ -139,11 +141,14 @@ impl Frame {
             let stiffness = machine.guide_damping_ns_per_m / GUIDE_FILM_S;
             structure.branch(vec![(self.table, 1.0)], Law::Maxwell { stiffness, time_s: GUIDE_FILM_S });
         }
+        if machine.guide_stiffness_n_per_m > 0.0 {
+            structure.branch(vec![(self.table, 1.0)], Law::spring(machine.guide_stiffness_n_per_m, GUIDE_LOSS));
+        }
         if let Some(hold) = machine.hold {
             let law = Law::Servo { stiffness: hold.stiffness, damping: hold.damping, integral: hold.integral, delay_s: hold.lag_s };
             structure.branch(vec![(self.rotor, 1.0)], law);
         }
-        structure.branch(difference(&self.driver, &[(self.ends[0].1, 1.0)]), machine.coupling.law(1.0));
+        structure.branch(difference(&self.driver, &[(self.ends[0].1, machine.drive_ratio)]), machine.coupling.law(1.0));
         structure.branch(difference(&[(self.ends[0].0, 1.0)], &self.housings[0]), machine.bearing_left.law(1.0));
         structure.branch(difference(&[(self.ends[1].0, 1.0)], &self.housings[1]), machine.bearing_right.law(1.0));
         let mut at_nut = Form::new();

@@ -15,8 +15,8 @@ pub struct DrawnMachine {
     pub description: Description,
     /// True joint values by parameter name.
     pub joints: BTreeMap<String, f64>,
-    /// Nominal nut positions l1 … l6 from the left bearing, m.
-    pub nut_m: [f64; 6],
+    /// Nominal nut positions l1, l2 … from the left bearing, m.
+    pub nut_m: Vec<f64>,
     /// Upper end of the measured band, Hz.
     pub band_hz: f64,
 }
@@ -31,6 +31,11 @@ impl DrawnMachine {
             }
         }
         machine
+    }
+
+    /// Returns the first and the last nut position, m.
+    pub fn stroke_m(&self) -> [f64; 2] {
+        [self.nut_m[0], self.nut_m[self.nut_m.len() - 1]]
     }
 }
 
@@ -81,8 +86,10 @@ pub fn bench(held: bool, draw: &mut Draw) -> DrawnMachine {
         lead_m: 0.040,
         parameters,
         spread: Spread::UNIFORM,
+        states_tolerances: true,
+        drive_ratio: 1.0,
     };
-    DrawnMachine { description, joints, nut_m: [0.6, 0.8, 1.0, 1.3, 1.6, 1.9], band_hz: 1000.0 }
+    DrawnMachine { description, joints, nut_m: vec![0.6, 0.8, 1.0, 1.3, 1.6, 1.9], band_hz: 1000.0 }
 }
 
 /// Draws a machine of any size: lead 5–40 mm, length 0.4–3 m, diameter 16–63 mm, table 20–1500 kg; all other values scale with these.
@@ -177,16 +184,20 @@ pub fn sized(dimensions: Dimensions, held: bool, draw: &mut Draw) -> DrawnMachin
         lead_m: lead_mm * 1e-3,
         parameters,
         spread: Spread::UNIFORM,
+        states_tolerances: true,
+        drive_ratio: 1.0,
     };
-    let nut_m = std::array::from_fn(|index| {
-        let fraction = 0.23 + 0.1 * index as f64 + draw.within(0.025);
-        (fraction * length_m * 200.0).round() / 200.0
-    });
+    let nut_m = (0..6).map(|index| on_screw(0.23 + 0.1 * f64::from(index) + draw.within(0.025), length_m)).collect();
     let torsion_hz = (steel.1 / 7850.0f64).sqrt() / (2.0 * length_m);
     DrawnMachine { description, joints, nut_m, band_hz: round_to((1.7 * torsion_hz).clamp(800.0, 1600.0), 2) }
 }
 
-fn parameter(name: &'static str, start: f64, lower: f64, upper: f64, source: &str) -> Parameter {
+/// Returns a nut position (m) by its share of the screw's length, to the 5 mm of a scale on the machine.
+pub(super) fn on_screw(share: f64, length_m: f64) -> f64 {
+    (share * length_m * 200.0).round() / 200.0
+}
+
+pub(super) fn parameter(name: &'static str, start: f64, lower: f64, upper: f64, source: &str) -> Parameter {
     let unit = match name {
         "k_m" | "k_s" => "N*m/rad",
         "c_m" | "c_s" => "N*m*s/rad",

@@ -59,6 +59,10 @@ pub struct Description {
     pub parameters: Vec<Parameter>,
     /// Tolerances of the description.
     pub spread: Spread,
+    /// Whether machine file and manifest state the tolerances; else their reader assumes usual ones.
+    pub states_tolerances: bool,
+    /// Turns of the rotor for one turn of the screw.
+    pub drive_ratio: f64,
 }
 
 impl Description {
@@ -105,6 +109,8 @@ impl Description {
             rotor_inertia_kg_m2: self.rotor_inertia_kg_m2,
             hub_inertia_kg_m2: self.hub_inertia_kg_m2,
             guide_damping_ns_per_m: 0.0,
+            guide_stiffness_n_per_m: 0.0,
+            drive_ratio: self.drive_ratio,
             loss_dispersion: 1.0,
         };
         for parameter in &self.parameters {
@@ -140,22 +146,10 @@ impl Description {
             self.length_m, self.diameter_m, self.youngs_modulus_pa, self.shear_modulus_pa, self.density_kg_m3
         );
         out.push_str(STATIONS);
-        let mut joint = |name: &str, first: &str, second: &str, screw: Option<f64>, stiffness: &str, damping: &str| {
-            let _ = writeln!(out, "[[joint]]\nname = \"{name}\"\nbetween = [\"{first}\", \"{second}\"]");
-            if let Some(lead_m) = screw {
-                let _ = writeln!(out, "screw = {{ angle = \"screw-angle\", lead_m = {lead_m:e} }}");
-            }
-            let _ = writeln!(out, "stiffness = \"{stiffness}\"\ndamping = \"{damping}\"\n");
-        };
-        joint("bearing-left", "left", "ground", None, "k_al", "c_al");
-        joint("bearing-right", "right", "ground", None, "k_ar", "c_ar");
-        joint("nut", "table", "screw", Some(self.lead_m), "k_n", "c_n");
-        joint("coupling", "rotor", "left-angle", None, "k_m", "c_m");
-        // The table is weighed; inertias of rotating parts (journals, hub, nut) are less certain. G/E combines two independent errors of
-        // equal size.
-        let Spread { modulus, mass, .. } = self.spread;
-        let shear = modulus * std::f64::consts::SQRT_2;
-        let _ = writeln!(out, "[tolerance]\nyoungs_modulus = {modulus}\nshear_modulus = {shear:.4}\nmass = {mass}\n");
+        self.joints(&mut out);
+        if self.states_tolerances {
+            self.tolerances(&mut out);
+        }
         for parameter in &self.parameters {
             let _ = writeln!(
                 out,
@@ -168,6 +162,40 @@ impl Description {
             let _ = writeln!(out, "source = \"{}\"\n", parameter.source);
         }
         out
+    }
+
+    /// Writes the joints. A floating bearing carries no axial load and is none; a belt connects rotor and screw by the ratio of its pulleys.
+    fn joints(&self, out: &mut String) {
+        let mut joint = |name: &str, connects: &str, stiffness: Option<&str>, damping: &str| {
+            let _ = writeln!(out, "[[joint]]\nname = \"{name}\"\n{connects}");
+            if let Some(stiffness) = stiffness {
+                let _ = writeln!(out, "stiffness = \"{stiffness}\"");
+            }
+            let _ = writeln!(out, "damping = \"{damping}\"\n");
+        };
+        let between = |first: &str, second: &str| format!("between = [\"{first}\", \"{second}\"]");
+        joint("bearing-left", &between("left", "ground"), Some("k_al"), "c_al");
+        if self.parameter("k_ar").is_some() {
+            joint("bearing-right", &between("right", "ground"), Some("k_ar"), "c_ar");
+        }
+        let screw = format!("{}\nscrew = {{ angle = \"screw-angle\", lead_m = {:e} }}", between("table", "screw"), self.lead_m);
+        joint("nut", &screw, Some("k_n"), "c_n");
+        let coupling = match self.drive_ratio {
+            1.0 => between("rotor", "left-angle"),
+            ratio => format!("on = {{ rotor = 1.0, left-angle = {:?} }}", -ratio),
+        };
+        joint("coupling", &coupling, Some("k_m"), "c_m");
+        if self.parameter("c_g").is_some() {
+            joint("guide", &between("table", "ground"), None, "c_g");
+        }
+    }
+
+    fn tolerances(&self, out: &mut String) {
+        // The table is weighed; inertias of rotating parts (journals, hub, nut) are less certain. G/E combines two independent errors of
+        // equal size.
+        let Spread { modulus, mass, .. } = self.spread;
+        let shear = modulus * std::f64::consts::SQRT_2;
+        let _ = writeln!(out, "[tolerance]\nyoungs_modulus = {modulus}\nshear_modulus = {shear:.4}\nmass = {mass}\n");
     }
 }
 

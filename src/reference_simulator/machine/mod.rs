@@ -3,6 +3,8 @@
 pub mod assembly;
 pub mod catalogue;
 pub mod description;
+pub mod layout;
+pub mod leeway;
 pub mod nuisance;
 pub mod number;
 pub mod point;

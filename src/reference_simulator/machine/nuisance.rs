@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use num_complex::Complex64;
+
 use super::number::{Journal, Machine};
 use super::point::{Channel, Point};
 use crate::draw::Draw;
@@ -27,6 +29,12 @@ impl Spread {
     pub const UNIFORM: Self = Self { modulus: 0.0017, mass: 0.0029, nut_m: 2.9e-4, gain: 0.0023, delay_s: 0.87e-6 };
     /// Usual uncertainties of catalogues, scales and calibrations.
     pub const USUAL: Self = Self { modulus: 0.003, mass: 0.01, nut_m: 5e-4, gain: 0.004, delay_s: 2e-6 };
+
+    /// Returns all standard deviations times a factor.
+    pub fn times(self, factor: f64) -> Self {
+        let Self { modulus, mass, nut_m, gain, delay_s } = self;
+        Self { modulus: modulus * factor, mass: mass * factor, nut_m: nut_m * factor, gain: gain * factor, delay_s: delay_s * factor }
+    }
 }
 
 /// Number of the random branch for the dispersion of losses.
@@ -41,6 +49,27 @@ pub fn dispersion(draw: &mut Draw) -> f64 {
     }
 }
 
+/// Sensor chain of a response against the force: a charge amplifier's high-pass and the resonance of the sensor on its mount.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorChain {
+    /// Corner frequency of the high-pass, Hz.
+    pub corner_hz: f64,
+    /// Resonance of the mounted sensor, Hz.
+    pub mount_hz: f64,
+}
+
+impl SensorChain {
+    /// Damping ratio of a sensor on wax or a stud.
+    const MOUNT_DAMPING: f64 = 0.02;
+
+    /// Returns recorded over true response at s.
+    pub fn at(&self, s: Complex64) -> Complex64 {
+        let tau = std::f64::consts::TAU;
+        let along = s / (tau * self.mount_hz);
+        s / (s + tau * self.corner_hz) / (along * along + along * (2.0 * Self::MOUNT_DAMPING) + 1.0)
+    }
+}
+
 /// One random set of all nuisance parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Nuisance {
@@ -48,10 +77,12 @@ pub struct Nuisance {
     pub youngs: f64,
     /// Relative error of G.
     pub shear: f64,
+    /// Relative error of the screw's effective diameter.
+    pub diameter: f64,
     /// Material loss factor of the screw.
     pub screw_loss: f64,
-    /// Loss factor of all joints, in addition to their dashpots.
-    pub joint_loss: f64,
+    /// Loss factors of nut, left bearing, right bearing and coupling, in addition to their dashpots.
+    pub joint_losses: [f64; 4],
     /// Share of dispersion of all losses, from 0 (constant stiffness) to 1 (causal).
     pub loss_dispersion: f64,
     /// Journal over screw diameter, left.
@@ -72,13 +103,19 @@ pub struct Nuisance {
     pub integral_per_s: f64,
     /// Lag of the hold over the ratio of its damping to its stiffness; from 1 on the hold would feed energy into the motion.
     pub lag_share: f64,
+    /// Damping of the guide that the description lacks, over the table mass, 1/s.
+    pub guide_per_s: f64,
+    /// Natural frequency of the table alone on the stiffness of guide, hoses or counterbalance, Hz.
+    pub guide_hz: f64,
     /// Error of each nut position, m.
     pub offsets_m: Vec<f64>,
     /// Relative gain error and delay (s) of each channel.
     pub channels: BTreeMap<Channel, (f64, f64)>,
+    /// Sensor chain of the responses; an ideal one if absent.
+    pub sensor: Option<SensorChain>,
 }
 
-/// All channels that a layout may contain.
+/// All channels that a test may contain.
 pub const CHANNELS: [Channel; 8] = [
     Channel { response: Point::Table, excitation: Point::Table },
     Channel { response: Point::Rotor, excitation: Point::Rotor },
@@ -97,7 +134,8 @@ impl Nuisance {
             youngs: 0.0,
             shear: 0.0,
             screw_loss: 0.0,
-            joint_loss: 0.0,
+            diameter: 0.0,
+            joint_losses: [0.0; 4],
             loss_dispersion: 1.0,
             left_ratio: 1.0,
             right_ratio: 1.0,
@@ -108,8 +146,11 @@ impl Nuisance {
             masses: [0.0; 5],
             integral_per_s: 0.0,
             lag_share: 0.0,
+            guide_per_s: 0.0,
+            guide_hz: 0.0,
             offsets_m: vec![0.0; positions],
             channels: BTreeMap::new(),
+            sensor: None,
         }
     }
 
@@ -119,7 +160,8 @@ impl Nuisance {
             youngs: draw.within(0.003),
             shear: draw.within(0.003),
             screw_loss: draw.log_between(3e-4, 3e-3),
-            joint_loss: draw.log_between(2e-3, 1.5e-2),
+            diameter: 0.0,
+            joint_losses: [draw.log_between(2e-3, 1.5e-2); 4],
             loss_dispersion: dispersion(&mut draw.branch(DISPERSION)),
             left_ratio: draw.between(0.85, 0.95),
             right_ratio: draw.between(0.85, 0.95),
@@ -130,8 +172,11 @@ impl Nuisance {
             masses: std::array::from_fn(|_| draw.within(0.005)),
             integral_per_s: draw.between(0.0, 2.0),
             lag_share: draw.between(0.0, 0.2),
+            guide_per_s: 0.0,
+            guide_hz: 0.0,
             offsets_m: (0..positions).map(|_| draw.within(5e-4)).collect(),
             channels: CHANNELS.into_iter().map(|channel| (channel, (draw.within(0.004), draw.within(1.5e-6)))).collect(),
+            sensor: None,
         }
     }
 
@@ -141,6 +186,7 @@ impl Nuisance {
         let screw = &mut machine.screw;
         screw.youngs_modulus_pa *= 1.0 + self.youngs;
         screw.shear_modulus_pa *= 1.0 + self.shear;
+        screw.diameter_m *= 1.0 + self.diameter;
         screw.loss = Loss { factor: self.screw_loss };
         let length_m = self.journal_share * screw.length_m;
         screw.left = Journal { ratio: self.left_ratio, length_m };
@@ -148,15 +194,18 @@ impl Nuisance {
         machine.nut.contacts = self.contacts;
         machine.nut.length_m = (self.turns * machine.lead_m).min(0.12 * machine.screw.length_m);
         machine.nut.skew = self.skew;
-        machine.nut.joint.loss = self.joint_loss;
-        machine.bearing_left.loss = self.joint_loss;
-        machine.bearing_right.loss = self.joint_loss;
-        machine.coupling.loss = self.joint_loss;
+        let [nut, left, right, coupling] = self.joint_losses;
+        machine.nut.joint.loss = nut;
+        machine.bearing_left.loss = left;
+        machine.bearing_right.loss = right;
+        machine.coupling.loss = coupling;
         machine.table_mass_kg *= 1.0 + self.masses[0];
         machine.rotor_inertia_kg_m2 *= 1.0 + self.masses[1];
         machine.hub_inertia_kg_m2 *= 1.0 + self.masses[2];
         machine.nut.screw_mass_kg *= 1.0 + self.masses[3];
         machine.nut.screw_inertia_kg_m2 *= 1.0 + self.masses[4];
+        machine.guide_damping_ns_per_m += self.guide_per_s * machine.table_mass_kg;
+        machine.guide_stiffness_n_per_m += (std::f64::consts::TAU * self.guide_hz).powi(2) * machine.table_mass_kg;
         if let Some(hold) = &mut machine.hold {
             hold.integral = self.integral_per_s * hold.stiffness;
             hold.lag_s = (self.lag_share * hold.damping / hold.stiffness).min(5e-5);
@@ -176,7 +225,7 @@ impl Nuisance {
         moved(&|n| n.youngs += Spread::UNIFORM.modulus);
         moved(&|n| n.shear += Spread::UNIFORM.modulus);
         moved(&|n| n.screw_loss += 7e-4);
-        moved(&|n| n.joint_loss += 4e-3);
+        moved(&|n| n.joint_losses.iter_mut().for_each(|loss| *loss += 4e-3));
         moved(&|n| n.loss_dispersion += 0.3);
         moved(&|n| n.left_ratio -= 0.03);
         moved(&|n| n.right_ratio -= 0.03);

@@ -166,6 +166,10 @@ pub struct Machine {
     pub hub_inertia_kg_m2: f64,
     /// Viscous damping of the table's guide, N·s/m.
     pub guide_damping_ns_per_m: f64,
+    /// Stiffness of the table's guide or counterbalance along the travel, N/m.
+    pub guide_stiffness_n_per_m: f64,
+    /// Turns of the rotor for one turn of the screw: 1 with a coupling, the ratio of the pulleys with a belt.
+    pub drive_ratio: f64,
     /// Share of dispersion of all losses.
     pub loss_dispersion: f64,
 }
@@ -195,6 +199,7 @@ impl Machine {
             "c_m" => &mut self.coupling.damping,
             "k_s" => &mut self.hold.as_mut()?.stiffness,
             "c_s" => &mut self.hold.as_mut()?.damping,
+            "c_g" => &mut self.guide_damping_ns_per_m,
             _ => return None,
         })
     }

@@ -3,31 +3,31 @@
 use std::collections::BTreeSet;
 
 use super::{check_folder, check_label, setting, subject};
-use crate::case::{Counts, Fit, Gauge, Kind, LOOK_ALIKES, Layout, Plan, Quantity, Slot, Strength, Subject, Survey};
+use crate::case::{ChannelSet, Counts, Fit, Gauge, Kind, LOOK_ALIKES, Plan, Quantity, Slot, Strength, Subject, Survey};
 use crate::draw::Draw;
 use crate::effect::{Effect, EffectKind};
 use crate::{generate, generate_one, write_case};
 
 fn small() -> Plan {
-    let unknown = Slot { kind: Kind::Unknown, ..Slot::single(EffectKind::HoseResonator, Strength::Strong, Layout::Table) };
+    let unknown = Slot { kind: Kind::Unknown, ..Slot::single(EffectKind::HoseResonator, Strength::Strong, ChannelSet::Table) };
     let pair = Slot {
         kind: Kind::LookAlike,
         partner: Some(EffectKind::TableRocking),
-        ..Slot::single(EffectKind::BedCompliance, Strength::Strong, Layout::Table)
+        ..Slot::single(EffectKind::BedCompliance, Strength::Strong, ChannelSet::Table)
     };
     let double = Slot {
         kind: Kind::Double,
         effects: vec![EffectKind::GuideViscous, EffectKind::TableMass],
-        ..Slot::single(EffectKind::GuideViscous, Strength::Clear, Layout::Table)
+        ..Slot::single(EffectKind::GuideViscous, Strength::Clear, ChannelSet::Table)
     };
     Plan {
         slots: vec![
-            Slot::plain(Kind::Null, Layout::Cross),
-            Slot::plain(Kind::HardNullWrongParameter, Layout::Table),
-            Slot::plain(Kind::HardNullBadChannel, Layout::Rotor),
-            Slot::single(EffectKind::TableMass, Strength::Strong, Layout::Table),
-            Slot::single(EffectKind::FrfQuantity, Strength::Strong, Layout::Table),
-            Slot::single(EffectKind::ContactLevel, Strength::Strong, Layout::Table),
+            Slot::plain(Kind::Null, ChannelSet::Cross),
+            Slot::plain(Kind::HardNullWrongParameter, ChannelSet::Table),
+            Slot::plain(Kind::HardNullBadChannel, ChannelSet::Rotor),
+            Slot::single(EffectKind::TableMass, Strength::Strong, ChannelSet::Table),
+            Slot::single(EffectKind::FrfQuantity, Strength::Strong, ChannelSet::Table),
+            Slot::single(EffectKind::ContactLevel, Strength::Strong, ChannelSet::Table),
             pair,
             double,
             unknown,
@@ -81,7 +81,7 @@ fn cases_match_their_labels() {
 fn nulls_have_no_strength_and_effects_reach_the_requested_strength() {
     let subject = subject(2);
     let setting = setting(subject.drawn.band_hz);
-    let survey = Survey::new(&subject, &setting, &Layout::Cross.channels(), &[1.0], 1.0 / 150.0).unwrap();
+    let survey = Survey::new(&subject, &setting, &ChannelSet::Cross.channels(), &[1.0], 1.0 / 150.0).unwrap();
     let gauge = Gauge::new(&subject, survey.clone()).unwrap();
     assert!(gauge.unexplained(&subject).unwrap().noncentrality < 1e-12);
     // A changed joint is no effect.
@@ -108,7 +108,7 @@ fn nulls_have_no_strength_and_effects_reach_the_requested_strength() {
 fn refit_of_the_chain_recovers_its_joints() {
     let mut subject = subject(1);
     subject.nuisance = crate::machine::nuisance::Nuisance::none(6);
-    let survey = Survey::new(&subject, &setting(subject.drawn.band_hz), &Layout::Cross.channels(), &[1.0], 1.0 / 100.0).unwrap();
+    let survey = Survey::new(&subject, &setting(subject.drawn.band_hz), &ChannelSet::Cross.channels(), &[1.0], 1.0 / 100.0).unwrap();
     let fit = Fit::of_chain(&subject.drawn, &survey);
     let start: Vec<f64> = fit.true_point().iter().map(|value| value + 0.05).collect();
     let found = fit.run(&survey.base, &start).unwrap();
@@ -144,8 +144,8 @@ fn plans_contain_every_case_in_shuffled_order() {
         let singles: Vec<_> = plan.slots.iter().filter(|slot| slot.kind == Kind::Single && slot.effects == [effect]).collect();
         assert_eq!(singles.len(), Counts::FULL.singles_per_effect);
         let strengths: BTreeSet<_> = singles.iter().map(|slot| slot.strength).collect();
-        let layouts: BTreeSet<_> = singles.iter().map(|slot| slot.layout).collect();
-        assert!(layouts.len() == 4 && (strengths.len() == 4 || effect == EffectKind::FrfQuantity));
+        let channel_sets: BTreeSet<_> = singles.iter().map(|slot| slot.channel_set).collect();
+        assert!(channel_sets.len() == 4 && (strengths.len() == 4 || effect == EffectKind::FrfQuantity));
     }
     assert!(plan != Plan::from_counts(&Counts::FULL, 2));
     assert!(plan == Plan::from_counts(&Counts::FULL, 1));

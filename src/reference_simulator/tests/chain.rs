@@ -74,7 +74,7 @@ fn deviation(machine: &Machine, nut_m: f64, channel: Channel, indices: (usize, u
 }
 
 /// Returns the machine of a subject without nuisance parameters, with the true joint values, and its nut positions.
-fn bare(seed: u64, elements: usize) -> (Machine, [f64; 6]) {
+fn bare(seed: u64, elements: usize) -> (Machine, Vec<f64>) {
     let subject = subject(seed);
     let mut machine = crate::machine::nuisance::Nuisance::none(6).applied(subject.drawn.with_true_joints());
     machine.screw.elements = elements;
@@ -116,7 +116,7 @@ fn tapered_journals_and_a_long_nut_stay_on_the_screw() {
     let subject = subject(1);
     let machine = subject.nuisance.applied(subject.drawn.with_true_joints());
     for (offset, _) in machine.nut.shares() {
-        for nut_m in subject.drawn.nut_m {
+        for nut_m in &subject.drawn.nut_m {
             assert!((0.0..machine.screw.length_m).contains(&(nut_m + offset)));
         }
     }

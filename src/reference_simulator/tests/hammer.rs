@@ -3,7 +3,7 @@
 use num_complex::Complex64;
 
 use super::{setting, subject};
-use crate::case::{Layout, TestRig, axis};
+use crate::case::{ChannelSet, TestRig, axis};
 use crate::draw::Draw;
 use crate::hammer::block::Analyser;
 use crate::hammer::fft::Fft;
@@ -66,18 +66,18 @@ fn limit_block_is_the_decay_of_an_oscillator() {
 }
 
 /// Returns tests of the machines whose response a block contains, with their number and setting.
-fn tests(layout: Layout, spacing: f64) -> impl Iterator<Item = (u64, Setting, TestRig)> {
+fn tests(channel_set: ChannelSet, spacing: f64) -> impl Iterator<Item = (u64, Setting, TestRig)> {
     (0..12).filter_map(move |seed| {
         let subject = subject(seed);
         let setting = setting(subject.drawn.band_hz);
-        let test = TestRig::new(&subject, &setting, &layout.channels(), &[1.0], spacing).ok()?;
+        let test = TestRig::new(&subject, &setting, &channel_set.channels(), &[1.0], spacing).ok()?;
         Some((seed, setting, test))
     })
 }
 
 #[test]
 fn h1_has_no_bias_at_resonances() {
-    for (seed, _, test) in tests(Layout::Rotor, 1.0 / 150.0).take(2) {
+    for (seed, _, test) in tests(ChannelSet::Rotor, 1.0 / 150.0).take(2) {
         assert!(test.bias < 0.003, "noise-free bias {}", test.bias);
         // With noise: the mean of repeated estimates at the highest peak of two table records.
         for station in [0, 5] {
@@ -94,7 +94,7 @@ fn h1_has_no_bias_at_resonances() {
 fn coherence_predicts_the_scatter_of_repeats() {
     let subject = subject(0);
     let setting = setting(subject.drawn.band_hz);
-    let test = TestRig::new(&subject, &setting, &Layout::Table.channels(), &[1.0], 1.0 / 60.0).unwrap();
+    let test = TestRig::new(&subject, &setting, &ChannelSet::Table.channels(), &[1.0], 1.0 / 60.0).unwrap();
     let repeats: Vec<_> = (0..60).map(|repeat| test.record(3, 0, None, &Draw::new(9).branch(repeat))).collect();
     let exact = &test.exact[3][0];
     let n = setting.averages as f64;
@@ -120,7 +120,7 @@ fn coherence_predicts_the_scatter_of_repeats() {
 
 #[test]
 fn noise_has_the_expected_variance() {
-    let Some((_, setting, test)) = tests(Layout::Table, 1.0 / 100.0).nth(1) else {
+    let Some((_, setting, test)) = tests(ChannelSet::Table, 1.0 / 100.0).nth(1) else {
         panic!("no machine has a response that a block contains")
     };
     let setting = setting.with_samples((test.block_s() * setting.rate_hz).round() as usize);

@@ -4,6 +4,7 @@ mod case;
 mod chain;
 mod element;
 mod hammer;
+mod layout;
 mod physics;
 
 use std::collections::BTreeSet;

@@ -40,10 +40,18 @@ impl BlindCheck {
     /// # Errors  the folder holds other cases, or changed ones; a file cannot be written.
     pub fn seal(&self, control: &Control) -> StudyResult<Option<Seal>> {
         let (counts, cases) = self.request.planned()?;
+        let layout = self.request.layout.map(|layouts| layouts.name().to_owned());
         let (arm, truth, seed) = (self.request.arm_name(), self.request.truth_name(), self.request.case_seed());
         if !["seal.json", "labels.json", CASES, QUIET].iter().any(|name| self.folder.join(name).exists()) {
-            let generator =
-                Generator { version: env!("CARGO_PKG_VERSION").into(), arm: arm.into(), truth: truth.into(), seed, counts, cases };
+            let generator = Generator {
+                version: env!("CARGO_PKG_VERSION").into(),
+                arm: arm.into(),
+                truth: truth.into(),
+                seed,
+                counts,
+                layout: layout.clone(),
+                cases,
+            };
             return make_cases(&self.folder, &generator, control);
         }
         let (seal, _) = Seal::verified(&self.folder)?;
@@ -51,11 +59,16 @@ impl BlindCheck {
         let other = self.request.seed.is_some() && seed != there.seed
             || self.request.arm.is_some() && arm != there.arm
             || self.request.cases.is_some() && (counts, cases) != (there.counts, there.cases)
+            || layout.is_some() && layout != there.layout
             || self.request.truth.is_some() && truth != there.truth;
         if other {
             let fault = format!(
-                "holds other cases ({}, arm {}, truth {}, seed {}); omit cases, arm, seed and truth to use them, or name another folder",
-                there.cases, there.arm, there.truth, there.seed
+                "holds other cases ({}, arm {}, layout {}, truth {}, seed {}); omit cases, arm, layout, seed and truth to use them, or name another folder",
+                there.cases,
+                there.arm,
+                there.layout.as_deref().unwrap_or("of the catalogue"),
+                there.truth,
+                there.seed
             );
             return Err(StudyError::input(self.folder.display(), fault));
         }
@@ -89,6 +102,8 @@ impl BlindCheck {
             jobs: given.jobs,
             threads_each: given.threads_each,
             sealed_cases: seal.cases.len(),
+            not_made: seal.not_made.clone(),
+            refused_machines: labels.iter().map(|label| label.refused).sum(),
             cases: names.iter().zip(&judgements).map(|(name, judgement)| CaseRow::new(name, judgement)).collect(),
             scores: scores(&judgements),
         })

@@ -7,6 +7,7 @@ use file_access::{MOST_DOCUMENT_BYTES, read_text};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::layouts::Layouts;
 use super::own_cases::own_case;
 use crate::{StudyError, StudyResult};
 use numeric::parallel::OrFirstError;
@@ -32,10 +33,12 @@ pub enum CasePlan {
 
 impl CasePlan {
     /// Builds the plan of an arm.
-    pub fn new(arm: &str, counts: &Counts, seed: u64) -> Self {
-        match arm {
-            "motion" => Self::Motion(motion::Plan::from_counts(counts, seed)),
-            _ => Self::Frf(Plan::from_counts(counts, seed)),
+    pub fn new(arm: &str, layouts: Option<Layouts>, counts: &Counts, seed: u64) -> Self {
+        match (arm, layouts) {
+            ("motion", _) => Self::Motion(motion::Plan::from_counts(counts, seed)),
+            (_, None) => Self::Frf(Plan::from_counts(counts, seed)),
+            (_, Some(Layouts::All)) => Self::Frf(Plan::on_layouts(counts, seed, None)),
+            (_, Some(Layouts::One(layout))) => Self::Frf(Plan::on_layouts(counts, seed, Some(layout))),
         }
     }
 
@@ -63,7 +66,7 @@ pub fn make_cases(folder: &Path, generator: &Generator, control: &Control) -> St
     }
     let out = OutputFolder::prepare(&aside)?;
     out.write("generator.json", whose.as_bytes())?;
-    let plan = CasePlan::new(&generator.arm, &generator.counts, generator.seed);
+    let plan = CasePlan::new(&generator.arm, generator.layout.as_deref().and_then(Layouts::named), &generator.counts, generator.seed);
     let step = control.steps("make cases", generator.cases);
     let made: Vec<Option<Made>> = (0..generator.cases)
         .into_par_iter()

@@ -3,11 +3,16 @@
 mod check;
 mod closed_share;
 mod diagnose_cases;
+mod layouts;
 mod make_cases;
 mod own_cases;
+mod page;
 mod request;
 
 pub use check::BlindCheck;
 pub use diagnose_cases::CaseAnswers;
+pub use layouts::Layouts;
+pub use page::page;
+pub use reference_simulator::Layout;
 pub use request::{Arm, BlindCheckRequest, CaseCount, CaseOrigin, Program};
 pub use withheld::{Seal, WithheldDocument, withheld_text};

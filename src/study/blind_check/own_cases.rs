@@ -81,6 +81,8 @@ pub fn own_case(seed: u64, plan: &Plan, index: usize) -> StudyResult<(Case, Labe
     let closed = (label.kind == Kind::Single).then_some(1.0);
     label = Label {
         alternatives: Vec::new(),
+        fitted_noncentrality: Vec::new(),
+        imitation: None,
         band_hz: None,
         gap: Gap { closed, ..Gap::default() },
         fault: None,
@@ -104,6 +106,8 @@ pub fn own_case(seed: u64, plan: &Plan, index: usize) -> StudyResult<(Case, Labe
 struct Truth {
     machine: Machine,
     values: Vec<f64>,
+    /// Standard deviations that the case states.
+    spread: Spread,
     /// Error of each nut position (m).
     nut_error_m: Vec<f64>,
     /// ln(gain) and delay (s) of each channel.
@@ -114,18 +118,19 @@ impl Truth {
     /// Draws the truth of a description with nuisance parameters; the joints are those of the label.
     fn new(described: &Machine, case: &Case, label: &Label, seed: u64) -> Self {
         let random = &mut Xoshiro256PlusPlus::seed_from_u64(seed);
+        let spread = case.description.spread;
         let value = |p: &machine::Parameter, random: &mut Xoshiro256PlusPlus| {
             label.joints.get(&p.id).copied().or_else(|| sample_prior(p, random)).unwrap_or(p.start)
         };
         let values = described.parameters.iter().map(|p| value(p, random)).collect();
-        let nut_error_m = case.positions.iter().map(|_| Spread::UNIFORM.nut_m * normal(random)).collect();
+        let nut_error_m = case.positions.iter().map(|_| spread.nut_m * normal(random)).collect();
         let mut channels: Vec<(Channel, [f64; 2])> = Vec::new();
         for record in &case.records {
             if !channels.iter().any(|(channel, _)| *channel == record.channel) {
-                channels.push((record.channel, [Spread::UNIFORM.gain * normal(random), Spread::UNIFORM.delay_s * normal(random)]));
+                channels.push((record.channel, [spread.gain * normal(random), spread.delay_s * normal(random)]));
             }
         }
-        let none = Truth { machine: Machine::default(), values, nut_error_m, channels };
+        let none = Truth { machine: Machine::default(), values, spread, nut_error_m, channels };
         none.with(described, described.parameters.len(), seed)
     }
 
@@ -311,11 +316,11 @@ fn perturbed(truth: &Truth, described: &Machine) -> Vec<(Truth, f64)> {
         }
     }
     for at in 0..truth.nut_error_m.len() {
-        add(STEP_SD, &|t| t.nut_error_m[at] += STEP_SD * Spread::UNIFORM.nut_m);
+        add(STEP_SD, &|t| t.nut_error_m[at] += STEP_SD * t.spread.nut_m);
     }
     for at in 0..truth.channels.len() {
-        add(STEP_SD, &|t| t.channels[at].1[0] += STEP_SD * Spread::UNIFORM.gain);
-        add(STEP_SD, &|t| t.channels[at].1[1] += STEP_SD * Spread::UNIFORM.delay_s);
+        add(STEP_SD, &|t| t.channels[at].1[0] += STEP_SD * t.spread.gain);
+        add(STEP_SD, &|t| t.channels[at].1[1] += STEP_SD * t.spread.delay_s);
     }
     out
 }

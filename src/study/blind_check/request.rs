@@ -3,6 +3,7 @@
 use std::ffi::OsString;
 use std::path::PathBuf;
 
+use super::layouts::Layouts;
 use super::make_cases::CasePlan;
 use crate::{StudyError, StudyResult};
 use reference_simulator::{Counts, motion};
@@ -54,6 +55,8 @@ pub struct BlindCheckRequest {
     pub cases: Option<CaseCount>,
     /// Seed of the cases and of every diagnosis; 1 by default.
     pub seed: Option<u64>,
+    /// Layouts of the machines; those of the catalogue by default, so that the cases of a seed stay what they were.
+    pub layout: Option<Layouts>,
     /// Origin of the cases; independent by default.
     pub truth: Option<CaseOrigin>,
     /// Additional command-line arguments of every diagnosis.
@@ -72,6 +75,7 @@ impl Default for BlindCheckRequest {
             arm: None,
             cases: None,
             seed: None,
+            layout: None,
             truth: None,
             ablation: Vec::new(),
             jobs: None,
@@ -98,6 +102,10 @@ impl BlindCheckRequest {
         if self.arm == Some(Arm::Motion) && self.truth == Some(CaseOrigin::Own) {
             let fault = "the models' own cases are hammer tests only; choose the arm of FRFs, or leave the truth out";
             return Err(StudyError::setting("truth", "own", fault));
+        }
+        if let (Some(Arm::Motion), Some(layout)) = (self.arm, self.layout) {
+            let fault = "layouts are those of hammer tests; choose the arm of FRFs, or leave the layout out";
+            return Err(StudyError::setting("layout", layout.name(), fault));
         }
         self.planned().map(|_| ())
     }
@@ -131,7 +139,7 @@ impl BlindCheckRequest {
             None | Some(Arm::Frf) => [Counts::QUICK, Counts::FULL],
             Some(Arm::Motion) => [motion::QUICK, motion::FULL],
         };
-        let [quick, full] = counts.map(|counts| (counts, CasePlan::new(self.arm_name(), &counts, self.case_seed()).len()));
+        let [quick, full] = counts.map(|counts| (counts, CasePlan::new(self.arm_name(), self.layout, &counts, self.case_seed()).len()));
         match self.cases.unwrap_or(CaseCount::Quick) {
             CaseCount::Quick => Ok(quick),
             CaseCount::Full => Ok(full),

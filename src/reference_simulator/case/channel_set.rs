@@ -8,7 +8,7 @@ use crate::machine::point::{Channel, Point};
 /// Channels of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Layout {
+pub enum ChannelSet {
     /// The table is excited and measured.
     Table,
     /// In addition, the rotor is excited and measured.
@@ -19,8 +19,8 @@ pub enum Layout {
     Axial,
 }
 
-impl Layout {
-    /// All layouts, in the order of their number of channels.
+impl ChannelSet {
+    /// All sets, in the order of their number of channels.
     pub const ALL: [Self; 4] = [Self::Table, Self::Rotor, Self::Cross, Self::Axial];
 
     /// Returns the channels, the table first.
