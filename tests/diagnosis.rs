@@ -128,8 +128,8 @@ fn published_bench_without_its_rotor_hold() {
     assert_eq!(found, diagnose(&[&arguments[..], &["--threads", "2"]].concat()));
 }
 
-/// Without `least_prominence`, small peaks may have been missed, so a guide spring, which adds a small peak, is as plausible as the rotor hold.
-/// Twelve numbers hardly decide which of the two predicts left-out positions better: the seed of the search decides.
+/// Without `least_prominence`, small peaks may have been missed, so a spring between table and ground, which adds a small peak, is as plausible as the
+/// rotor hold, whatever the seed of the search.
 #[test]
 #[ignore = "second tier"]
 fn published_bench_where_small_peaks_may_have_been_missed() {
@@ -145,8 +145,8 @@ fn published_bench_where_small_peaks_may_have_been_missed() {
         effects.map(String::from).collect()
     };
     let both = ["1", "3"].map(named);
-    assert!(both.iter().all(|named| named.iter().any(|id| id == "rotor-hold")), "{both:?}");
-    assert!(both.iter().flatten().any(|id| id == "guide-stiffness"), "{both:?}");
+    assert!(both[0].iter().any(|id| id == "rotor-hold") && both[0] == both[1], "{both:?}");
+    assert!(both[0].iter().any(|id| id == "guide-stiffness" || id == "table-relaxation"), "{both:?}");
 }
 
 /// The real bench with two inertias: the diagnosis names each of its two effects when withheld. Record B is held out.

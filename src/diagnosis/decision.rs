@@ -102,8 +102,8 @@ const LARGE_EXCESS: f64 = 5.0;
 const RELEASE_REDUCTION: f64 = 0.75;
 /// Least share of χ² by which an effect must reduce it where a large excess remains: one that no generic impedance matches, and any other.
 const LEAST_REDUCTION: (f64, f64) = (0.4, 0.5);
-/// Largest share that a named effect leaves: of the misfit of fitted data beyond null simulations, and of the squared gap of held-out data above the
-/// noise floor. It may exceed one of both.
+/// Largest share that a named effect leaves: of the misfit of fitted data beyond null simulations (or [`EXCESS`]), and of the squared gap of held-out data
+/// above the noise floor. It may exceed one of both.
 const UNEXPLAINED: f64 = 0.5;
 /// Least share of it that remains where records may belong to several machines.
 const UNRELATED: f64 = 0.1;
@@ -232,11 +232,13 @@ pub fn diagnose(
         }
     }
     let chosen_with_nuisances = fitter.gaps(&chosen.0, &chosen.1, held_out)?;
-    let is_inadequate = limits.calibrated && null.exceeds(chosen.1.chi_square / count) && after - 1.0 > UNEXPLAINED * (before - 1.0);
+    let leaves_much = after > EXCESS || after - 1.0 > UNEXPLAINED * (before - 1.0);
+    let is_inadequate = limits.calibrated && null.exceeds(chosen.1.chi_square / count) && leaves_much;
     let is_open = closed(&nominal_held_out, &chosen_with_nuisances).is_none_or(|closed| closed < 1.0 - UNEXPLAINED);
     if verdict.kind == VerdictKind::Effect && is_inadequate && is_open {
         let reason = format!(
-            "more than half of the misfit remains with the best effect: {after:.1} times that of null simulations, {before:.1} times without it"
+            "more than half of the held-out gap remains with the best effect, and a misfit {after:.1} times that of null simulations, {before:.1} \
+             times without it"
         );
         verdict = verdict.unnamed(&reason, NEXT_AT_LOCATION);
     }
