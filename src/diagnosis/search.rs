@@ -19,7 +19,7 @@ const SEARCHES: usize = 4;
 /// Largest number of descents to the minimum of a rival, and decrease of χ² by which it has settled: fresh steps continue along a valley.
 const RESTARTS: usize = 5;
 const SETTLED: f64 = 0.02;
-/// Largest χ² of a rival as a multiple of the least: another candidate explains less than half of what it leaves.
+/// Largest χ² of a rival as a multiple of the least: a candidate that leaves more than twice as much does not explain the data.
 const RIVAL: f64 = 2.0;
 /// χ² per compared number above which every hypothesis is fitted from more starts: a multiple of the noise's share, plus a constant.
 const LARGE_MISFIT: (f64, f64) = (1.5, 0.1);

@@ -181,6 +181,7 @@ def test_figures_show_what_they_say(found, on_frfs, tmp_path):
 def test_tables_of_pandas(found, on_frfs):
     pandas = pytest.importorskip("pandas")
     frame = found.to_frame()
+    assert frame.equals(found.parameters.to_frame())
     assert isinstance(frame, pandas.DataFrame) and frame.loc["k_n", "value"] == found.parameters["k_n"].value
     assert list(on_frfs.predict(nut_m=0.9, progress=False).to_frame()["order"])[:2] == [1, 2]
 

@@ -417,7 +417,8 @@ def blind_check(
 ) -> Document:
     """The blind check of the diagnosis (the command `withheld`) on a cluster: cases are made and sealed here, diagnosed there, and scored here.
 
-    `cases` is a number, "quick" or "full"; `arm` "frf" or "motion"; `layout` "all" or the name of one, for hammer tests. All workers must see `folder`. Returns the document `withheld.json`.
+    `cases` is a number, "quick" or "full"; `arm` "frf" or "motion"; `layout` "all" or the name of one, for hammer tests.
+    All workers must see `folder`. Returns the document `withheld.json`.
     """
     target = prepare(Path(_arrays.path("folder", folder)))
     place = ["--out", str(target / "cases")]

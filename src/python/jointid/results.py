@@ -62,6 +62,20 @@ class Parameter:
         )
 
 
+class Parameters(dict[str, Parameter]):
+    """Parameters by id."""
+
+    def to_frame(self) -> pandas.DataFrame:
+        """One row a parameter: value, unit, interval_low, interval_high, identifiable, …"""
+        rows = []
+        for name, parameter in self.items():
+            low, high = parameter.interval95 or (None, None)
+            keys = ("identifiable", "depends_on_discrepancy", "fitted", "lower", "upper", "description")
+            row = {"parameter": name, "value": parameter.value, "unit": parameter.unit, "interval_low": low, "interval_high": high}
+            rows.append(row | {key: getattr(parameter, key) for key in keys})
+        return _pandas("a table").DataFrame(rows).set_index("parameter")
+
+
 @dataclass(frozen=True)
 class Effect:
     """A candidate effect of a diagnosis; `closed` is the share of the squared held-out gap above the noise floor that it closes.
@@ -193,13 +207,13 @@ class Friction(Document):
     """A Stribeck curve, fitted to friction at constant velocities."""
 
     @property
-    def parameters(self) -> dict[str, Parameter]:
+    def parameters(self) -> Parameters:
         """Parameters by id."""
         rows = self.document["parameters"].items()
         inf = float("inf")
-        return {
-            name: Parameter(row["value"], row["unit"], 0.0, inf, _interval(row["interval95"]), not row["at_bound"], True) for name, row in rows
-        }
+        return Parameters(
+            (name, Parameter(row["value"], row["unit"], 0.0, inf, _interval(row["interval95"]), not row["at_bound"], True)) for name, row in rows
+        )
 
 
 class Plan(Document):
@@ -383,9 +397,9 @@ class Identification(Document):
         return cls(study._core.identification(text), study)
 
     @cached_property
-    def parameters(self) -> dict[str, Parameter]:
+    def parameters(self) -> Parameters:
         """Estimates by parameter id."""
-        return {name: Parameter._of(row) for name, row in self.document["parameters"].items()}
+        return Parameters((name, Parameter._of(row)) for name, row in self.document["parameters"].items())
 
     @property
     def interval95(self) -> dict[str, Interval | None]:
@@ -527,14 +541,8 @@ class Identification(Document):
         return values, np.array(costs)
 
     def to_frame(self) -> pandas.DataFrame:
-        """One row a parameter: value, unit, interval_low, interval_high, identifiable, …"""
-        rows = []
-        for name, parameter in self.parameters.items():
-            low, high = parameter.interval95 or (None, None)
-            keys = ("identifiable", "depends_on_discrepancy", "fitted", "lower", "upper", "description")
-            row = {"parameter": name, "value": parameter.value, "unit": parameter.unit, "interval_low": low, "interval_high": high}
-            rows.append(row | {key: getattr(parameter, key) for key in keys})
-        return _pandas("a table").DataFrame(rows).set_index("parameter")
+        """The parameters as a table, as :meth:`Parameters.to_frame`."""
+        return self.parameters.to_frame()
 
     def plot(self, positions: str | Sequence[str] | None = None) -> Figure:
         """Measurements with the machine before and after: FRFs, else natural frequencies."""
