@@ -418,7 +418,9 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
         );
         return Ok((unknown(reason), chosen));
     }
-    let several = names.len() > 1 && after > limits.combination_excess;
+    // Only the largest number ended the search for further effects: records of another machine need ever more.
+    let exhausted = limits.calibrated && names.len() == MAX_EFFECTS && after > EXCESS;
+    let several = exhausted || (names.len() > 1 && after > limits.combination_excess);
     if several || (after > limits.large_excess && little) || (after > DOUBTFUL_EXCESS && generic_excess < GENERIC_BETTER * after) || fails {
         let fails = if fails { ", and predicts left-out positions worse than it fits" } else { "" };
         let reason = format!(
