@@ -176,7 +176,7 @@ impl<'s> Fitter<'s> {
         let objective = self.objective(hypothesis)?;
         let coarse = objective.coarse(self.lines_of_one(COARSE));
         let few = coarse.as_ref().unwrap_or(&objective);
-        let without_effect = start_of(hypothesis, &bases[0], &amplitudes(hypothesis)[0]);
+        let without_effect = start_of(hypothesis, &bases[0], &[]);
         let followed = best_starts((few, coarse.is_some()), hypothesis, bases, FOLLOWED.0 + FOLLOWED.1 * hypothesis.added.len());
         let mut ends: Vec<Fitted> = followed.iter().map(|start| self.descend(few, start, COARSE_STEPS, control)).collect();
         let near = self.descend(few, &without_effect, COARSE_STEPS, control);
@@ -305,9 +305,8 @@ impl<'s> Fitter<'s> {
         let objective = self.objective(hypothesis)?;
         let coarse = objective.coarse(self.lines_of_one(COARSE));
         let few = coarse.as_ref().unwrap_or(&objective);
-        let starts = bases.iter().flat_map(|base| amplitudes(hypothesis).into_iter().map(move |added| start_of(hypothesis, base, &added)));
         let cost = |start: Fitted| few.squares(|squares| squares.normal(&coordinates_of(few, &start)).cost_after_step(TRUST_RADIUS));
-        Ok(starts.take_while(|_| !control.stopped()).map(cost).fold(f64::INFINITY, f64::min))
+        Ok(trial_starts(hypothesis, bases).take_while(|_| !control.stopped()).map(cost).fold(f64::INFINITY, f64::min))
     }
 
     /// Returns χ² of other data of the set with the parameters of a fit and nut positions as stated.
@@ -382,6 +381,12 @@ pub(super) fn read_back(objective: &DomainObjective<'_>, from: &Fitted, place: &
     Fitted { units, tail: Tail(place[objective.free().len()..].to_vec()), chi_square, found: from.found }
 }
 
+/// Returns a start of a hypothesis for each of some joints with each trial amplitude.
+fn trial_starts<'j>(hypothesis: &'j Hypothesis, joints: &'j [Fitted]) -> impl Iterator<Item = Fitted> + use<'j> {
+    let trials = amplitudes(hypothesis);
+    joints.iter().flat_map(move |base| trials.clone().into_iter().map(move |added| start_of(hypothesis, base, &added)))
+}
+
 /// Returns the most promising starts of a hypothesis from some joints: of all amplitudes the distinct ones of the least χ², predicted by one linear
 /// step where derivatives are cheap, else evaluated.
 fn best_starts((few, is_linear): (&DomainObjective<'_>, bool), hypothesis: &Hypothesis, joints: &[Fitted], most: usize) -> Vec<Fitted> {
@@ -389,9 +394,7 @@ fn best_starts((few, is_linear): (&DomainObjective<'_>, bool), hypothesis: &Hypo
         let place = coordinates_of(few, start);
         few.squares(|squares| if is_linear { squares.normal(&place).cost_after_step(TRUST_RADIUS) } else { squares.chi_square(&place) })
     };
-    let trials = amplitudes(hypothesis);
-    let all = joints.iter().flat_map(|base| trials.iter().map(move |added| start_of(hypothesis, base, added)));
-    let mut starts: Vec<(f64, Fitted)> = all.map(|start| (cost(&start), start)).collect();
+    let mut starts: Vec<(f64, Fitted)> = trial_starts(hypothesis, joints).map(|start| (cost(&start), start)).collect();
     starts.sort_by(|a, b| a.0.total_cmp(&b.0));
     // Neighbouring starts end in the same minimum.
     let mut followed: Vec<Fitted> = Vec::new();

@@ -81,7 +81,7 @@ pub fn search(
         }
     }
     search.settle()?;
-    Ok(search.results(candidates, others, most))
+    Ok(search.results(candidates, others))
 }
 
 impl Search<'_, '_> {
@@ -201,8 +201,8 @@ impl Search<'_, '_> {
 
     /// Descends to the minima of the rivals, as far as that of the nominal machine: joints in series form long valleys.
     fn settle(&mut self) -> Result<(), ObjectiveError> {
+        let largest = RIVAL * self.least(self.hypotheses.len());
         let Search { fitter, control, hypotheses, .. } = self;
-        let largest = RIVAL * self.fits.iter().flatten().map(|fit| fit.chi_square).fold(self.base.chi_square, f64::min);
         let rivals = hypotheses.par_iter().zip(&mut self.fits).filter_map(|(h, fit)| Some((h, fit.as_mut().ok()?)));
         rivals.filter(|(_, fit)| fit.chi_square <= largest).try_for_each(|(hypothesis, fit)| {
             let objective = fitter.objective(hypothesis)?;
@@ -221,7 +221,7 @@ impl Search<'_, '_> {
     }
 
     /// Returns the candidates and the best generic impedances.
-    fn results(self, candidates: usize, others: Vec<Candidate>, most: usize) -> (Screening, Vec<Candidate>) {
+    fn results(self, candidates: usize, others: Vec<Candidate>) -> (Screening, Vec<Candidate>) {
         let Search { nominal, base, hypotheses, fits, .. } = self;
         let mut all = hypotheses.into_iter().zip(fits);
         let mut tried: Vec<Candidate> =
@@ -234,7 +234,6 @@ impl Search<'_, '_> {
             })
             .collect();
         located.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        located.truncate(most);
         tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         tried.extend(others);
         (Screening { nominal, base, candidates: tried }, located)
