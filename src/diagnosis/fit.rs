@@ -210,7 +210,8 @@ impl<'s> Fitter<'s> {
             let objective = self.objective(hypothesis)?;
             let coarse = objective.coarse(self.lines_of_one(COARSE));
             let few = coarse.as_ref().unwrap_or(&objective);
-            let ends = best_starts((few, coarse.is_some()), hypothesis, joints, FOLLOWED.0);
+            let thin = objective.coarse(self.lines_of_one(MULTISTART_LINES));
+            let ends = best_starts((thin.as_ref().unwrap_or(few), coarse.is_some()), hypothesis, joints, FOLLOWED.0);
             let ends = ends.iter().map(|start| self.descend(few, start, COARSE_STEPS, control));
             let Some(best) = ends.min_by(|a, b| a.chi_square.total_cmp(&b.chi_square)) else { return Ok(None) };
             let there = self.descend(few, known, COARSE_STEPS, control);

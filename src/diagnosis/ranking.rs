@@ -13,8 +13,6 @@ pub const EQUIVALENT: f64 = 9.0;
 const MODEL_ERROR: f64 = 0.1;
 /// Least reduction of χ² by a rival, as a share of that by the best candidate.
 const RIVAL_REDUCTION: f64 = 0.5;
-/// Largest χ² of a rival with more parameters, as a share of that of the best candidate.
-const RIVAL_MISFIT: f64 = 0.9;
 /// Shortfall in cross-validation that a rival may have, as a share of the best candidate's improvement over the nominal machine.
 pub(super) const SHORTFALL: f64 = 0.2;
 
@@ -52,13 +50,15 @@ fn penalised(tried: &TriedEffect) -> f64 {
     if candidate.gain == 0.0 { f64::INFINITY } else { candidate.chi_square() + PENALTY * candidate.gain / statistic }
 }
 
-/// Returns the indices of the candidates indistinguishable from the best; one with more parameters only where its χ² is clearly smaller.
+/// Returns the indices of the candidates indistinguishable from the best; one with more parameters only where each of these reduces χ² by more than
+/// the difference within which candidates are indistinguishable.
 pub(super) fn indistinguishable(tried: &[TriedEffect], null: &NullDistribution, count: f64, limits: Thresholds) -> Vec<usize> {
     let Some(best) = tried.first() else { return Vec::new() };
     let unit = null.excess(best.candidate.chi_square() / count);
     let reach = penalised(best) + EQUIVALENT * unit + limits.margin(MODEL_ERROR * best.candidate.gain, best.candidate.chi_square(), unit);
     let added = |t: &TriedEffect| t.candidate.fitted.as_ref().map_or(0, |(hypothesis, _)| hypothesis.added.len());
-    let as_simple = |t: &TriedEffect| added(t) <= added(best) || t.candidate.chi_square() < RIVAL_MISFIT * best.candidate.chi_square();
+    let price = |t: &TriedEffect| EQUIVALENT * unit * added(t).saturating_sub(added(best)) as f64;
+    let as_simple = |t: &TriedEffect| price(t) == 0.0 || t.candidate.chi_square() + price(t) < best.candidate.chi_square();
     let explains = |t: &TriedEffect| t.candidate.gain >= RIVAL_REDUCTION * best.candidate.gain;
     let rival = |t: &TriedEffect| penalised(t) <= reach && explains(t) && as_simple(t);
     (0..tried.len()).filter(|at| rival(&tried[*at])).collect()

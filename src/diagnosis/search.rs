@@ -13,9 +13,8 @@ use optimizer::Control;
 
 /// Largest number of rounds, and of joints from which all hypotheses are fitted in a round.
 const ROUNDS: (usize, usize) = (4, 2);
-/// Number of global searches that end in the best fit of a hypothesis, and largest number of searches.
+/// Number of global searches that end in the best fit of a hypothesis.
 const FOUND: usize = 2;
-const SEARCHES: usize = 4;
 /// Largest number of descents to the minimum of a rival, and decrease of χ² by which it has settled: fresh steps continue along a valley.
 const RESTARTS: usize = 5;
 const SETTLED: f64 = 0.02;
@@ -24,11 +23,22 @@ const RIVAL: f64 = 2.0;
 /// χ² per compared number above which every hypothesis is fitted from more starts: a multiple of the noise's share, plus a constant.
 const LARGE_MISFIT: (f64, f64) = (1.5, 0.1);
 
+/// Effort of a search.
+#[derive(Debug, Clone, Copy)]
+pub struct Effort {
+    /// Largest number of generic impedances.
+    pub located: usize,
+    /// Largest number of global searches for each candidate.
+    pub searches: usize,
+    /// Seed of the random numbers.
+    pub seed: u64,
+}
+
 /// Fits of a set of hypotheses.
 struct Search<'f, 's> {
     fitter: &'f Fitter<'s>,
     control: &'f Control,
-    seed: u64,
+    effort: Effort,
     nominal: Hypothesis,
     /// Best fit of the nominal machine.
     base: Fitted,
@@ -40,8 +50,8 @@ struct Search<'f, 's> {
 
 /// Fits every candidate and the best generic impedances, jointly with the nominal parameters. The first fits start from those of the nominal machine.
 /// The nominal machine and all hypotheses are then fitted from the joints where the best of them end, until nothing improves. Where even the best
-/// candidate leaves a large χ², all are fitted from starts all over their ranges. Returns the candidates, and at most `most` generic impedances, by
-/// reduction of χ²: they locate the discrepancy.
+/// candidate leaves a large χ², all are fitted from starts all over their ranges. Returns the candidates and generic impedances by reduction of χ²:
+/// these locate the discrepancy.
 ///
 /// # Errors  as [`Fitter::objective`]; a candidate whose fit fails is reported among the candidates.
 pub fn search(
@@ -49,7 +59,7 @@ pub fn search(
     nominal: Hypothesis,
     bases: Vec<Fitted>,
     (hypotheses, others): (Vec<Hypothesis>, Vec<Candidate>),
-    (most, seed): (usize, u64),
+    effort: Effort,
     control: &Control,
 ) -> Result<(Screening, Vec<Candidate>), ObjectiveError> {
     let is_frozen = fitter.lacks(Ablation::FrozenNominal);
@@ -66,9 +76,9 @@ pub fn search(
     };
     let fits = hypotheses.par_iter().map(first).collect();
     let used = bases.iter().map(|base| base.units.clone()).collect();
-    let mut search = Search { fitter, control, seed, base: bases[0].clone(), nominal: nominal.clone(), hypotheses, fits, used };
+    let mut search = Search { fitter, control, effort, base: bases[0].clone(), nominal: nominal.clone(), hypotheses, fits, used };
     let candidates = search.hypotheses.len();
-    search.add_interfaces(most);
+    search.add_interfaces(effort.located);
     if !is_frozen {
         let limit = (LARGE_MISFIT.0 * objective.noise_share() + LARGE_MISFIT.1) * objective.observations() as f64;
         // With few numbers almost any candidate reduces χ² much: compare them only after a global search for each.
@@ -170,11 +180,12 @@ impl Search<'_, '_> {
     /// Fits the candidates from starts all over their ranges; the rivals until each was found again.
     fn spread(&mut self, candidates: usize, objective: &DomainObjective<'_>) {
         let mut found = vec![0; candidates];
-        for round in 0..SEARCHES {
+        for round in 0..self.effort.searches {
             let least = self.least(candidates);
             let is_rival = |at: &usize| round == 0 || self.fits[*at].as_ref().is_ok_and(|fit| fit.chi_square <= RIVAL * least);
             let open: Vec<usize> = (0..candidates).filter(|at| found[*at] < FOUND).filter(is_rival).collect();
-            let search = |at: &usize| self.fitter.search_globally(&self.hypotheses[*at], &self.base, (self.seed, round), self.control);
+            let search =
+                |at: &usize| self.fitter.search_globally(&self.hypotheses[*at], &self.base, (self.effort.seed, round), self.control);
             let ends: Vec<Result<Fitted, ObjectiveError>> = open.par_iter().map(search).collect();
             let mut improved = false;
             for (at, end) in open.into_iter().zip(ends) {

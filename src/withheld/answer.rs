@@ -31,6 +31,9 @@ pub struct VerdictAnswer {
     /// Phase of the motion in which the effect is missing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub phase: Option<String>,
+    /// Ids of faults of the measuring chain.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub faults: Vec<String>,
     /// Frequency band (Hz) in which the effect is missing.
     #[serde(default, deserialize_with = "both_ends", skip_serializing_if = "Option::is_none")]
     pub band_hz: Option<[f64; 2]>,
@@ -43,7 +46,7 @@ impl VerdictAnswer {
     /// Returns the verdict of a failed diagnosis.
     pub fn failed(reason: &str) -> Self {
         let more = serde_json::Map::from_iter([("reason".to_string(), Value::from(reason))]);
-        Self { kind: "failed".into(), effects: Vec::new(), interface: None, phase: None, band_hz: None, more }
+        Self { kind: "failed".into(), effects: Vec::new(), interface: None, phase: None, faults: Vec::new(), band_hz: None, more }
     }
 
     /// Returns the named ids, each once, in their order. Only two kinds of verdict name effects.

@@ -138,6 +138,13 @@ impl FrfObjective<'_> {
         Columns { of, unit }
     }
 
+    /// Returns the columns on which a record depends: all parameters, the gain, and the record's own nut position and channel.
+    fn columns_of(&self, record: &FrfRecord) -> Vec<usize> {
+        let shared = 0..self.free.len() + usize::from(self.estimates_gain());
+        let channel = self.channel_column(record.structure);
+        shared.chain(self.nut_column(record.nut)).chain(channel.into_iter().flat_map(|column| [column, column + 1])).collect()
+    }
+
     /// Returns the priors of free parameters, nut positions, and gains and delays of channels.
     pub(super) fn priors<'h>(&'h self, here: &'h Decoded) -> impl Iterator<Item = PriorTerm> + 'h {
         let FrfSettings { nut_sd_m, channel_sd: (gain_sd, delay_sd_s), .. } = self.settings;
@@ -159,12 +166,13 @@ impl FrfObjective<'_> {
 
     /// Computes the normal equations of some lines of a record, in unit-cube coordinates.
     fn piece(&self, record: &FrfRecord, here: &Decoded, columns: &Columns, lines: std::ops::Range<usize>) -> NormalEquations {
-        let dimension = columns.unit.len();
+        let own = self.columns_of(record);
+        let dimension = own.len();
         let mut chi_square = Reals::ZERO;
         let mut gradient = vec![Reals::ZERO; dimension];
         // Lower triangle, row by row.
         let mut information = vec![Reals::ZERO; dimension * (dimension + 1) / 2];
-        self.weighted_rows(record, here, columns, lines, |_, residuals, slopes| {
+        self.weighted_rows(record, here, (columns, &own), lines, |_, residuals, slopes| {
             let abreast = residuals.len();
             chi_square += product(residuals, residuals);
             let mut sums = information.iter_mut();
@@ -173,33 +181,35 @@ impl FrfObjective<'_> {
                 slopes.chunks_exact(abreast).take(row + 1).zip(&mut sums).for_each(|(b, sum)| *sum += product(a, b));
             }
         });
-        let mut normal = NormalEquations::zero(dimension);
+        let mut normal = NormalEquations::zero(columns.unit.len());
         normal.chi_square = chi_square.reduce_add();
-        normal.gradient.iter_mut().zip(gradient).for_each(|(slope, sum)| *slope = sum.reduce_add());
+        own.iter().zip(gradient).for_each(|(column, sum)| normal.gradient[*column] = sum.reduce_add());
         let mut sums = information.into_iter();
-        for row in 0..dimension {
-            (0..=row).zip(&mut sums).for_each(|(column, sum)| normal.information[(row, column)] = sum.reduce_add());
+        for (at, row) in own.iter().enumerate() {
+            own[..=at].iter().zip(&mut sums).for_each(|(column, sum)| normal.information[(*row, *column)] = sum.reduce_add());
         }
         normal
     }
 
     /// Calls `each(line, residuals, slopes)` for groups of lines of a record.
     ///
-    /// Residuals come group by group. `slopes` holds their derivatives with respect to the unit-cube coordinates, column c of group w at
-    /// c·groups + w. Both are multiplied by the square root of the weight, which is 0 past the last line.
+    /// Residuals come group by group. `slopes` holds their derivatives with respect to the record's own coordinates
+    /// ([`FrfObjective::columns_of`]), column c of group w at c·groups + w. Both are multiplied by the square root of the weight, which is 0 past the last line.
     fn weighted_rows(
         &self,
         record: &FrfRecord,
         here: &Decoded,
-        columns: &Columns,
+        (columns, own): (&Columns, &[usize]),
         lines: std::ops::Range<usize>,
         mut each: impl FnMut(usize, &[Complexes], &[Complexes]),
     ) {
         let Columns { of: columns, unit } = columns;
-        let dimension = unit.len();
+        let unit: Vec<f64> = own.iter().map(|column| unit[*column]).collect();
+        let dimension = own.len();
+        let of_own = |column: usize| own.iter().position(|known| *known == column);
         let mut scratch = self.borrow(record.structure);
         let (parameters, operating) = (&here.parameters, here.operating(record));
-        let nut = self.nut_column(record.nut);
+        let nut = self.nut_column(record.nut).and_then(of_own);
         scratch.network.update(self.machine, parameters, &operating);
         let sensitivity = scratch.network.sensitivity(self.machine, parameters, &operating, columns, nut);
         let loops = self.loops(record.structure, (here, operating), &mut scratch.encoders, columns);
@@ -217,7 +227,7 @@ impl FrfObjective<'_> {
         push(&numbers.power, &|d, unit| (0.0, 0.0, d * unit));
         // Derivatives with respect to the gain of the set and the channel's gain and delay.
         chain_slopes.extend(self.gain_column().map(|column| (column, ((GAIN_RANGE.1 / GAIN_RANGE.0).ln(), 0.0, 0.0))));
-        if let Some(column) = self.channel_column(record.structure) {
+        if let Some(column) = self.channel_column(record.structure).and_then(of_own) {
             let (gain, delay_s) = self.settings.channel_sd;
             chain_slopes.extend([(column, (SPAN * gain, 0.0, 0.0)), (column + 1, (0.0, SPAN * delay_s, 0.0))]);
         }
@@ -243,7 +253,7 @@ impl FrfObjective<'_> {
                 let residual = wrapped(record.measured(line) - predicted.ln() - log_factor(factor, *omega));
                 residuals[w] = (residual - log_gain) * root;
                 let scaled = predicted.inverse() * -root;
-                for (slope, unit) in scratch.row[w..].iter_mut().step_by(abreast).zip(unit) {
+                for (slope, unit) in scratch.row[w..].iter_mut().step_by(abreast).zip(&unit) {
                     *slope = *slope * scaled * *unit;
                 }
                 for (column, slopes) in &chain_slopes {
@@ -272,9 +282,10 @@ impl FrfObjective<'_> {
         (count..).zip(priors).for_each(|(row, k)| slopes[(row, k.column)] = k.slope);
         let mut first = 0;
         for record in &self.records {
-            let lines = record.omega_rad_s.len();
-            self.weighted_rows(record, &here, &columns, 0..lines, |from, residuals, derivatives| {
-                for (mut column, groups) in slopes.column_iter_mut().zip(derivatives.chunks_exact(residuals.len())) {
+            let (lines, own) = (record.omega_rad_s.len(), self.columns_of(record));
+            self.weighted_rows(record, &here, (&columns, &own), 0..lines, |from, residuals, derivatives| {
+                for (column, groups) in own.iter().zip(derivatives.chunks_exact(residuals.len())) {
+                    let mut column = slopes.column_mut(*column);
                     let numbers = groups.iter().flat_map(|group| group.lanes()).flat_map(|z| [z.re, z.im]);
                     let entries = &mut column.as_mut_slice()[2 * (first + from)..2 * (first + lines)];
                     entries.iter_mut().zip(numbers).for_each(|(entry, number)| *entry = number);

@@ -69,6 +69,9 @@ pub struct HammerTest {
     pub block_s: f64,
     /// Largest relative error of a noise-free H1 at a resonance.
     pub estimator_bias: f64,
+    /// Corner of the high pass of its sensors, Hz.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub high_pass_hz: Option<f64>,
 }
 
 /// The truth behind a case.

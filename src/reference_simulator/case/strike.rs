@@ -31,6 +31,7 @@ pub(super) fn simulated_test(slot: &Slot, choice: &Choice, label: &mut Label, dr
         positions: choice.subject.drawn.nut_m.len(),
         block_s: test.block_s(),
         estimator_bias: test.bias,
+        high_pass_hz: choice.subject.nuisance.sensor.map(|sensor| sensor.corner_hz),
     });
     label.exact = curves(choice, &test, quantity)?;
     let data_fault = (slot.kind == Kind::HardNullBadChannel)
