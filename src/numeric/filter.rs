@@ -71,23 +71,46 @@ impl LowPass {
         3 * self.order
     }
 
-    /// Filters in place, from the steady state at the first sample.
-    fn run(&self, x: &mut [f64]) {
+    /// Filters some columns in place, from the steady state at the first sample. All sections advance sample by sample: their recursions do not wait
+    /// for each other.
+    fn run<const COLUMNS: usize>(&self, x: &mut [[f64; COLUMNS]]) {
         let Some(&first) = x.first() else { return };
         let mut level = first;
-        for [b0, b1, b2, a1, a2] in &self.sections {
+        let start = |[b0, b1, b2, a1, a2]: &[f64; 5]| {
             let gain = (b0 + b1 + b2) / (1.0 + a1 + a2);
-            let rest = gain * level;
-            let mut z2 = b2 * level - a2 * rest;
-            let mut z1 = rest - b0 * level;
-            for x in x.iter_mut() {
-                let y = b0 * *x + z1;
-                z1 = b1 * *x - a1 * y + z2;
-                z2 = b2 * *x - a2 * y;
-                *x = y;
-            }
+            let rest = level.map(|level| gain * level);
+            let z1: [f64; COLUMNS] = std::array::from_fn(|c| rest[c] - b0 * level[c]);
+            let z2: [f64; COLUMNS] = std::array::from_fn(|c| b2 * level[c] - a2 * rest[c]);
             level = rest;
+            (z1, z2)
+        };
+        let mut states: Vec<([f64; COLUMNS], [f64; COLUMNS])> = self.sections.iter().map(start).collect();
+        for x in x.iter_mut() {
+            for ([b0, b1, b2, a1, a2], (z1, z2)) in self.sections.iter().zip(&mut states) {
+                for c in 0..COLUMNS {
+                    let y = b0 * x[c] + z1[c];
+                    z1[c] = (b1 * x[c] + z2[c]) - a1 * y;
+                    z2[c] = b2 * x[c] - a2 * y;
+                    x[c] = y;
+                }
+            }
         }
+    }
+
+    /// Filters columns of equal length forward and backward over records extended at both ends by their point reflections.
+    fn forward_backward_abreast<const COLUMNS: usize>(&self, columns: [&[f64]; COLUMNS]) -> Option<[Vec<f64>; COLUMNS]> {
+        let (pad, count) = (self.padding(), columns[0].len());
+        let last = count.checked_sub(1).filter(|last| *last >= pad)?;
+        let at = |i: usize| columns.map(|x| x[i]);
+        let reflected = |end: usize, i: usize| columns.map(|x| 2.0 * x[end] - x[i]);
+        let before = (1..=pad).rev().map(|i| reflected(0, i));
+        let after = (1..=pad).map(|i| reflected(last, last - i));
+        let mut all: Vec<[f64; COLUMNS]> = before.chain((0..count).map(at)).chain(after).collect();
+        self.run(&mut all);
+        all.reverse();
+        self.run(&mut all);
+        all.reverse();
+        Some(std::array::from_fn(|c| all[pad..pad + count].iter().map(|x| x[c]).collect()))
     }
 
     /// Filters forward and backward over a record extended at both ends by its point reflection; `None` where it has no more samples than
@@ -95,29 +118,35 @@ impl LowPass {
     ///
     /// # Source  `filtfilt` of MATLAB; the default of SciPy pads by three more samples.
     pub fn forward_backward(&self, x: &[f64]) -> Option<Vec<f64>> {
-        let pad = self.padding();
-        let last = x.len().checked_sub(1).filter(|last| *last >= pad)?;
-        let before = (1..=pad).rev().map(|i| 2.0 * x[0] - x[i]);
-        let after = (1..=pad).map(|i| 2.0 * x[last] - x[last - i]);
-        let mut all: Vec<f64> = before.chain(x.iter().copied()).chain(after).collect();
-        self.run(&mut all);
-        all.reverse();
-        self.run(&mut all);
-        all.reverse();
-        Some(all[pad..pad + x.len()].to_vec())
+        self.forward_backward_abreast([x]).map(|[x]| x)
     }
 }
 
-/// Decimates a record: keeps every `factor`-th sample, counted from the last, after a zero-phase Chebyshev filter of order 8 (0.05 dB up to
-/// 0.8 of the new half rate). A factor of one returns the record itself; `None` where it is too short.
+/// Number of records that are filtered together: their recursions do not wait for each other.
+const ABREAST: usize = 4;
+
+/// Decimates records of equal length: keeps every `factor`-th sample, counted from the last, after a zero-phase Chebyshev filter of order 8 (0.05 dB
+/// up to 0.8 of the new half rate). A factor of one returns the records themselves; `None` where they are too short.
 ///
 /// # Source  `decimate` of MATLAB.
-pub fn decimate(x: &[f64], factor: usize) -> Option<Vec<f64>> {
+pub fn decimate(records: &[Vec<f64>], factor: usize) -> Option<Vec<Vec<f64>>> {
     if factor <= 1 {
-        return Some(x.to_vec());
+        return Some(records.to_vec());
     }
-    let smooth = LowPass::chebyshev(8, 0.05, 0.8 / factor as f64).forward_backward(x)?;
-    Some(smooth.into_iter().skip((x.len() - 1) % factor).step_by(factor).collect())
+    let filter = LowPass::chebyshev(8, 0.05, 0.8 / factor as f64);
+    let kept = |smooth: &[f64]| smooth.iter().copied().skip((smooth.len() - 1) % factor).step_by(factor).collect();
+    let mut decimated = Vec::with_capacity(records.len());
+    for group in records.chunks(ABREAST) {
+        match group {
+            [record] => decimated.push(kept(&filter.forward_backward(record)?)),
+            _ => {
+                let at = |c: usize| group.get(c).unwrap_or(&group[0]).as_slice();
+                let smooth: [Vec<f64>; ABREAST] = filter.forward_backward_abreast(std::array::from_fn(at))?;
+                decimated.extend(smooth.iter().take(group.len()).map(|x| kept(x)));
+            }
+        }
+    }
+    Some(decimated)
 }
 
 /// Computes the derivative by central differences (per sample), one-sided at the ends; zeros for fewer than two samples.
@@ -205,8 +234,10 @@ mod tests {
         assert!((180..220).all(|i| (y[i] - line[i]).abs() < 1e-9));
         assert_eq!(LowPass::butterworth(4, 0.2).forward_backward(&line[..12]), None);
         assert!(LowPass::butterworth(4, 0.2).forward_backward(&line[..13]).is_some());
-        assert_eq!(decimate(&line, 1).unwrap(), line);
-        assert_eq!(decimate(&line, 10).unwrap().len(), 40);
+        let lines = vec![line; ABREAST + 1];
+        assert_eq!(decimate(&lines, 1).unwrap(), lines);
+        let decimated = decimate(&lines, 10).unwrap();
+        assert!(decimated.iter().all(|x| x.len() == 40 && *x == decimated[0]), "a record filtered beside others is filtered as alone");
         let slope = central_differences(&line);
         assert!(slope.iter().all(|s| (s + 0.2).abs() < 1e-12));
         assert!(central_differences(&[1.0]) == [0.0] && central_differences(&[]).is_empty());

@@ -28,10 +28,11 @@ pub struct ExtraChannel {
 impl ExtraChannel {
     /// Returns the recorded transmission error, masked and weighted.
     pub fn recorded(&self) -> Vec<f64> {
-        self.weighted(&self.error)
+        self.weighted_all(std::slice::from_ref(&self.error)).swap_remove(0)
     }
 
-    pub(super) fn weighted(&self, thinned: &[f64]) -> Vec<f64> {
+    /// Returns decimated columns, masked and weighted, without what is projected out.
+    pub(super) fn weighted_all(&self, thinned: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let mut basis: Vec<Vec<f64>> = Vec::new();
         let without = |mut x: Vec<f64>, basis: &[Vec<f64>]| {
             for unit in basis {
@@ -47,7 +48,8 @@ impl ExtraChannel {
                 basis.push(own.into_iter().map(|x| x / length).collect());
             }
         }
-        without(self.masked(thinned), &basis).into_iter().map(|x| self.weight * x).collect()
+        let weighted = |column: &Vec<f64>| without(self.masked(column), &basis).into_iter().map(|x| self.weight * x).collect();
+        thinned.iter().map(weighted).collect()
     }
 
     fn masked(&self, x: &[f64]) -> Vec<f64> {

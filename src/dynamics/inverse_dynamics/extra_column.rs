@@ -26,7 +26,12 @@ impl ExtraChannel {
     /// proportional to the velocity are therefore projected out of recorded and predicted columns alike. The result equals least squares with all
     /// three free.
     pub fn thinned(&self, motion: &MotionSignal, column: &[f64]) -> Option<Vec<f64>> {
-        Some(self.weighted(&motion.decimated(column)?))
+        self.thinned_all(motion, &[column.to_vec()])?.pop()
+    }
+
+    /// As [`ExtraChannel::thinned`], of several columns.
+    pub(super) fn thinned_all(&self, motion: &MotionSignal, columns: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
+        Some(self.weighted_all(&motion.decimated_all(columns)?))
     }
 }
 

@@ -1,7 +1,7 @@
 //! The force that a rigid machine requires for a motion.
 
 use super::compliant_load::CompliantLoad;
-use super::friction::{FrictionForce, Ripple, sign};
+use super::friction::{FrictionForce, FrictionMemory, Ripple, sign};
 use super::preprocessing::MotionSignal;
 use super::rigid::Rigid;
 use machine::{Machine, Operating, Value};
@@ -39,8 +39,19 @@ impl Rigid {
     /// # Units      m, s, N (or rad, N·m at a driven angle)
     /// # Errors     none; parameters outside their range are not checked
     pub fn force(&self, machine: &Machine, values: &[f64], motion: &MotionSignal) -> Vec<f64> {
+        self.force_remembering(machine, values, motion, &mut FrictionMemory::default())
+    }
+
+    /// As [`Rigid::force`], with the friction forces of earlier calls for this motion.
+    pub(super) fn force_remembering(
+        &self,
+        machine: &Machine,
+        values: &[f64],
+        motion: &MotionSignal,
+        memory: &mut FrictionMemory,
+    ) -> Vec<f64> {
         let load = if motion.has_extra_points() { None } else { CompliantLoad::new(self, machine, values) };
-        self.force_with_load(load.as_ref(), machine, values, motion)
+        self.force_with_load(load.as_ref(), machine, values, motion, memory)
     }
 
     /// Predicts the force as [`Rigid::force`] with a compliant joint, given by its index and a factor on its described compliance. `None` if the
@@ -56,13 +67,20 @@ impl Rigid {
             return None;
         }
         let load = CompliantLoad::behind_joint(joint, self, machine, values)?.with_compliance_factor(times);
-        Some(self.force_with_load(Some(&load), machine, values, motion))
+        Some(self.force_with_load(Some(&load), machine, values, motion, &mut FrictionMemory::default()))
     }
 
-    fn force_with_load(&self, load: Option<&CompliantLoad<'_>>, machine: &Machine, values: &[f64], motion: &MotionSignal) -> Vec<f64> {
+    fn force_with_load(
+        &self,
+        load: Option<&CompliantLoad<'_>>,
+        machine: &Machine,
+        values: &[f64],
+        motion: &MotionSignal,
+        memory: &mut FrictionMemory,
+    ) -> Vec<f64> {
         let number = |value: &Value| value.at(values, &Operating::default());
         let Some(drive) = &machine.drive else { return vec![0.0; motion.position_m.len()] };
-        let mut force = self.balance(load, machine, values, motion).force;
+        let mut force = self.balance(load, machine, values, motion, memory).force;
         if let Some(ripple) = Ripple::new(&drive.ripple, &number) {
             force.iter_mut().zip(&motion.position_m).for_each(|(f, x)| *f -= ripple.at(self.driven * x));
         }
@@ -72,7 +90,14 @@ impl Rigid {
     }
 
     /// Computes driving and resisting forces along a motion, optionally with a load behind a compliant joint.
-    pub(super) fn balance(&self, load: Option<&CompliantLoad<'_>>, machine: &Machine, values: &[f64], motion: &MotionSignal) -> Balance {
+    pub(super) fn balance(
+        &self,
+        load: Option<&CompliantLoad<'_>>,
+        machine: &Machine,
+        values: &[f64],
+        motion: &MotionSignal,
+        memory: &mut FrictionMemory,
+    ) -> Balance {
         let number = |value: &Value| value.at(values, &Operating::default());
         let load_force = load.map(|load| load.joint_force(self, values, motion));
         let inertia = self.inertia_of(machine, values, &|p| load.is_none_or(|b| !b.is_beyond(&[(p, 1.0)])));
@@ -89,7 +114,7 @@ impl Rigid {
             }
             let damping = number(&joint.damping);
             let law = FrictionForce::new(&joint.friction, &number);
-            let mut against = law.forces(ratio, &motion.velocity_m_s, &motion.position_m, motion.step_s);
+            let mut against = memory.forces(at, &law, ratio, motion);
             for ((sum, v), force) in sum.iter_mut().zip(&motion.velocity_m_s).zip(&mut against) {
                 *force += damping * ratio * v;
                 *sum += ratio * *force;
@@ -113,7 +138,7 @@ impl Rigid {
 
     /// Finds the joint (index) whose damper and friction dissipate the most energy along a motion.
     pub fn joint_with_most_friction(&self, machine: &Machine, values: &[f64], motion: &MotionSignal) -> Option<usize> {
-        let balance = self.balance(None, machine, values, motion);
+        let balance = self.balance(None, machine, values, motion, &mut FrictionMemory::default());
         let work =
             |(joint, force): &(usize, Vec<f64>)| self.ratio(&machine.joints[*joint].on).abs() * force.iter().map(|f| f.abs()).sum::<f64>();
         let most = balance.resisting.iter().max_by(|a, b| work(a).total_cmp(&work(b)))?;

@@ -1,5 +1,6 @@
 //! Friction laws and waves over the travel, with numerical parameters.
 
+use super::preprocessing::MotionSignal;
 use machine::{Friction, FrictionTable, Value, Wave};
 
 /// Returns the sign of a velocity: 1, −1, or 0.
@@ -14,6 +15,7 @@ pub(super) fn sign(x: f64) -> f64 {
 }
 
 /// A wave over the travel with numerical parameters.
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Ripple {
     cosine: f64,
     sine: f64,
@@ -34,6 +36,7 @@ impl Ripple {
 }
 
 /// A friction law with numerical parameters.
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct FrictionForce {
     coulomb: f64,
     pub offset: f64,
@@ -108,6 +111,30 @@ impl FrictionForce {
     pub fn build_up_over(&mut self, travel: f64) {
         if self.stiffness == 0.0 {
             self.stiffness = self.level(0.0, 0.0).max(0.0) / travel;
+        }
+    }
+}
+
+/// Friction forces of the joints along one motion by their last laws: most changes of a parameter leave the laws of other joints as they are.
+#[derive(Debug, Default)]
+pub(super) struct FrictionMemory {
+    /// By joint: law, ratio, and its forces.
+    last: Vec<Option<(FrictionForce, f64, Vec<f64>)>>,
+}
+
+impl FrictionMemory {
+    /// Returns the friction force of a joint along the motion of this memory, as [`FrictionForce::forces`].
+    pub fn forces(&mut self, joint: usize, law: &FrictionForce, ratio: f64, motion: &MotionSignal) -> Vec<f64> {
+        if self.last.len() <= joint {
+            self.last.resize_with(joint + 1, || None);
+        }
+        match &self.last[joint] {
+            Some((known, at, forces)) if known == law && *at == ratio => forces.clone(),
+            _ => {
+                let forces = law.forces(ratio, &motion.velocity_m_s, &motion.position_m, motion.step_s);
+                self.last[joint] = Some((law.clone(), ratio, forces.clone()));
+                forces
+            }
         }
     }
 }

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::error::InverseError;
+use super::friction::FrictionMemory;
 use super::preprocessing::MotionSignal;
 use super::rigid::Rigid;
 use machine::{FitRule, Machine};
@@ -25,16 +26,30 @@ pub fn free_parameters(machine: &Machine, frozen: &[String]) -> Result<Vec<usize
 pub fn prediction(rigid: &Rigid, machine: &Machine, values: &[f64], motions: &[&MotionSignal]) -> DVector<f64> {
     let mut all = Vec::with_capacity(samples(motions));
     for m in motions {
-        let force = rigid.force(machine, values, m);
-        all.extend(m.thinned(&force).unwrap_or_default());
-        for (channel, mut error) in m.extra_channels.iter().zip(rigid.transmission(machine, values, m)) {
-            if let Some(estimate) = &channel.encoder_estimate {
-                error.iter_mut().zip(estimate.reading_change(&force, m)).for_each(|(error, behind)| *error += behind);
-            }
-            all.extend(channel.thinned(m, &error).unwrap_or_default());
+        let columns = at_full_rate(rigid, machine, values, m, &mut FrictionMemory::default());
+        for (of, column) in columns.into_iter().enumerate() {
+            all.extend(thinned(m, of, &[column]).concat());
         }
     }
     DVector::from_vec(all)
+}
+
+/// Predicts the force along a motion, then the transmission error of each extra point, sample by sample.
+fn at_full_rate(rigid: &Rigid, machine: &Machine, values: &[f64], m: &MotionSignal, memory: &mut FrictionMemory) -> Vec<Vec<f64>> {
+    let force = rigid.force_remembering(machine, values, m, memory);
+    let mut errors = rigid.transmission_remembering(machine, values, m, memory);
+    for (channel, error) in m.extra_channels.iter().zip(&mut errors) {
+        if let Some(estimate) = &channel.encoder_estimate {
+            error.iter_mut().zip(estimate.reading_change(&force, m)).for_each(|(error, behind)| *error += behind);
+        }
+    }
+    std::iter::once(force).chain(errors).collect()
+}
+
+/// Decimates predicted columns: forces (0), or errors of an extra point (from 1).
+fn thinned(m: &MotionSignal, of: usize, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let channel = of.checked_sub(1).and_then(|at| m.extra_channels.get(at));
+    channel.map_or_else(|| m.thinned_all(columns), |channel| channel.thinned_all(m, columns)).unwrap_or_default()
 }
 
 /// Returns the recorded force and the recorded transmission error of extra points, in the layout of [`prediction`].
@@ -90,16 +105,34 @@ pub fn derivatives(
     motions: &[&MotionSignal],
     here: &DVector<f64>,
 ) -> DMatrix<f64> {
+    let stepped: Vec<(f64, Vec<f64>)> = free
+        .iter()
+        .zip(is_linear_in_inverse(machine, free))
+        .map(|(&index, inverse)| {
+            let (x, stepped) = (values[index], machine.parameters[index].stepped(values[index], STEP));
+            let mut moved = values.to_vec();
+            moved[index] = stepped;
+            // The prediction is linear in the inverse of a stiffness: d/dp = −1/p²·d/d(1/p).
+            (if inverse { -x * x * (1.0 / stepped - 1.0 / x) } else { stepped - x }, moved)
+        })
+        .collect();
     let mut derivatives = DMatrix::zeros(here.len(), free.len());
-    for (column, (&index, inverse)) in free.iter().zip(is_linear_in_inverse(machine, free)).enumerate() {
-        let stepped = machine.parameters[index].stepped(values[index], STEP);
-        let mut moved = values.to_vec();
-        moved[index] = stepped;
-        let there = prediction(rigid, machine, &moved, motions);
-        // The prediction is linear in the inverse of a stiffness: d/dp = −1/p²·d/d(1/p).
-        let x = values[index];
-        let step = if inverse { -x * x * (1.0 / stepped - 1.0 / x) } else { stepped - x };
-        derivatives.set_column(column, &((there - here) / step));
+    let mut first = 0;
+    for m in motions {
+        let mut memory = FrictionMemory::default();
+        let mut by_kind: Vec<Vec<Vec<f64>>> = vec![Vec::with_capacity(free.len()); 1 + m.extra_channels.len()];
+        for (_, moved) in &stepped {
+            at_full_rate(rigid, machine, moved, m, &mut memory).into_iter().zip(&mut by_kind).for_each(|(column, of)| of.push(column));
+        }
+        for (of, columns) in by_kind.iter().enumerate() {
+            let there = thinned(m, of, columns);
+            let count = there.first().map_or(0, Vec::len);
+            for (column, (there, (step, _))) in there.iter().zip(&stepped).enumerate() {
+                let rows = derivatives.view_mut((first, column), (count, 1));
+                rows.into_iter().zip(there).zip(here.rows(first, count).iter()).for_each(|((d, there), here)| *d = (there - here) / step);
+            }
+            first += count;
+        }
     }
     derivatives
 }

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector, Dyn, LU};
 use super::backlash::{contact_sides, position_in_backlash};
 use super::compliant_load::CompliantLoad;
 use super::force::Balance;
-use super::friction::Ripple;
+use super::friction::{FrictionMemory, Ripple};
 use super::preprocessing::MotionSignal;
 use super::rigid::Rigid;
 use crate::model::matrices;
@@ -95,6 +95,17 @@ impl Rigid {
     ///   with several backlashes the side of each is that of the load without the others
     /// # Source     quasi-static wind-up of a feed drive: Altintas et al., CIRP Annals 60 (2011) 779–796; signs as in the simulation of motions
     pub fn transmission(&self, machine: &Machine, values: &[f64], motion: &MotionSignal) -> Vec<Vec<f64>> {
+        self.transmission_remembering(machine, values, motion, &mut FrictionMemory::default())
+    }
+
+    /// As [`Rigid::transmission`], with the friction forces of earlier calls for this motion.
+    pub(super) fn transmission_remembering(
+        &self,
+        machine: &Machine,
+        values: &[f64],
+        motion: &MotionSignal,
+        memory: &mut FrictionMemory,
+    ) -> Vec<Vec<f64>> {
         if motion.extra_channels.is_empty() {
             return Vec::new();
         }
@@ -103,7 +114,7 @@ impl Rigid {
         let Some(statics) = Statics::new(machine, values, &at) else {
             return vec![vec![0.0; motion.position_m.len()]; motion.extra_channels.len()];
         };
-        let balance = self.balance(None, machine, values, motion);
+        let balance = self.balance(None, machine, values, motion, memory);
         // Unstrained position of each joint's combination.
         let mut unstrained: Vec<(&Joint, Vec<f64>)> = Vec::new();
         for (index, joint) in machine.joints.iter().enumerate() {
