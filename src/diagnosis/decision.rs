@@ -16,7 +16,7 @@ use super::one_machine::{Mismatch, mismatch};
 use super::parsimony::{NamedFit, more_parsimonious};
 use super::ranking::{EQUIVALENT, SHORTFALL, TriedEffect, indistinguishable, keep_predictive, rank};
 use super::screening::{Candidate, Screening, Status, hypotheses, nominal, nominal_fits};
-use super::search::{Effort, search};
+use super::search::{Effort, large_misfit, search};
 use super::thresholds::Thresholds;
 use super::verdict::{Verdict, VerdictKind, impedance_of, nothing_fitted, p_value_text, percent_text};
 use identification::ToleranceEstimate;
@@ -142,10 +142,16 @@ pub fn diagnose(
     let candidates = hypotheses(fitter, machine, &start, effects, &fitter.frozen);
     control.begin(&format!("2/6 {} candidates", candidates.0.len()));
     // Generic impedances locate the discrepancy. They also show whether an effect of the library fits as well as any impedance can.
-    let effort = Effort { located: LOCATIONS, searches: SEARCHES, seed: settings.seed };
+    // Where the records themselves, or a fault of their chain that no effect imitates, account for all that is missing, effects need no search.
+    let shown = fault_of_records(fitter, held_out);
+    let objective = fitter.objective(&start)?;
+    let (count, large) = (objective.observations() as f64, large_misfit(&objective));
+    let early = if bases[0].chi_square > large { fault_of_all(fitter, (&start, &bases[0]), control)? } else { None };
+    let is_chain = shown.is_some() || early.is_some_and(|found| !found.fault.is_gradual() && found.chi_square <= large);
+    let effort = Effort { located: LOCATIONS, searches: if is_chain { 0 } else { SEARCHES }, seed: settings.seed };
+    let first = bases[0].chi_square;
     let (screening, mut located) = search(fitter, start, bases, candidates, effort, control)?;
-    let objective = fitter.objective(&screening.nominal)?;
-    let (count, unknowns) = (objective.observations() as f64, objective.unknowns(&screening.nominal));
+    let unknowns = fitter.objective(&screening.nominal)?.unknowns(&screening.nominal);
     let fitted: Vec<(&Hypothesis, &Fitted)> = screening.candidates.iter().filter_map(|c| c.fitted.as_ref().map(|(h, f)| (h, f))).collect();
     control.begin("3/6 null simulations");
     let null = match &settings.null {
@@ -190,10 +196,14 @@ pub fn diagnose(
     let needs_explanation = significant || before > EXCESS;
     let rival = best.map(|(hypothesis, fitted)| (fitted.chi_square, hypothesis.added.len()));
     let of_all = || -> Result<Option<Fault>, ObjectiveError> {
-        let chain = if needs_explanation { fault_of_all(fitter, as_described, control)? } else { None };
+        let chain = match early.filter(|_| needs_explanation && base.chi_square == first) {
+            Some(found) => Some(found),
+            None if needs_explanation => fault_of_all(fitter, as_described, control)?,
+            None => None,
+        };
         Ok(chain.and_then(|found| chain_fault(found, base.chi_square, rival, count, &null)).map(Fault::OfAll))
     };
-    let faulty = match fault_of_records(fitter, held_out) {
+    let faulty = match shown {
         Some(shown) => Some(shown),
         None => match held_out_fault(fitter, held_out, as_described, &nominal_held_out)? {
             Some(found) if restored.is_none_or(|still| still == Some(found)) => Some(found),

@@ -81,6 +81,11 @@ impl ChainFault {
         usize::from(!matches!(self, ChainFault::Polarity | ChainFault::Conjugate))
     }
 
+    /// Whether it changes the values gradually along the frequency, as some effects do.
+    pub fn is_gradual(self) -> bool {
+        matches!(self, ChainFault::LowPass(_) | ChainFault::HighPass(_) | ChainFault::Delay(_))
+    }
+
     /// Describes what is wrong with some records, with its number.
     pub fn text(self, records: &str) -> String {
         match self {

@@ -28,7 +28,7 @@ const LARGE_MISFIT: (f64, f64) = (1.5, 0.1);
 pub struct Effort {
     /// Largest number of generic impedances.
     pub located: usize,
-    /// Largest number of global searches for each candidate.
+    /// Largest number of global searches for each candidate; 0 for the first fits alone.
     pub searches: usize,
     /// Seed of the random numbers.
     pub seed: u64,
@@ -79,8 +79,8 @@ pub fn search(
     let mut search = Search { fitter, control, effort, base: bases[0].clone(), nominal: nominal.clone(), hypotheses, fits, used };
     let candidates = search.hypotheses.len();
     search.add_interfaces(effort.located);
-    if !is_frozen {
-        let limit = (LARGE_MISFIT.0 * objective.noise_share() + LARGE_MISFIT.1) * objective.observations() as f64;
+    if !is_frozen && effort.searches > 0 {
+        let limit = large_misfit(&objective);
         // With few numbers almost any candidate reduces χ² much: compare them only after a global search for each.
         let is_wide = matches!(fitter.domain, Domain::Modes(_)) && search.base.chi_square > limit;
         if !is_wide {
@@ -92,6 +92,11 @@ pub fn search(
     }
     search.settle()?;
     Ok(search.results(candidates, others))
+}
+
+/// Returns the χ² above which a fit leaves much.
+pub(super) fn large_misfit(objective: &DomainObjective<'_>) -> f64 {
+    (LARGE_MISFIT.0 * objective.noise_share() + LARGE_MISFIT.1) * objective.observations() as f64
 }
 
 impl Search<'_, '_> {

@@ -234,7 +234,7 @@ mod tests {
         assert!((180..220).all(|i| (y[i] - line[i]).abs() < 1e-9));
         assert_eq!(LowPass::butterworth(4, 0.2).forward_backward(&line[..12]), None);
         assert!(LowPass::butterworth(4, 0.2).forward_backward(&line[..13]).is_some());
-        let lines = vec![line; ABREAST + 1];
+        let lines = vec![line.clone(); ABREAST + 1];
         assert_eq!(decimate(&lines, 1).unwrap(), lines);
         let decimated = decimate(&lines, 10).unwrap();
         assert!(decimated.iter().all(|x| x.len() == 40 && *x == decimated[0]), "a record filtered beside others is filtered as alone");

@@ -469,11 +469,9 @@ pub fn diagnosis_text(document: &DiagnosisDocument) -> String {
     let mut text = verdict_text(document);
     text.push('\n');
     text += &gap_text(document, "gap at held-out positions");
-    match document.verdict.confirmed {
-        Some(true) => text += "  held-out data confirm the named effect\n",
-        Some(false) => text += "  held-out data do not confirm the best effect for certain\n",
-        None => {}
-    }
+    let confirm =
+        document.verdict.confirmed.map(|does| if does { "confirm the named effect" } else { "do not confirm the best effect for certain" });
+    text += &confirm.map_or(String::new(), |confirm| format!("  held-out data {confirm}\n"));
     if let Some([before, after]) = document.chosen.gap_held_out_with_nuisances {
         text += &wrapped(&format!("  with tolerances fitted as nuisance parameters: {} as described, {} with it", gap(before), gap(after)));
     }

@@ -110,7 +110,7 @@ pub fn judge(label: &Label, follow_up: bool, answer: &Answer) -> Judgement {
         truth: label.effects.clone(),
         frozen: !label.frozen.is_empty(),
         answered: diagnosis.is_some(),
-        claims: !["none", "insufficient", "failed"].contains(&kind) && !(is_sensor && label.kind == Kind::Null),
+        claims: !(["none", "insufficient", "failed"].contains(&kind) || is_sensor && label.kind == Kind::Null),
         right,
         exact,
         class,

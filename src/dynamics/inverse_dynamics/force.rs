@@ -114,7 +114,8 @@ impl Rigid {
             }
             let damping = number(&joint.damping);
             let law = FrictionForce::new(&joint.friction, &number);
-            let mut against = memory.forces(at, &law, ratio, motion);
+            let along = || law.forces(ratio, &motion.velocity_m_s, &motion.position_m, motion.step_s);
+            let mut against = memory.forces(at, &law, ratio, along);
             for ((sum, v), force) in sum.iter_mut().zip(&motion.velocity_m_s).zip(&mut against) {
                 *force += damping * ratio * v;
                 *sum += ratio * *force;

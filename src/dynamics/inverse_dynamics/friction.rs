@@ -1,6 +1,5 @@
 //! Friction laws and waves over the travel, with numerical parameters.
 
-use super::preprocessing::MotionSignal;
 use machine::{Friction, FrictionTable, Value, Wave};
 
 /// Returns the sign of a velocity: 1, −1, or 0.
@@ -123,15 +122,15 @@ pub(super) struct FrictionMemory {
 }
 
 impl FrictionMemory {
-    /// Returns the friction force of a joint along the motion of this memory, as [`FrictionForce::forces`].
-    pub fn forces(&mut self, joint: usize, law: &FrictionForce, ratio: f64, motion: &MotionSignal) -> Vec<f64> {
+    /// Returns the friction force of a joint along the motion of this memory, given by `of` for the law at this ratio.
+    pub fn forces(&mut self, joint: usize, law: &FrictionForce, ratio: f64, of: impl FnOnce() -> Vec<f64>) -> Vec<f64> {
         if self.last.len() <= joint {
             self.last.resize_with(joint + 1, || None);
         }
         match &self.last[joint] {
             Some((known, at, forces)) if known == law && *at == ratio => forces.clone(),
             _ => {
-                let forces = law.forces(ratio, &motion.velocity_m_s, &motion.position_m, motion.step_s);
+                let forces = of();
                 self.last[joint] = Some((law.clone(), ratio, forces.clone()));
                 forces
             }
