@@ -141,15 +141,15 @@ pub fn diagnose(
     let bases = nominal_fits(machine, fitter, &start, settings.seed, control)?;
     let candidates = hypotheses(fitter, machine, &start, effects, &fitter.frozen);
     control.begin(&format!("2/6 {} candidates", candidates.0.len()));
-    // Generic impedances locate the discrepancy. They also show whether an effect of the library fits as well as any impedance can.
     // Where the records themselves, or a fault of their chain that no effect imitates, account for all that is missing, effects need no search.
     let shown = fault_of_records(fitter, held_out);
     let objective = fitter.objective(&start)?;
     let (count, large) = (objective.observations() as f64, large_misfit(&objective));
-    let early = if bases[0].chi_square > large { fault_of_all(fitter, (&start, &bases[0]), control)? } else { None };
+    let early = if shown.is_none() && bases[0].chi_square > large { fault_of_all(fitter, (&start, &bases[0]), control)? } else { None };
     let is_chain = shown.is_some() || early.is_some_and(|found| !found.fault.is_gradual() && found.chi_square <= large);
     let effort = Effort { located: LOCATIONS, searches: if is_chain { 0 } else { SEARCHES }, seed: settings.seed };
     let first = bases[0].chi_square;
+    // Generic impedances locate the discrepancy. They also show whether an effect of the library fits as well as any impedance can.
     let (screening, mut located) = search(fitter, start, bases, candidates, effort, control)?;
     let unknowns = fitter.objective(&screening.nominal)?.unknowns(&screening.nominal);
     let fitted: Vec<(&Hypothesis, &Fitted)> = screening.candidates.iter().filter_map(|c| c.fitted.as_ref().map(|(h, f)| (h, f))).collect();

@@ -87,7 +87,8 @@ pub fn judge(label: &Label, follow_up: bool, answer: &Answer) -> Judgement {
     let fitted = label.fitted_noncentrality.first().copied();
     let may_be_none = fitted.is_some_and(|size| size < VISIBLE);
     // Sensors pass no constant: a statement of that is true, though the machine lacks nothing.
-    let is_sensor = label.hammer.is_some_and(|test| test.high_pass_hz.is_some()) && verdict.faults == ["high-pass"];
+    let has_high_pass = label.hammer.is_some_and(|test| test.high_pass_hz.is_some());
+    let is_sensor = label.kind == Kind::Null && has_high_pass && verdict.faults == ["high-pass"];
     let right = match label.kind {
         Kind::Null => kind == "none" || is_sensor,
         Kind::HardNullWrongParameter => ["none", "wrong-parameter"].contains(&kind),
@@ -110,7 +111,7 @@ pub fn judge(label: &Label, follow_up: bool, answer: &Answer) -> Judgement {
         truth: label.effects.clone(),
         frozen: !label.frozen.is_empty(),
         answered: diagnosis.is_some(),
-        claims: !(["none", "insufficient", "failed"].contains(&kind) || is_sensor && label.kind == Kind::Null),
+        claims: !(["none", "insufficient", "failed"].contains(&kind) || is_sensor),
         right,
         exact,
         class,

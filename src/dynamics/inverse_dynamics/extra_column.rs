@@ -26,11 +26,11 @@ impl ExtraChannel {
     /// proportional to the velocity are therefore projected out of recorded and predicted columns alike. The result equals least squares with all
     /// three free.
     pub fn thinned(&self, motion: &MotionSignal, column: &[f64]) -> Option<Vec<f64>> {
-        self.thinned_all(motion, &[column.to_vec()])?.pop()
+        self.thinned_all(motion, &[column])?.pop()
     }
 
     /// As [`ExtraChannel::thinned`], of several columns.
-    pub(super) fn thinned_all(&self, motion: &MotionSignal, columns: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
+    pub(super) fn thinned_all(&self, motion: &MotionSignal, columns: &[impl AsRef<[f64]>]) -> Option<Vec<Vec<f64>>> {
         Some(self.weighted_all(&motion.decimated_all(columns)?))
     }
 }

@@ -141,11 +141,11 @@ impl MotionSignal {
 
     /// Decimates a column of the record's rate, without the dropped start; 0 where the axis rests.
     pub fn thinned(&self, column: &[f64]) -> Option<Vec<f64>> {
-        self.thinned_all(&[column.to_vec()])?.pop()
+        self.thinned_all(&[column])?.pop()
     }
 
     /// As [`MotionSignal::thinned`], of several columns.
-    pub(super) fn thinned_all(&self, columns: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
+    pub(super) fn thinned_all(&self, columns: &[impl AsRef<[f64]>]) -> Option<Vec<Vec<f64>>> {
         let mut thinned = self.decimated_all(columns)?;
         for column in &mut thinned {
             column.iter_mut().zip(&self.is_moving).filter(|(_, moves)| !**moves).for_each(|(x, _)| *x = 0.0);
@@ -155,13 +155,13 @@ impl MotionSignal {
 
     /// Decimates a column that is set to 0 at the excluded samples.
     pub(super) fn decimated(&self, column: &[f64]) -> Option<Vec<f64>> {
-        self.decimated_all(&[column.to_vec()])?.pop()
+        self.decimated_all(&[column])?.pop()
     }
 
     /// As [`MotionSignal::decimated`], of several columns.
-    pub(super) fn decimated_all(&self, columns: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
-        let masked = |column: &Vec<f64>| {
-            let masked = column.iter().zip(&self.excluded).map(|(x, excluded)| if *excluded { 0.0 } else { *x });
+    pub(super) fn decimated_all<C: AsRef<[f64]>>(&self, columns: &[C]) -> Option<Vec<Vec<f64>>> {
+        let masked = |column: &C| {
+            let masked = column.as_ref().iter().zip(&self.excluded).map(|(x, excluded)| if *excluded { 0.0 } else { *x });
             masked.skip(self.preprocessing.dropped).collect()
         };
         decimate(&columns.iter().map(masked).collect::<Vec<Vec<f64>>>(), self.preprocessing.factor)
