@@ -92,6 +92,8 @@ fn effects_are_located_at_the_parts_they_change() {
         ("bearing-stiffness-position", "bearing-left"),
         ("coupling-inertia", "left-angle"),
         ("screw-diameter", "screw"),
+        ("screw-lead", "nut"),
+        ("screw-youngs-modulus", "screw"),
         ("table-rocking", "table"),
         ("screw-bending", "screw"),
         ("frf-gain", "measurement"),
@@ -156,7 +158,7 @@ period_s = 1e-3
         assert!((1..=3).contains(&added.len()) && added.iter().all(|p| !p.source.is_empty()), "{}", effect.id);
         let linear = with.linear_parameters();
         let shows_in_frfs = added.iter().any(|p| linear[with.parameter(&p.id).unwrap()]);
-        assert_eq!(shows_in_frfs, ["viscous-friction", "moving-mass"].contains(&effect.id.as_str()), "{}", effect.id);
+        assert_eq!(shows_in_frfs, ["viscous-friction", "moving-mass", "lead-growth"].contains(&effect.id.as_str()), "{}", effect.id);
         assert_eq!(receptance(&with, &[], 117.0), before, "{}", effect.id);
         // They are no candidates of a diagnosis of FRFs.
         let bench = bench_without_hold();
@@ -427,7 +429,7 @@ fn the_first_letter_of_an_id_decides_nothing() {
 #[test]
 fn limit_an_effect_of_zero_amplitude_changes_nothing() {
     let machine = config("configs/tian.toml").machine;
-    let zero_amplitudes: [(&str, &[(&str, f64)]); 15] = [
+    let zero_amplitudes: [(&str, &[(&str, f64)]); 18] = [
         ("guide-stiffness", &[("k_guide", 1e-3)]),
         ("guide-viscous", &[("c_guide", 1e-6)]),
         ("table-mass", &[("table_mass_change", 0.0)]),
@@ -438,6 +440,9 @@ fn limit_an_effect_of_zero_amplitude_changes_nothing() {
         ("coupling-inertia", &[("hub_factor", 1.0)]),
         ("drive-flexibility", &[("k_drive", 1e18)]),
         ("screw-diameter", &[("diameter_change", 0.0)]),
+        ("screw-lead", &[("lead_change", 0.0)]),
+        ("screw-youngs-modulus", &[("youngs_change", 0.0)]),
+        ("screw-shear-modulus", &[("shear_change", 0.0)]),
         ("table-rocking", &[("k_rock", 1e18)]),
         ("screw-bending", &[("m_bend_left", 1e-9), ("m_bend_right", 1e-9)]),
         ("table-relaxation", &[("c_relax", 1e-6)]),
@@ -454,6 +459,30 @@ fn limit_an_effect_of_zero_amplitude_changes_nothing() {
             // At the start values the effect is small.
             let start = receptance(&with, &[], hz);
             assert!((a - start).norm() < 1e-2 * a.norm(), "{id} at {hz} Hz: {a} against {start} at its start");
+        }
+    }
+}
+
+/// Wrong data of the screw as effects equal a description with other data.
+#[test]
+fn changed_data_of_the_screw_are_those_of_another_description() {
+    let text = std::fs::read_to_string("configs/tian.toml").unwrap();
+    let machine = config::read_machine_text("bench", &text, &[], &[]).unwrap().machine;
+    let library = effect_library().unwrap();
+    for (id, parameter, change, described, other) in [
+        ("screw-lead", "lead_change", 0.25, "lead_m = 0.040", "lead_m = 0.050"),
+        ("screw-youngs-modulus", "youngs_change", -0.5, "youngs_modulus_pa = 2e11", "youngs_modulus_pa = 1e11"),
+        ("screw-shear-modulus", "shear_change", 0.5, "shear_modulus_pa = 7.75e10", "shear_modulus_pa = 11.625e10"),
+    ] {
+        let with = machine.with_effect(library.iter().find(|e| e.id == id).unwrap()).unwrap();
+        let edited = text.replace(described, other);
+        assert_ne!(edited, text, "{id}");
+        let edited = config::read_machine_text("bench", &edited, &[], &[]).unwrap().machine;
+        for hz in [11.0, 117.0, 530.0, 890.0] {
+            let (a, b) = (receptance(&edited, &[], hz), receptance(&with, &[(parameter, change)], hz));
+            assert!((a - b).norm() < 1e-10 * a.norm(), "{id} at {hz} Hz: {b} for {a}");
+            let before = receptance(&machine, &[], hz);
+            assert!((before - b).norm() > 1e-6 * before.norm(), "{id} at {hz} Hz");
         }
     }
 }

@@ -94,6 +94,8 @@ rescale = [
     { part = "shaft-bore", name = "screw", modifier = "replace", by = "bore" },
     { part = "shaft-modulus", name = "screw", modifier = "relative", by = "modulus" },
     { part = "shaft-shear-modulus", name = "screw", modifier = "relative", by = "shear" },
+    { part = "shaft-youngs-modulus", name = "screw", modifier = "relative", by = "youngs" },
+    { part = "joint-lead-error", name = "nut", key = "growth", modifier = "added", by = "lead" },
     { part = "point-inertia", name = "table", modifier = "relative", by = "mass" },
     { part = "joint-stiffness", name = "nut", modifier = "added", by = "slope" },
     { part = "joint-stiffness", name = "coupling", modifier = "in-series", by = "k_flange" },
@@ -115,6 +117,8 @@ bore = { unit = "1", start = 0.3, lower = 0.0, upper = 0.8 }
 thick = { unit = "1", start = 0.02, lower = -0.1, upper = 0.1 }
 modulus = { unit = "1", start = 0.01, lower = -0.1, upper = 0.1, sd = 0.02 }
 shear = { unit = "1", start = -0.01, lower = -0.1, upper = 0.1, sd = 0.02 }
+lead = { unit = "1", start = 0.03, lower = -0.2, upper = 0.2 }
+youngs = { unit = "1", start = 0.03, lower = -0.2, upper = 0.2 }
 mass = { unit = "1", start = -0.03, lower = -0.2, upper = 0.2 }
 slope = { unit = "N/m", start = 0.2, lower = -1e8, upper = 1e8 }
 k_flange = { unit = "N*m/rad", start = 1e4, lower = 1e3, upper = 1e6 }
@@ -144,15 +148,18 @@ k_pad = { unit = "N/m", start = 2e6, lower = 1e5, upper = 1e8 }
         let point: Vec<f64> = (0..LeastSquares::dimension(&objective)).map(|_| 0.2 + 0.6 * random.next()).collect();
         let normal = objective.normal(&point);
         assert!((normal.chi_square / objective.chi_square(&point) - 1.0).abs() < 1e-12);
-        let step = 1e-6;
+        let step = 2e-6;
         for column in 0..point.len() {
-            let at = |by: f64| {
-                let mut moved = point.clone();
-                moved[column] += by;
-                objective.normal(&moved)
+            let slope_over = |step: f64| {
+                let at = |by: f64| {
+                    let mut moved = point.clone();
+                    moved[column] += by;
+                    objective.normal(&moved).chi_square
+                };
+                (at(step) - at(-step)) / (2.0 * step)
             };
-            let (low, high) = (at(-step), at(step));
-            let slope = (high.chi_square - low.chi_square) / (2.0 * step);
+            // Richardson's extrapolation removes the error of second order.
+            let slope = (4.0 * slope_over(step) - slope_over(2.0 * step)) / 3.0;
             let exact = 2.0 * normal.gradient[column];
             let scale = (normal.information[(column, column)] * normal.chi_square).sqrt();
             assert!((slope - exact).abs() < 1e-6 * scale, "{rods:?}, column {column}: {slope} against {exact}");

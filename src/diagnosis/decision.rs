@@ -13,7 +13,7 @@ use super::measuring_chain::fault_of_all;
 use super::nominal_refit::NominalRefit;
 use super::null_distribution::{LEAST_SCALE, NullDistribution, simulate};
 use super::one_machine::{Mismatch, mismatch};
-use super::parsimony::{NamedFit, more_parsimonious};
+use super::parsimony::{NamedFit, is_located_only, more_parsimonious};
 use super::ranking::{EQUIVALENT, SHORTFALL, TriedEffect, indistinguishable, keep_predictive, rank};
 use super::screening::{Candidate, Screening, Status, hypotheses, nominal, nominal_fits};
 use super::search::{Effort, large_misfit, search};
@@ -488,7 +488,18 @@ fn next_effect(
     let statistic = gain / scale / after;
     let least = if after <= limits.continue_from { limits.next_share.0 } else { limits.next_share.1 };
     let much = gain >= least * chosen.1.chi_square && gain >= limits.form_error * screening.base.chi_square;
-    Ok((much && statistic >= LEAST_STATISTIC && null.p_value(statistic) < limits.alpha).then_some((last, hypothesis, fitted)))
+    if !much || statistic < LEAST_STATISTIC || null.p_value(statistic) >= limits.alpha {
+        return Ok(None);
+    }
+    if limits.calibrated {
+        let effort = Effort { located: LOCATIONS, ..effort };
+        let (_, generic) = search(fitter, chosen.0.clone(), vec![chosen.1.clone()], (Vec::new(), Vec::new()), effort, control)?;
+        let own = hypothesis.added.len() - chosen.0.added.len();
+        if is_located_only(own, fitted.chi_square, &generic, EQUIVALENT * after) {
+            return Ok(None);
+        }
+    }
+    Ok(Some((last, hypothesis, fitted)))
 }
 
 /// Computes `closed` = 1 − (after² − floor²)/(before² − floor²); `None` where the gap before is at the floor or the floor is unknown.

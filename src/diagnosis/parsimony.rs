@@ -59,3 +59,14 @@ pub(super) fn more_parsimonious<'c>(
     let matching = generic.iter().filter_map(|c| Some((c, comparison(c)?)));
     matching.min_by(|(a, _), (b, _)| a.chi_square().total_cmp(&b.chi_square()))
 }
+
+/// Whether a generic impedance accounts for what a further effect explains beside the first: with no more parameters than that effect adds it fits
+/// better, or it fits as well where each parameter that it saves counts as much as a difference that the data can tell (`margin`). What is missing
+/// beside the first effect then has a place, but no name.
+pub(super) fn is_located_only(added: usize, chi_square: f64, generic: &[Candidate], margin: f64) -> bool {
+    let explains = |c: &Candidate| {
+        let parameters = c.fitted.as_ref().map_or(usize::MAX, |(hypothesis, _)| hypothesis.added.len());
+        parameters <= added && c.chi_square() + margin < chi_square + margin * (added - parameters) as f64
+    };
+    generic.iter().any(explains)
+}

@@ -32,6 +32,6 @@ pub struct Joint {
     /// Backlash (m or rad): width of the dead zone in which spring and damper do not act. Frequency responses and modes hold for the closed
     /// joint.
     pub gap: Value,
-    /// Lead error.
+    /// Lead error. Frequency responses and modes ignore its periodic part.
     pub lead_error: LeadError,
 }

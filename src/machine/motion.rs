@@ -166,7 +166,6 @@ impl Machine {
                 "viscous_asymmetry",
                 "wave.cosine",
                 "wave.sine",
-                "growth",
             ]
             .contains(key)
                 && value.at(&start, &middle) != 0.0

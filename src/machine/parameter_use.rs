@@ -58,7 +58,7 @@ impl Mechanism {
             Target::JointDamping(_) => Mechanism::Damping,
             Target::JointLossFactor(_) | Target::ShaftLossFactor(_) => Mechanism::LossFactor,
             Target::JointIntegralRate(_) => RATE,
-            Target::ShaftModulus(_) | Target::ShaftShearModulus(_) => MODULUS,
+            Target::ShaftYoungsModulus(_) | Target::ShaftModulus(_) | Target::ShaftShearModulus(_) => MODULUS,
             Target::Gap(_) | Target::ShaftDiameter(_) => Mechanism::Length,
             Target::Friction(_, key) => Mechanism::of_friction(key),
             Target::LeadError(_, key) => Mechanism::of_lead_error(key),

@@ -32,6 +32,8 @@ pub enum Target {
     ShaftBore(String),
     /// Loss factor of the shaft of that name.
     ShaftLossFactor(String),
+    /// Young's modulus alone of the shaft of that name.
+    ShaftYoungsModulus(String),
     /// Young's modulus of the shaft of that name, and with it the shear modulus.
     ShaftModulus(String),
     /// Shear modulus alone of the shaft of that name.
@@ -63,6 +65,7 @@ impl Target {
             | Target::ShaftDiameter(name)
             | Target::ShaftBore(name)
             | Target::ShaftLossFactor(name)
+            | Target::ShaftYoungsModulus(name)
             | Target::ShaftModulus(name)
             | Target::ShaftShearModulus(name) => name,
             Target::Drive(_) => "drive",
@@ -137,6 +140,7 @@ impl Machine {
                 let shaft = shaft?;
                 vec![&mut shaft.youngs_modulus, &mut shaft.shear_modulus]
             }
+            Target::ShaftYoungsModulus(_) => vec![&mut shaft?.youngs_modulus],
             Target::ShaftShearModulus(_) => vec![&mut shaft?.shear_modulus],
             Target::Gap(_) => joints?.into_iter().map(|j| &mut j.gap).collect(),
             Target::Friction(_, key) => {

@@ -13,6 +13,8 @@ pub struct AssembledModel {
     pub(super) structure: Arc<Structure>,
     pub(super) rods: Vec<Rod>,
     pub(super) joints: Vec<JointNumbers>,
+    /// Per joint: coordinates and coefficients of the points that move.
+    pub(super) joint_points: Vec<Vec<(usize, f64)>>,
     /// Lumped inertia of each coordinate.
     pub(super) inertia: Vec<f64>,
     /// K, C and ηK of everything except rods and relaxing dampers, by slot.
@@ -37,6 +39,7 @@ impl Structure {
             structure: Arc::clone(self),
             rods: vec![Rod { stiffness: 0.0, transit_s: 0.0, loss_factor: 0.0, dispersion: 0.0, elements: 0 }; self.rods.len()],
             joints: vec![JointNumbers::default(); self.joints.len()],
+            joint_points: self.joints.clone(),
             inertia: vec![0.0; self.size()],
             stiffness: vec![0.0; slots],
             damping: vec![0.0; slots],
@@ -87,7 +90,16 @@ impl AssembledModel {
             };
         }
         let share_s = machine.stiffness_proportional_damping_s;
-        for ((joint, numbers), on) in machine.joints.iter().zip(&mut self.joints).zip(&shape.joints) {
+        let described = shape.joints.iter().zip(&shape.screws);
+        let all = machine.joints.iter().zip(&mut self.joints).zip(&mut self.joint_points).zip(described);
+        for (((joint, numbers), on), (described, screw)) in all {
+            let growth = joint.lead_error.growth.at(parameters, operating);
+            if growth != numbers.lead_growth {
+                on.copy_from_slice(described);
+                for (i, c) in screw {
+                    on.iter_mut().filter(|own| own.0 == *i).for_each(|own| own.1 += growth * c);
+                }
+            }
             let stiffness = joint.stiffness.at(parameters, operating);
             *numbers = JointNumbers {
                 stiffness,
@@ -96,6 +108,7 @@ impl AssembledModel {
                 dispersion: self.dispersion,
                 integral_rate: joint.integral_rate.at(parameters, operating),
                 relaxation_stiffness: joint.relaxation_stiffness.as_ref().map(|k| k.at(parameters, operating)),
+                lead_growth: growth,
             };
             for (at, &(i, a)) in on.iter().enumerate() {
                 for &(j, b) in &on[..=at] {
@@ -123,7 +136,7 @@ impl AssembledModel {
         for slots in self.rods.iter().zip(&shape.rod_slots).filter(|(rod, _)| rod.loss_factor != 0.0).map(|(_, slots)| slots) {
             slots.iter().flatten().for_each(|slot| self.real[*slot] = false);
         }
-        for (_, on) in self.joints.iter().zip(&shape.joints).filter(|(joint, _)| joint.has_extra_dynamics()) {
+        for (_, on) in self.joints.iter().zip(&self.joint_points).filter(|(joint, _)| joint.has_extra_dynamics()) {
             for (at, (i, _)) in on.iter().enumerate() {
                 on[..=at].iter().for_each(|(j, _)| self.real[shape.elimination.entry(*i, *j)] = false);
             }

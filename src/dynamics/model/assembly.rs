@@ -75,7 +75,7 @@ impl AssembledModel {
                 entry.re -= *omega * *omega * Reals::splat(*m);
             }
         }
-        for (joint, on) in self.joints.iter().zip(&shape.joints) {
+        for (joint, on) in self.joints.iter().zip(&self.joint_points) {
             if !joint.has_extra_dynamics() {
                 continue;
             }

@@ -79,7 +79,7 @@ pub fn coupled_receptances(model: &AssembledModel, machine: &Machine, omega_rad_
         })
     };
     // Joints on few points come first, as in the paper: the large receptances of free bodies then cancel early.
-    let mut joints: Vec<_> = model.joints.iter().zip(&shape.joints).collect();
+    let mut joints: Vec<_> = model.joints.iter().zip(&model.joint_points).collect();
     joints.sort_by_key(|(_, on)| on.len());
     for (joint, on) in joints {
         let complex_stiffness = joint.dynamic(omega_rad_s);

@@ -37,7 +37,7 @@ impl AssembledModel {
             return Vec::new();
         }
         let mut rows: Vec<EnergyShare> = Vec::new();
-        for ((described, joint), on) in machine.joints.iter().zip(&self.joints).zip(&self.structure.joints) {
+        for ((described, joint), on) in machine.joints.iter().zip(&self.joints).zip(&self.joint_points) {
             let deformation: f64 = on.iter().map(|&(i, c)| shape[i] * c).sum();
             let energy = joint.stiffness * deformation * deformation;
             rows.push(EnergyShare { name: described.name.clone(), deformation: Some(deformation), share: energy });

@@ -2,7 +2,7 @@
 
 use num_complex::Complex64;
 
-use super::rod::loss;
+use super::rod::{loss, loss_each};
 use super::simd::{Complexes, Reals};
 
 /// The numbers of one joint.
@@ -15,6 +15,8 @@ pub(super) struct JointNumbers {
     pub dispersion: f64,
     pub integral_rate: f64,
     pub relaxation_stiffness: Option<f64>,
+    /// Relative deviation γ of the lead.
+    pub lead_growth: f64,
 }
 
 impl JointNumbers {
@@ -52,6 +54,22 @@ impl JointNumbers {
     #[inline]
     pub(super) fn integral_each(&self, omega_rad_s: Reals) -> Reals {
         -Reals::splat(self.stiffness * self.integral_rate) / omega_rad_s
+    }
+
+    /// Computes [`JointNumbers::dynamic`] for each frequency.
+    pub(super) fn dynamic_each(&self, omega_rad_s: Reals) -> Complexes {
+        let mut sum = Complexes::real(Reals::splat(self.stiffness));
+        if self.loss_factor != 0.0 {
+            sum += loss_each(omega_rad_s, self.dispersion).0 * (self.stiffness * self.loss_factor);
+        }
+        if self.integral_rate != 0.0 {
+            sum.im += self.integral_each(omega_rad_s);
+        }
+        match self.relaxation_stiffness {
+            None => sum.im += omega_rad_s * Reals::splat(self.damping),
+            Some(series) => sum += self.damper_each(series, omega_rad_s),
+        }
+        sum
     }
 
     /// Computes the complex stiffness: spring with loss and integral action, k·(1 + η·(i + s·2/π·ln(ω/ω₀)) + ω_i/(iω)), and damper iωc, in series

@@ -59,7 +59,7 @@ pub fn matrices(machine: &Machine, parameters: &[f64], operating: &Operating, lu
     for (i, m) in model.inertia.iter().enumerate() {
         mass[(i, i)] += m;
     }
-    for (joint, on) in model.joints.iter().zip(&structure.joints) {
+    for (joint, on) in model.joints.iter().zip(&model.joint_points) {
         for &(i, a) in on {
             for &(j, b) in on {
                 stiffness[(i, j)] += a * b * joint.stiffness;

@@ -95,7 +95,7 @@ impl AssembledModel {
         self.bilinear_slopes(Solution { omega_rad_s: &[at], at_excitation: &complex, at_response: &complex, rods: &rods }, &mut slope);
         let inertia = -slope[0].lanes()[0].re * omega_rad_s;
         let mut lost = 0.0;
-        for (joint, on) in self.joints.iter().zip(&self.structure.joints) {
+        for (joint, on) in self.joints.iter().zip(&self.joint_points) {
             let deformation: f64 = on.iter().map(|&(i, c)| shape[i] * c).sum();
             lost += joint.dynamic(omega_rad_s).im * deformation * deformation;
         }

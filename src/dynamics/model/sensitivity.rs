@@ -37,6 +37,8 @@ enum Element {
     Integral(usize),
     /// Relaxation stiffness of a joint.
     Relaxation(usize),
+    /// Relative deviation of the lead of a joint.
+    Lead(usize),
     /// A number of a rod.
     Rod(usize, RodNumber),
     /// Lever arm r, of the sensor or of the hammer.
@@ -113,6 +115,7 @@ impl AssembledModel {
             push(Element::Loss(index), &joint.loss_factor);
             push(Element::Dispersion(index), &machine.loss_dispersion);
             push(Element::Integral(index), &joint.integral_rate);
+            push(Element::Lead(index), &joint.lead_error.growth);
             if let Some(relaxation) = &joint.relaxation_stiffness {
                 push(Element::Relaxation(index), relaxation);
             }
@@ -263,7 +266,7 @@ impl AssembledModel {
     fn element_product(&self, element: Element, of: &Solution<'_>, (at_rod, w): (&AtRod, usize)) -> Complexes {
         let omega = of.omega_rad_s[w];
         let product = |joint: usize| {
-            let on = &self.structure.joints[joint];
+            let on = &self.joint_points[joint];
             of.deformation(of.at_response, on, w) * of.deformation(of.at_excitation, on, w)
         };
         match element {
@@ -296,6 +299,12 @@ impl AssembledModel {
                 let Some(k) = self.joints[joint].relaxation_stiffness else { return Complexes::ZERO };
                 let share = self.joints[joint].damper_each(k, omega) * (1.0 / k);
                 product(joint) * (share * share)
+            }
+            Element::Lead(joint) => {
+                let (all, turning) = (&self.joint_points[joint], &self.structure.screws[joint]);
+                let [response, excitation] = [of.at_response, of.at_excitation];
+                let [whole, turned] = [all, turning].map(|on| [of.deformation(response, on, w), of.deformation(excitation, on, w)]);
+                (whole[0] * turned[1] + turned[0] * whole[1]) * self.joints[joint].dynamic_each(omega)
             }
             // A lever is not part of D: H = f_rᵀ·D⁻¹·f_e depends on it through the force vectors.
             Element::Lever(lever, end) => {

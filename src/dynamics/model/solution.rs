@@ -53,7 +53,7 @@ impl AssembledModel {
             }
         }
         for (joint, on) in
-            self.joints.iter().zip(&shape.joints).filter(|(j, _)| j.damping != 0.0 || j.loss_factor != 0.0 || j.integral_rate != 0.0)
+            self.joints.iter().zip(&self.joint_points).filter(|(j, _)| j.damping != 0.0 || j.loss_factor != 0.0 || j.integral_rate != 0.0)
         {
             for (w, sum) in sums.iter_mut().enumerate() {
                 let product = of.deformation(of.at_response, on, w) * of.deformation(of.at_excitation, on, w);

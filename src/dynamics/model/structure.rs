@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use super::elimination::Elimination;
-use machine::{Machine, StationPlace};
+use machine::{Machine, PointMotion, StationPlace};
 
 /// Why a machine cannot be computed.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -64,8 +64,10 @@ pub struct Structure {
     pub(super) diagonal: Vec<usize>,
     /// Per rod: slots of its direct entries and of its cross entry.
     pub(super) rod_slots: Vec<[Option<usize>; 3]>,
-    /// Per joint: coordinates and coefficients of the points that move.
+    /// Per joint: coordinates and coefficients of the points that move, by the described lead.
     pub(super) joints: Vec<Vec<(usize, f64)>>,
+    /// Per joint that couples rotations with translations: coordinates and coefficients of its rotations, which contain the lead.
+    pub(super) screws: Vec<Vec<(usize, f64)>>,
     pub(super) response: usize,
     pub(super) excitation: usize,
     /// Lever arms of the response and of the excitation: index of the machine's lever, and coordinate that acts on the arm.
@@ -99,6 +101,13 @@ impl Structure {
         }
         let joints: Vec<Vec<(usize, f64)>> =
             machine.joints.iter().map(|j| j.on.iter().filter_map(|(p, c)| Some((coordinate[*p]?, *c))).collect()).collect();
+        let screws = machine.joints.iter().map(|joint| {
+            let motion = |point: usize| machine.points[point].motion;
+            let translates = joint.on.iter().any(|(p, _)| motion(*p) == PointMotion::Translation);
+            let turning = joint.on.iter().filter(|(p, _)| translates && motion(*p) == PointMotion::Rotation);
+            turning.filter_map(|(p, c)| Some((coordinate[*p]?, *c))).collect()
+        });
+        let screws: Vec<Vec<(usize, f64)>> = screws.collect();
         let moving = |point: usize| {
             coordinate[point].ok_or_else(|| ModelError::Point {
                 name: machine.points[point].name.clone(),
@@ -130,6 +139,7 @@ impl Structure {
             diagonal,
             rod_slots,
             joints,
+            screws,
             response,
             excitation,
             response_arms,

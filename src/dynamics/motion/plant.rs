@@ -242,11 +242,12 @@ impl Plant {
 }
 
 /// Returns the machine without the elements that its matrices cannot represent (relaxing dampers, open backlash), and the machine with every
-/// backlash closed. Both include the thermal expansion of the lead.
+/// backlash closed. Both include the thermal expansion of the lead in
+/// their coefficients.
 fn linear_machines(machine: &Machine, at: &impl Fn(&Value) -> f64) -> (Machine, Machine) {
     let mut closed = machine.clone();
     for joint in &mut closed.joints {
-        let expansion = at(&joint.lead_error.growth);
+        let expansion = at(&std::mem::replace(&mut joint.lead_error.growth, Value::number(0.0)));
         let first = joint.on.iter().position(|(p, _)| machine.points[*p].motion == PointMotion::Translation);
         if let Some(first) = first.filter(|_| expansion != 0.0) {
             joint.on[first].1 *= 1.0 - expansion;

@@ -93,6 +93,17 @@ fn an_effect_that_a_layout_cannot_have_is_refused_and_none_other_takes_its_place
 }
 
 #[test]
+fn a_bearing_that_floats_has_no_wrong_stiffness() {
+    let slot = Slot { layout: Some(Layout::FixedFloating), ..Slot::plain(Kind::HardNullWrongParameter, ChannelSet::Table) };
+    let plan = Plan { slots: vec![slot; 8] };
+    for index in 0..plan.slots.len() {
+        let (_, label) = generate_one(5, &plan, index).unwrap();
+        let (name, _) = label.wrong_parameter.unwrap();
+        assert!(label.joints.contains_key(&name), "{name}");
+    }
+}
+
+#[test]
 fn fitted_joints_and_tolerances_leave_no_misfit_without_an_effect() {
     let subject = machine(Layout::FixedFloating, 4);
     let gauge = gauge(&subject, vec![0, 2]);
