@@ -93,6 +93,7 @@ fn effects_are_located_at_the_parts_they_change() {
         ("coupling-inertia", "left-angle"),
         ("screw-diameter", "screw"),
         ("screw-lead", "nut"),
+        ("nut-position-offset", "screw"),
         ("screw-youngs-modulus", "screw"),
         ("table-rocking", "table"),
         ("screw-bending", "screw"),
@@ -429,7 +430,7 @@ fn the_first_letter_of_an_id_decides_nothing() {
 #[test]
 fn limit_an_effect_of_zero_amplitude_changes_nothing() {
     let machine = config("configs/tian.toml").machine;
-    let zero_amplitudes: [(&str, &[(&str, f64)]); 18] = [
+    let zero_amplitudes: [(&str, &[(&str, f64)]); 20] = [
         ("guide-stiffness", &[("k_guide", 1e-3)]),
         ("guide-viscous", &[("c_guide", 1e-6)]),
         ("table-mass", &[("table_mass_change", 0.0)]),
@@ -441,6 +442,8 @@ fn limit_an_effect_of_zero_amplitude_changes_nothing() {
         ("drive-flexibility", &[("k_drive", 1e18)]),
         ("screw-diameter", &[("diameter_change", 0.0)]),
         ("screw-lead", &[("lead_change", 0.0)]),
+        ("nut-position-offset", &[("nut_offset", 0.0)]),
+        ("nut-position-scale", &[("nut_scale", 0.0)]),
         ("screw-youngs-modulus", &[("youngs_change", 0.0)]),
         ("screw-shear-modulus", &[("shear_change", 0.0)]),
         ("table-rocking", &[("k_rock", 1e18)]),
@@ -484,6 +487,32 @@ fn changed_data_of_the_screw_are_those_of_another_description() {
             let before = receptance(&machine, &[], hz);
             assert!((before - b).norm() > 1e-6 * before.norm(), "{id} at {hz} Hz");
         }
+    }
+}
+
+/// Wrong nut positions as effects equal other nut positions, and the nut stays between the ends of its screw.
+#[test]
+fn changed_nut_positions_are_other_nut_positions() {
+    let machine = config("configs/tian.toml").machine;
+    let library = effect_library().unwrap();
+    let at = |machine: &Machine, nut_m: f64, set: &[(&str, f64)]| {
+        let mut values = machine.start();
+        set.iter().for_each(|(id, value)| values[machine.parameter(id).unwrap()] = *value);
+        let structure = table_structure(machine, RodModel::Exact);
+        let mut network = structure.empty_model();
+        network.update(machine, &values, &Operating::at_nut(nut_m));
+        network.receptance(std::f64::consts::TAU * 530.0, &mut structure.workspace())
+    };
+    for (id, parameter, change, true_m) in [
+        ("nut-position-offset", "nut_offset", 0.1, 0.9),
+        ("nut-position-scale", "nut_scale", -0.25, 0.6),
+        ("nut-position-offset", "nut_offset", -5.0, 0.02 * 0.98 * machine.stroke_m().unwrap()),
+        ("nut-position-scale", "nut_scale", 9.0, 0.98 * machine.stroke_m().unwrap()),
+    ] {
+        let with = machine.with_effect(library.iter().find(|e| e.id == id).unwrap()).unwrap();
+        let (a, b) = (at(&machine, true_m, &[]), at(&with, 0.8, &[(parameter, change)]));
+        assert!((a - b).norm() < 1e-10 * a.norm(), "{id}: {b} for {a}");
+        assert!((at(&with, 0.8, &[]) - b).norm() > 1e-3 * b.norm(), "{id}");
     }
 }
 

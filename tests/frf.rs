@@ -96,6 +96,8 @@ rescale = [
     { part = "shaft-shear-modulus", name = "screw", modifier = "relative", by = "shear" },
     { part = "shaft-youngs-modulus", name = "screw", modifier = "relative", by = "youngs" },
     { part = "joint-lead-error", name = "nut", key = "growth", modifier = "added", by = "lead" },
+    { part = "nut-position", name = "screw", modifier = "relative", by = "nut_scale" },
+    { part = "nut-position", name = "screw", modifier = "added", by = "nut_offset" },
     { part = "point-inertia", name = "table", modifier = "relative", by = "mass" },
     { part = "joint-stiffness", name = "nut", modifier = "added", by = "slope" },
     { part = "joint-stiffness", name = "coupling", modifier = "in-series", by = "k_flange" },
@@ -117,6 +119,8 @@ bore = { unit = "1", start = 0.3, lower = 0.0, upper = 0.8 }
 thick = { unit = "1", start = 0.02, lower = -0.1, upper = 0.1 }
 modulus = { unit = "1", start = 0.01, lower = -0.1, upper = 0.1, sd = 0.02 }
 shear = { unit = "1", start = -0.01, lower = -0.1, upper = 0.1, sd = 0.02 }
+nut_scale = { unit = "1", start = 0.03, lower = -0.2, upper = 0.2 }
+nut_offset = { unit = "m", start = 0.01, lower = -0.03, upper = 0.03 }
 lead = { unit = "1", start = 0.03, lower = -0.2, upper = 0.2 }
 youngs = { unit = "1", start = 0.03, lower = -0.2, upper = 0.2 }
 mass = { unit = "1", start = -0.03, lower = -0.2, upper = 0.2 }

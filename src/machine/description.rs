@@ -32,6 +32,7 @@ impl Machine {
                 (named("shear modulus"), &s.shear_modulus),
                 (named("density"), &s.density),
                 (named("loss factor"), &s.loss_factor),
+                (format!("nut position on {}", s.name), &s.nut_position),
             ]
         });
         let joints = self.joints.iter().flat_map(|j| {

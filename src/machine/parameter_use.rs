@@ -59,7 +59,7 @@ impl Mechanism {
             Target::JointLossFactor(_) | Target::ShaftLossFactor(_) => Mechanism::LossFactor,
             Target::JointIntegralRate(_) => RATE,
             Target::ShaftYoungsModulus(_) | Target::ShaftModulus(_) | Target::ShaftShearModulus(_) => MODULUS,
-            Target::Gap(_) | Target::ShaftDiameter(_) => Mechanism::Length,
+            Target::Gap(_) | Target::ShaftDiameter(_) | Target::NutPosition(_) => Mechanism::Length,
             Target::Friction(_, key) => Mechanism::of_friction(key),
             Target::LeadError(_, key) => Mechanism::of_lead_error(key),
             Target::Drive(key) => Mechanism::of_drive(key),

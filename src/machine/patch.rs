@@ -123,6 +123,7 @@ impl Machine {
                 &s.shear_modulus,
                 &s.density,
                 &s.loss_factor,
+                &s.nut_position,
                 &s.nut_support_factor,
                 &s.nut_support_offset,
             ]
@@ -157,6 +158,7 @@ impl Machine {
                 &mut s.shear_modulus,
                 &mut s.density,
                 &mut s.loss_factor,
+                &mut s.nut_position,
                 &mut s.nut_support_factor,
                 &mut s.nut_support_offset,
             ]
@@ -235,6 +237,7 @@ impl Machine {
             shear_modulus: value("shear_modulus_pa", &patch.shear_modulus_pa)?,
             density: value("density_kg_m3", &patch.density_kg_m3)?,
             loss_factor: value_or_zero("loss_factor", &patch.loss_factor)?,
+            nut_position: Value::nut_position(),
             nut_support_factor: Value::number(1.0),
             nut_support_offset: Value::number(0.0),
             stations,

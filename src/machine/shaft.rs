@@ -46,6 +46,8 @@ pub struct Shaft {
     /// Loss factor η of the material: E and G are multiplied by 1 + η·(i + s·2/π·ln(ω/ω₀)), s as in
     /// [`Machine::loss_dispersion`](super::Machine).
     pub loss_factor: Value,
+    /// True position of the nut (m): the stated one, unless an effect changes it.
+    pub nut_position: Value,
     /// Factor of the distances between the nut and the stations next to it.
     pub nut_support_factor: Value,
     /// Offset of the midpoint of these stations from the nut, positive towards the right end, in units of their nominal distance from the nut.
@@ -56,19 +58,37 @@ pub struct Shaft {
     pub role: Role,
 }
 
+/// Least free length between a nut at a changed position and the next station, as a share of the screw's length.
+const LEAST_SPAN: f64 = 0.02;
+
 impl Shaft {
     /// Returns the distance (m) of a station from the left end; `None` at the nut where no nut position is given.
     pub fn place_m(&self, place: StationPlace, parameters: &[f64], operating: &Operating) -> Option<f64> {
         match place {
             StationPlace::At(distance_m) => Some(distance_m),
-            StationPlace::Nut => operating.nut_m,
+            StationPlace::Nut => self.nut_m(parameters, operating),
             StationPlace::NearNut(offset_m) => {
                 let (factor, aside) =
                     (self.nut_support_factor.at(parameters, operating), self.nut_support_offset.at(parameters, operating));
-                operating.nut_m.map(|nut_m| nut_m + offset_m * factor + offset_m.abs() * aside)
+                self.nut_m(parameters, operating).map(|nut_m| nut_m + offset_m * factor + offset_m.abs() * aside)
             }
             StationPlace::End => Some(self.length.at(parameters, operating)),
         }
+    }
+
+    /// Returns the true position (m) of the nut, which stays between the next stations; `None` where no nut position is given.
+    fn nut_m(&self, parameters: &[f64], operating: &Operating) -> Option<f64> {
+        let stated_m = operating.nut_m?;
+        if self.nut_position.modifiers.is_empty() {
+            return Some(stated_m);
+        }
+        let is_at_nut = |station: &&Station| matches!(station.place, StationPlace::Nut | StationPlace::NearNut(_));
+        let own = self.stations.iter().position(|station| is_at_nut(&station))?;
+        let place_m = |station: &Station| self.place_m(station.place, parameters, operating);
+        let after = self.stations[own..].iter().find(|station| !is_at_nut(station));
+        let high_m = after.and_then(place_m)? * (1.0 - LEAST_SPAN);
+        let low_m = own.checked_sub(1).and_then(|before| place_m(&self.stations[before])).unwrap_or(0.0) + LEAST_SPAN * high_m;
+        Some(self.nut_position.at(parameters, operating).min(high_m).max(low_m))
     }
 
     /// Returns the cross-sectional area (m²) and its polar second moment (m⁴).

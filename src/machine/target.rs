@@ -38,6 +38,8 @@ pub enum Target {
     ShaftModulus(String),
     /// Shear modulus alone of the shaft of that name.
     ShaftShearModulus(String),
+    /// Nut position on the shaft of that name.
+    NutPosition(String),
     /// Key of a number of the drive.
     Drive(String),
     /// Share of dispersion of all loss factors.
@@ -67,7 +69,8 @@ impl Target {
             | Target::ShaftLossFactor(name)
             | Target::ShaftYoungsModulus(name)
             | Target::ShaftModulus(name)
-            | Target::ShaftShearModulus(name) => name,
+            | Target::ShaftShearModulus(name)
+            | Target::NutPosition(name) => name,
             Target::Drive(_) => "drive",
             Target::LossDispersion => "losses",
             Target::ChainGain | Target::ChainDelay | Target::ChainPower => "measurement",
@@ -142,6 +145,7 @@ impl Machine {
             }
             Target::ShaftYoungsModulus(_) => vec![&mut shaft?.youngs_modulus],
             Target::ShaftShearModulus(_) => vec![&mut shaft?.shear_modulus],
+            Target::NutPosition(_) => vec![&mut shaft?.nut_position],
             Target::Gap(_) => joints?.into_iter().map(|j| &mut j.gap).collect(),
             Target::Friction(_, key) => {
                 joints?.into_iter().map(|j| keyed(&part, key, j.friction.values_mut())).collect::<Result<_, _>>()?

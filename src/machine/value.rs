@@ -24,6 +24,8 @@ pub enum Base {
     Contact(Arc<LoadedPair>),
     /// The stiffness of a screw segment.
     Segment(Arc<Segment>),
+    /// The stated nut position (m).
+    NutPosition,
     /// Springs in series, each with a name: 1/x = Σ 1/xᵢ.
     Series(Arc<Vec<(String, Value)>>),
 }
@@ -138,6 +140,11 @@ impl Value {
         Value { base: Base::Parameter(index), modifiers: Vec::new() }
     }
 
+    /// Creates the stated nut position (m).
+    pub fn nut_position() -> Self {
+        Value { base: Base::NutPosition, modifiers: Vec::new() }
+    }
+
     /// Computes the number for the given parameters (each in its unit) and operating condition.
     #[inline]
     pub fn at(&self, parameters: &[f64], operating: &Operating) -> f64 {
@@ -165,6 +172,7 @@ impl Value {
             Base::Parameter(index) => parameters[*index],
             Base::Contact(pair) => pair.stiffness(operating),
             Base::Segment(segment) => segment.stiffness_n_per_m(operating),
+            Base::NutPosition => operating.nut_m.unwrap_or(f64::NAN),
             Base::Series(springs) => 1.0 / springs.iter().map(|(_, spring)| 1.0 / spring.at(parameters, operating)).sum::<f64>(),
         }
     }
@@ -194,7 +202,7 @@ impl Value {
             product
         };
         match &self.base {
-            Base::Number(_) | Base::Contact(_) | Base::Segment(_) => {}
+            Base::Number(_) | Base::Contact(_) | Base::Segment(_) | Base::NutPosition => {}
             Base::Parameter(index) => each(*index, onward(0, x)),
             Base::Series(springs) => {
                 let after = onward(0, x);
@@ -216,7 +224,7 @@ impl Value {
     /// Maps the parameters to new indices.
     pub(super) fn renumber(&mut self, moved: &[usize]) {
         match &mut self.base {
-            Base::Number(_) | Base::Contact(_) | Base::Segment(_) => {}
+            Base::Number(_) | Base::Contact(_) | Base::Segment(_) | Base::NutPosition => {}
             Base::Parameter(index) => *index = moved[*index],
             Base::Series(springs) => Arc::make_mut(springs).iter_mut().for_each(|(_, spring)| spring.renumber(moved)),
         }
@@ -228,7 +236,7 @@ impl Value {
     /// Replaces parameters by numbers: `held` returns the number of each parameter that is held.
     pub(super) fn hold(&mut self, held: &dyn Fn(usize) -> Option<f64>) {
         match &mut self.base {
-            Base::Number(_) | Base::Contact(_) | Base::Segment(_) => {}
+            Base::Number(_) | Base::Contact(_) | Base::Segment(_) | Base::NutPosition => {}
             Base::Parameter(index) => {
                 if let Some(number) = held(*index) {
                     self.base = Base::Number(number);
@@ -246,7 +254,7 @@ impl Value {
     /// Returns the indices of the parameters on which it depends.
     pub fn depends_on(&self) -> Box<dyn Iterator<Item = usize> + '_> {
         let base: Box<dyn Iterator<Item = usize> + '_> = match &self.base {
-            Base::Number(_) | Base::Contact(_) | Base::Segment(_) => Box::new(std::iter::empty()),
+            Base::Number(_) | Base::Contact(_) | Base::Segment(_) | Base::NutPosition => Box::new(std::iter::empty()),
             Base::Parameter(index) => Box::new(std::iter::once(*index)),
             Base::Series(springs) => Box::new(springs.iter().flat_map(|(_, spring)| spring.depends_on())),
         };
