@@ -27,6 +27,7 @@ mod inverse_dynamics;
 mod inverse_dynamics_command;
 mod lumped;
 mod lumped_command;
+mod machine_data;
 mod machine_files;
 mod measuring_chain;
 mod model;

@@ -4,8 +4,8 @@ use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
-use super::decision::{Diagnosis, closed};
-use super::evidence::{Domain, DomainObjective, PartialGap};
+use super::decision::Diagnosis;
+use super::evidence::{Domain, DomainObjective, PartialGap, closed};
 use super::fit::{Fitted, Fitter, coordinates_of, values_of};
 use super::hypothesis::Hypothesis;
 use super::null_distribution::redraw_machine;

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::confirmation::{Confirmation, confirmation};
 use super::cross_validation::cross_validation;
 use super::data_fault::{Fault, chain_fault, fault, fault_of_records, held_out_fault};
-use super::evidence::{Domain, PartialGap, floor_over, gap_over, share_closed};
+use super::evidence::{Domain, PartialGap, closed};
 use super::fit::{Ablation, Fitted, Fitter, values_of};
 use super::hypothesis::{Hypothesis, HypothesisKind};
 use super::location::Location;
@@ -14,7 +14,7 @@ use super::nominal_refit::NominalRefit;
 use super::null_distribution::{LEAST_SCALE, NullDistribution, simulate};
 use super::one_machine::{Mismatch, mismatch};
 use super::parsimony::{NamedFit, is_located_only, more_parsimonious};
-use super::ranking::{EQUIVALENT, SHORTFALL, TriedEffect, indistinguishable, keep_predictive, rank};
+use super::ranking::{EQUIVALENT, SHORTFALL, TriedEffect, TriedLocation, indistinguishable, keep_predictive, rank};
 use super::screening::{Candidate, Screening, Status, hypotheses, nominal, nominal_fits};
 use super::search::{Effort, large_misfit, search};
 use super::thresholds::Thresholds;
@@ -25,15 +25,6 @@ use machine::{Effect, EffectIds, Machine, Parameter};
 use measurement::HoldOutSet;
 use numeric::parallel::OrFirstError;
 use optimizer::Control;
-
-/// A generic impedance at an interface with its figures.
-#[derive(Debug, Clone, PartialEq)]
-pub struct TriedLocation {
-    /// The candidate.
-    pub candidate: Candidate,
-    /// Gaps of the held-out data, predicted with it.
-    pub held_out: Vec<PartialGap>,
-}
 
 /// Result of a diagnosis.
 #[derive(Debug, Clone, PartialEq)]
@@ -500,9 +491,4 @@ fn next_effect(
         }
     }
     Ok(Some((last, hypothesis, fitted)))
-}
-
-/// Computes `closed` = 1 − (after² − floor²)/(before² − floor²); `None` where the gap before is at the floor or the floor is unknown.
-pub fn closed(before: &[PartialGap], after: &[PartialGap]) -> Option<f64> {
-    share_closed(gap_over(before)?, gap_over(after)?, floor_over(before)?)
 }

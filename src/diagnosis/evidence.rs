@@ -67,6 +67,11 @@ pub fn share_closed(before: f64, after: f64, floor: f64) -> Option<f64> {
     (before > floor).then(|| 1.0 - (after * after - floor * floor) / (before * before - floor * floor))
 }
 
+/// Computes [`share_closed`] of partial gaps; `None`, too, where the floor is unknown.
+pub fn closed(before: &[PartialGap], after: &[PartialGap]) -> Option<f64> {
+    share_closed(gap_over(before)?, gap_over(after)?, floor_over(before)?)
+}
+
 /// Returns the number of compared lines per FRF.
 fn lines_of_one(frfs: &[usize]) -> usize {
     (TOTAL_LINES / frfs.len().max(1)).clamp(LINES.0, LINES.1)

@@ -29,6 +29,15 @@ pub struct TriedEffect {
     pub held_out: Vec<PartialGap>,
 }
 
+/// A generic impedance at an interface with its figures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TriedLocation {
+    /// The candidate.
+    pub candidate: Candidate,
+    /// Gaps of the held-out data, predicted with it.
+    pub held_out: Vec<PartialGap>,
+}
+
 /// Computes the statistics of all fitted candidates, ordered by penalised χ².
 pub(super) fn rank(screening: &Screening, null: &NullDistribution, count: f64) -> Vec<TriedEffect> {
     let mut tried: Vec<TriedEffect> = screening

@@ -157,17 +157,8 @@ impl Machine {
     pub fn joints_ignored_by_frequency_responses(&self) -> Vec<&str> {
         let (start, middle) = (self.start(), Operating::default());
         let acts = |(key, value): &(&str, &Value)| {
-            [
-                "coulomb",
-                "stribeck",
-                "position.cosine",
-                "position.sine",
-                "load_share",
-                "viscous_asymmetry",
-                "wave.cosine",
-                "wave.sine",
-            ]
-            .contains(key)
+            ["coulomb", "stribeck", "position.cosine", "position.sine", "load_share", "viscous_asymmetry", "wave.cosine", "wave.sine"]
+                .contains(key)
                 && value.at(&start, &middle) != 0.0
         };
         let ignored = |j: &&Joint| {

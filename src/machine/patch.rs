@@ -128,13 +128,10 @@ impl Machine {
                 &s.nut_support_offset,
             ]
         });
-        let joints = self
-            .joints
-            .iter()
-            .flat_map(|j| {
-                let own = [&j.stiffness, &j.damping, &j.loss_factor, &j.integral_rate, &j.lead_error.growth];
-                own.into_iter().chain(j.relaxation_stiffness.as_ref())
-            });
+        let joints = self.joints.iter().flat_map(|j| {
+            let own = [&j.stiffness, &j.damping, &j.loss_factor, &j.integral_rate, &j.lead_error.growth];
+            own.into_iter().chain(j.relaxation_stiffness.as_ref())
+        });
         let levers = self.chain.levers.iter().flat_map(|l| [&l.sensor_arm, &l.hammer_arm]);
         points
             .chain(shafts)
