@@ -506,13 +506,76 @@ fn changed_nut_positions_are_other_nut_positions() {
     for (id, parameter, change, true_m) in [
         ("nut-position-offset", "nut_offset", 0.1, 0.9),
         ("nut-position-scale", "nut_scale", -0.25, 0.6),
-        ("nut-position-offset", "nut_offset", -5.0, 0.02 * 0.98 * machine.stroke_m().unwrap()),
-        ("nut-position-scale", "nut_scale", 9.0, 0.98 * machine.stroke_m().unwrap()),
+        ("nut-position-offset", "nut_offset", -5.0, 0.01 * machine.stroke_m().unwrap()),
+        ("nut-position-scale", "nut_scale", 9.0, 0.99 * machine.stroke_m().unwrap()),
     ] {
         let with = machine.with_effect(library.iter().find(|e| e.id == id).unwrap()).unwrap();
         let (a, b) = (at(&machine, true_m, &[]), at(&with, 0.8, &[(parameter, change)]));
         assert!((a - b).norm() < 1e-10 * a.norm(), "{id}: {b} for {a}");
         assert!((at(&with, 0.8, &[]) - b).norm() > 1e-3 * b.norm(), "{id}");
+    }
+}
+
+/// A nut at the last station of its screw, whose free end is not described, moves like any other.
+#[test]
+fn the_nut_of_a_screw_with_a_free_end_moves() {
+    let text = r#"
+[[point]]
+name = "table"
+motion = "translation"
+mass_kg = 300.0
+[[point]]
+name = "left"
+motion = "translation"
+[[point]]
+name = "screw"
+motion = "translation"
+[[shaft]]
+name = "screw"
+length_m = 2.0
+diameter_m = 0.04
+youngs_modulus_pa = 2e11
+shear_modulus_pa = 7.75e10
+density_kg_m3 = 7850.0
+station = [{ at_m = 0.0, axial = "left" }, { at = "nut", axial = "screw" }]
+[[joint]]
+name = "bearing-left"
+between = ["left", "ground"]
+stiffness = 1e8
+damping = 1e3
+[[joint]]
+name = "nut"
+between = ["table", "screw"]
+stiffness = 1e8
+damping = 1e3
+"#;
+    let text = format!("title = \"free end\"\n{text}");
+    let machine = config::read_machine_text("free", &text, &[], &[]).unwrap().machine;
+    let library = effect_library().unwrap();
+    let with = machine.with_effect(library.iter().find(|e| e.id == "nut-position-offset").unwrap()).unwrap();
+    let (a, b) = (receptance(&machine, &[], 117.0), receptance(&with, &[("nut_offset", 0.0)], 117.0));
+    assert!(a.norm() > 0.0 && (a - b).norm() < 1e-12 * a.norm(), "{b} for {a}");
+    let moved = receptance(&with, &[("nut_offset", 0.3)], 117.0);
+    assert!(moved.is_finite() && (moved - a).norm() > 1e-3 * a.norm(), "{moved}");
+    // A nut that does not rotate has no lead.
+    let lead = library.iter().find(|e| e.id == "screw-lead").unwrap();
+    let with = machine.with_effect(lead).unwrap();
+    assert!(!with.linear_parameters()[with.parameter("lead_change").unwrap()]);
+}
+
+/// The journals at the ends of a screw are of its material.
+#[test]
+fn another_modulus_is_that_of_the_journals_too() {
+    let machine = config("configs/tian.toml").machine.with_tolerances(&[0.5, 1.0]).unwrap();
+    let library = effect_library().unwrap();
+    for id in ["screw-youngs-modulus", "screw-shear-modulus"] {
+        let with = machine.with_effect(library.iter().find(|e| e.id == id).unwrap()).unwrap();
+        let changed = with
+            .shafts
+            .iter()
+            .zip(&machine.shafts)
+            .filter(|(a, b)| a.youngs_modulus != b.youngs_modulus || a.shear_modulus != b.shear_modulus);
+        assert_eq!(changed.count(), 3, "{id}");
     }
 }
 

@@ -25,13 +25,13 @@ fn with_wrong(text: &str, key: &str, factor: f64) -> String {
     text
 }
 
-/// Drawn machines of finite elements, of which nothing is missing, described with one wrong number each. The number is named alone or in a set in nine of
-/// ten cases where it shows, and another one for it in at most one of twenty.
+/// Drawn machines of finite elements, of which nothing is missing, described with one wrong number each. The number is named alone or in a set in at least
+/// four of five cases, whether or not it shows, and another effect is named for it in at most one of ten.
 #[test]
 #[ignore = "long"]
 fn recover_wrong_data_of_the_machine() {
     let (mut right, mut wrong, mut all) = (0, 0, 0);
-    for number in 0..draws(1, 8) as usize {
+    for number in 0..draws(2, 12) as usize {
         let simulated = ordinary(90_417, number).unwrap();
         let folder = tempfile::tempdir().unwrap();
         write_case(folder.path(), &simulated.case).unwrap();
@@ -63,5 +63,5 @@ fn recover_wrong_data_of_the_machine() {
     }
     let interval = |part: usize| clopper_pearson(part, all, 0.95).unwrap();
     println!("{right} of {all} named ({:.2?}), {wrong} of {all} by another name ({:.2?})", interval(right), interval(wrong));
-    assert!(interval(right)[1] >= 0.9 && interval(wrong)[0] <= 0.05);
+    assert!(5 * right >= 4 * all && 10 * wrong <= all);
 }

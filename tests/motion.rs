@@ -264,6 +264,18 @@ fn limit_energy_is_stored_or_dissipated() {
     assert!(trace.energy.imbalance() < 1e-6, "{:e}", trace.energy.imbalance());
 }
 
+/// A relative deviation of the lead is another lead.
+#[test]
+fn limit_a_deviation_of_the_lead_is_another_lead() {
+    let sine = Sine { centre: 0.0, amplitude: 0.01, frequency_hz: 2.0, periods: 1.0 }.course(1e-3).unwrap();
+    let deviating = run(&machine(&TWO_MASSES.replace("damping = 3e3", "damping = 3e3\nlead_error = { growth = 0.25 }")), &sine);
+    let other = run(&machine(&TWO_MASSES.replace("-3.183098861837907e-3", "-3.978873577297384e-3")), &sine);
+    let described = run(&machine(TWO_MASSES), &sine);
+    let last = |trace: &Trace| trace.samples.iter().map(|sample| sample.position).fold(0.0, f64::max);
+    assert!((last(&deviating) - last(&other)).abs() < 1e-12, "{} against {}", last(&deviating), last(&other));
+    assert!((last(&described) - last(&other)).abs() > 1e-6);
+}
+
 const ONE_MASS: &str = r#"
 title = "one mass"
 [[point]]

@@ -13,7 +13,7 @@ use super::measuring_chain::fault_of_all;
 use super::nominal_refit::NominalRefit;
 use super::null_distribution::{LEAST_SCALE, NullDistribution, simulate};
 use super::one_machine::{Mismatch, mismatch};
-use super::parsimony::{NamedFit, is_located_only, more_parsimonious};
+use super::parsimony::{GENERIC_PARAMETERS, NamedFit, is_located_only, more_parsimonious};
 use super::ranking::{EQUIVALENT, SHORTFALL, TriedEffect, TriedLocation, indistinguishable, keep_predictive, rank};
 use super::screening::{Candidate, Screening, Status, hypotheses, nominal, nominal_fits};
 use super::search::{Effort, large_misfit, search};
@@ -138,7 +138,7 @@ pub fn diagnose(
     let (count, large) = (objective.observations() as f64, large_misfit(&objective));
     let early = if shown.is_none() && bases[0].chi_square > large { fault_of_all(fitter, (&start, &bases[0]), control)? } else { None };
     let is_chain = shown.is_some() || early.is_some_and(|found| !found.fault.is_gradual() && found.chi_square <= large);
-    let effort = Effort { located: LOCATIONS, searches: if is_chain { 0 } else { SEARCHES }, seed: settings.seed };
+    let effort = Effort { located: (LOCATIONS, GENERIC_PARAMETERS), searches: if is_chain { 0 } else { SEARCHES }, seed: settings.seed };
     let first = bases[0].chi_square;
     // Generic impedances locate the discrepancy. They also show whether an effect of the library fits as well as any impedance can.
     let (screening, mut located) = search(fitter, start, bases, candidates, effort, control)?;
@@ -468,7 +468,7 @@ fn next_effect(
     let others: Vec<Effect> = effects.iter().filter(|e| !names.contains(&e.id)).cloned().collect();
     let (apply, _) = hypotheses(fitter, machine, &chosen.0, &others, &[]);
     // Only the best candidate counts: how often a search found it is not asked.
-    let effort = Effort { located: 0, searches: 1, seed: *seed };
+    let effort = Effort { located: (0, 0), searches: 1, seed: *seed };
     let (second, _) = search(fitter, chosen.0.clone(), vec![chosen.1.clone()], (apply, Vec::new()), effort, control)?;
     let best = second.candidates.into_iter().filter(|c| c.status == Status::Tried).max_by(|a, b| a.gain.total_cmp(&b.gain));
     let Some((gain, (hypothesis, fitted))) = best.and_then(|c| Some((c.gain, c.fitted?))) else { return Ok(None) };
@@ -483,9 +483,9 @@ fn next_effect(
         return Ok(None);
     }
     if limits.calibrated {
-        let effort = Effort { located: LOCATIONS, ..effort };
-        let (_, generic) = search(fitter, chosen.0.clone(), vec![chosen.1.clone()], (Vec::new(), Vec::new()), effort, control)?;
         let own = hypothesis.added.len() - chosen.0.added.len();
+        let effort = Effort { located: (LOCATIONS, own), ..effort };
+        let (_, generic) = search(fitter, chosen.0.clone(), vec![chosen.1.clone()], (Vec::new(), Vec::new()), effort, control)?;
         if is_located_only(own, fitted.chi_square, &generic, EQUIVALENT * after) {
             return Ok(None);
         }

@@ -8,7 +8,7 @@ use super::thresholds::Thresholds;
 
 /// Largest number of parameters of a generic impedance. Second, the share of the reduction of χ² by which an effect with more parameters must be
 /// better.
-const GENERIC_PARAMETERS: usize = 3;
+pub(super) const GENERIC_PARAMETERS: usize = 3;
 const LEAST_IMPROVEMENT: f64 = 0.01;
 /// Largest excess over null simulations with which a generic impedance explains the whole residual.
 const EXPLAINED: f64 = 1.05;

@@ -159,7 +159,11 @@ pub fn hypotheses(
         });
         let applied = match obstacle {
             Some(why) => Err(why),
-            None => nominal.with(effect).map_err(|error| error.to_string()),
+            None => nominal.with(effect).map_err(|error| error.to_string()).and_then(|hypothesis| {
+                let linear = hypothesis.machine.linear_parameters();
+                let acts = hypothesis.added.is_empty() || hypothesis.added.iter().any(|parameter| linear[*parameter]);
+                acts.then_some(hypothesis).ok_or_else(|| "frequency responses of this machine do not depend on what it changes".to_string())
+            }),
         };
         match applied {
             Ok(hypothesis) => apply.push(hypothesis),

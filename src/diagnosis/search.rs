@@ -26,8 +26,8 @@ const LARGE_MISFIT: (f64, f64) = (1.5, 0.1);
 /// Effort of a search.
 #[derive(Debug, Clone, Copy)]
 pub struct Effort {
-    /// Largest number of generic impedances.
-    pub located: usize,
+    /// Largest number of generic impedances, and of the parameters of each.
+    pub located: (usize, usize),
     /// Largest number of global searches for each candidate; 0 for the first fits alone.
     pub searches: usize,
     /// Seed of the random numbers.
@@ -101,13 +101,14 @@ pub(super) fn large_misfit(objective: &DomainObjective<'_>) -> f64 {
 
 impl Search<'_, '_> {
     /// Adds the generic impedances that promise most by one linear step.
-    fn add_interfaces(&mut self, count: usize) {
+    fn add_interfaces(&mut self, (count, parameters): (usize, usize)) {
         if count == 0 {
             return;
         }
         let bases = [self.base.clone()];
         let mut promising: Vec<(f64, Hypothesis)> = interfaces(&self.nominal)
             .into_par_iter()
+            .filter(|hypothesis| hypothesis.added.len() <= parameters)
             .filter_map(|hypothesis| Some((self.fitter.predicted_cost(&hypothesis, &bases, self.control).ok()?, hypothesis)))
             .collect();
         promising.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -115,8 +115,8 @@ impl FrictionTable {
     }
 }
 
-/// Lead error of a screw joint: its combination Σ cᵢ·qᵢ is unstrained at γ·x + wave(x), x the travel of its first translation. In frequency responses and
-/// modes the rotations travel (1 + γ) times as far, which is the same except for γ².
+/// Lead error of a screw joint: its combination Σ cᵢ·qᵢ is unstrained at γ·x + wave(x), x the travel of its first translation. Frequency responses, modes
+/// and simulated motion multiply the lead by 1 + γ; inverse dynamics adds γ·x, which is the same except for γ².
 #[derive(Debug, Clone, PartialEq)]
 pub struct LeadError {
     /// γ: relative lead deviation (m/m), for example thermal expansion of the lead.

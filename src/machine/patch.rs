@@ -129,8 +129,9 @@ impl Machine {
             ]
         });
         let joints = self.joints.iter().flat_map(|j| {
-            let own = [&j.stiffness, &j.damping, &j.loss_factor, &j.integral_rate, &j.lead_error.growth];
-            own.into_iter().chain(j.relaxation_stiffness.as_ref())
+            let own = [&j.stiffness, &j.damping, &j.loss_factor, &j.integral_rate];
+            let has_lead = j.on.iter().any(|(point, _)| self.has_lead(j, *point));
+            own.into_iter().chain(j.relaxation_stiffness.as_ref()).chain(has_lead.then_some(&j.lead_error.growth))
         });
         let levers = self.chain.levers.iter().flat_map(|l| [&l.sensor_arm, &l.hammer_arm]);
         points
@@ -239,6 +240,7 @@ impl Machine {
             nut_support_offset: Value::number(0.0),
             stations,
             role: Role::Described,
+            journal_of: None,
         })
     }
 

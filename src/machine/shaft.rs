@@ -56,10 +56,12 @@ pub struct Shaft {
     pub stations: Vec<Station>,
     /// Origin.
     pub role: Role,
+    /// Name of the shaft whose end a journal is; `None` for other shafts.
+    pub journal_of: Option<String>,
 }
 
-/// Least free length between a nut at a changed position and the next station, as a share of the screw's length.
-const LEAST_SPAN: f64 = 0.02;
+/// Least free length between a nut at a changed position and the next stations, as a share of the distance between these.
+const LEAST_SPAN: f64 = 0.01;
 
 impl Shaft {
     /// Returns the distance (m) of a station from the left end; `None` at the nut where no nut position is given.
@@ -68,27 +70,50 @@ impl Shaft {
             StationPlace::At(distance_m) => Some(distance_m),
             StationPlace::Nut => self.nut_m(parameters, operating),
             StationPlace::NearNut(offset_m) => {
-                let (factor, aside) =
-                    (self.nut_support_factor.at(parameters, operating), self.nut_support_offset.at(parameters, operating));
-                self.nut_m(parameters, operating).map(|nut_m| nut_m + offset_m * factor + offset_m.abs() * aside)
+                self.nut_m(parameters, operating).map(|nut_m| nut_m + self.support_m(offset_m, parameters, operating))
             }
             StationPlace::End => Some(self.length.at(parameters, operating)),
         }
     }
 
-    /// Returns the true position (m) of the nut, which stays between the next stations; `None` where no nut position is given.
+    /// Returns the true position (m) of the nut; `None` where no nut position is given.
     fn nut_m(&self, parameters: &[f64], operating: &Operating) -> Option<f64> {
         let stated_m = operating.nut_m?;
         if self.nut_position.modifiers.is_empty() {
             return Some(stated_m);
         }
-        let is_at_nut = |station: &&Station| matches!(station.place, StationPlace::Nut | StationPlace::NearNut(_));
-        let own = self.stations.iter().position(|station| is_at_nut(&station))?;
+        let [low_m, high_m] = self.nut_range_m(stated_m, parameters, operating);
+        Some(self.nut_position.at(parameters, operating).max(low_m).min(high_m))
+    }
+
+    /// Whether the true position of the nut follows the parameters that change it: it stops before its supports reach the next stations.
+    pub fn nut_moves(&self, parameters: &[f64], operating: &Operating) -> bool {
+        let Some(stated_m) = operating.nut_m.filter(|_| !self.nut_position.modifiers.is_empty()) else { return true };
+        let [low_m, high_m] = self.nut_range_m(stated_m, parameters, operating);
+        (low_m..=high_m).contains(&self.nut_position.at(parameters, operating))
+    }
+
+    /// Returns the range of true nut positions (m): its supports stay between the next stations. It includes the stated position.
+    fn nut_range_m(&self, stated_m: f64, parameters: &[f64], operating: &Operating) -> [f64; 2] {
+        let is_at_nut = |station: &Station| matches!(station.place, StationPlace::Nut | StationPlace::NearNut(_));
         let place_m = |station: &Station| self.place_m(station.place, parameters, operating);
-        let after = self.stations[own..].iter().find(|station| !is_at_nut(station));
-        let high_m = after.and_then(place_m)? * (1.0 - LEAST_SPAN);
-        let low_m = own.checked_sub(1).and_then(|before| place_m(&self.stations[before])).unwrap_or(0.0) + LEAST_SPAN * high_m;
-        Some(self.nut_position.at(parameters, operating).min(high_m).max(low_m))
+        let first = self.stations.iter().position(is_at_nut).unwrap_or(0);
+        let after = self.stations[first..].iter().find(|station| !is_at_nut(station)).and_then(place_m);
+        let before = self.stations[..first].last().and_then(place_m);
+        let (before_m, after_m) = (before.unwrap_or(0.0), after.unwrap_or_else(|| self.length.at(parameters, operating)));
+        let margin_m = LEAST_SPAN * (after_m - before_m);
+        let supports = self.stations[first..].iter().filter_map(|station| match station.place {
+            StationPlace::NearNut(offset_m) => Some(self.support_m(offset_m, parameters, operating)),
+            _ => None,
+        });
+        let [left_m, right_m] = supports.fold([0.0_f64; 2], |[left, right], at| [left.min(at), right.max(at)]);
+        [stated_m.min(before_m + margin_m - left_m), stated_m.max(after_m - margin_m - right_m)]
+    }
+
+    /// Returns the distance (m) from the nut of a support that is nominally at this distance.
+    fn support_m(&self, offset_m: f64, parameters: &[f64], operating: &Operating) -> f64 {
+        let (factor, aside) = (self.nut_support_factor.at(parameters, operating), self.nut_support_offset.at(parameters, operating));
+        offset_m * factor + offset_m.abs() * aside
     }
 
     /// Returns the cross-sectional area (m²) and its polar second moment (m⁴).

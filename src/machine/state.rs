@@ -51,6 +51,12 @@ impl Machine {
         matches!(joint.on[..], [(point, _)] if self.points[point].motion == PointMotion::Rotation)
     }
 
+    /// Whether the coefficient of a point (index) in a joint contains a lead: it rotates, and the joint couples it with a translation.
+    pub fn has_lead(&self, joint: &Joint, point: usize) -> bool {
+        let motion = |point: usize| self.points[point].motion;
+        motion(point) == PointMotion::Rotation && joint.on.iter().any(|(other, _)| motion(*other) == PointMotion::Translation)
+    }
+
     /// Returns the machine in a state, with the same parameters.
     ///
     /// # Errors  the machine has no such state.

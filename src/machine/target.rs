@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use super::check::{MachineError, fault, listing};
 use super::schema::enum_without_descriptions;
-use super::{Base, Machine, Modifier, OperatingVariable, Value};
+use super::{Base, Machine, Modifier, OperatingVariable, Shaft, Value};
 
 /// The number of a part that a patch changes.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -122,14 +122,20 @@ fn keyed<'v>(part: &str, key: &str, mut values: Vec<(&'static str, &'v mut Value
 impl Machine {
     pub(super) fn rescale(&mut self, target: &Target, rescale: Rescale, parameter: &str) -> Result<(), MachineError> {
         let part = format!("rescale {target:?}");
+        if matches!(target, Target::NutPosition(_)) && !matches!(rescale, Rescale::Relative | Rescale::Times | Rescale::Added) {
+            return Err(fault(part, "a nut position takes the modifier relative, times or added"));
+        }
         let index = self.parameter(parameter).ok_or_else(|| fault(&part, format!("no parameter is called «{parameter}»")))?;
         let stroke_m = self.stroke_m().ok_or_else(|| fault(&part, "the machine has no shaft with a nut"));
         let name = target.part();
-        let missing = || fault(&part, format!("the machine has no «{name}»"));
-        let point = self.points.iter_mut().find(|p| p.name == name).ok_or_else(missing);
+        let missing = |kind: &str| fault(&part, format!("no {kind} of the machine is called «{name}»"));
+        let point = self.points.iter_mut().find(|p| p.name == name).ok_or_else(|| missing("point"));
         let named = self.joints.iter_mut().filter(|j| j.name == name).collect::<Vec<_>>();
-        let joints = if named.is_empty() { Err(missing()) } else { Ok(named) };
-        let shaft = self.shafts.iter_mut().find(|s| s.name == name).ok_or_else(missing);
+        let joints = if named.is_empty() { Err(missing("joint")) } else { Ok(named) };
+        // A shaft and the journals at its ends are of one material.
+        let is_own = |s: &&mut Shaft| s.name == name || s.journal_of.as_deref() == Some(name);
+        let (shafts, journals): (Vec<_>, Vec<_>) = self.shafts.iter_mut().filter(is_own).partition(|s| !s.is_journal());
+        let shaft = shafts.into_iter().next().ok_or_else(|| missing("shaft"));
         let values: Vec<&mut Value> = match target {
             Target::PointInertia(_) => vec![&mut point?.inertia],
             Target::JointStiffness(_) => joints?.into_iter().map(|j| &mut j.stiffness).collect(),
@@ -140,11 +146,11 @@ impl Machine {
             Target::ShaftBore(_) => vec![&mut shaft?.bore_ratio],
             Target::ShaftLossFactor(_) => vec![&mut shaft?.loss_factor],
             Target::ShaftModulus(_) => {
-                let shaft = shaft?;
-                vec![&mut shaft.youngs_modulus, &mut shaft.shear_modulus]
+                let parts = std::iter::once(shaft?).chain(journals);
+                parts.flat_map(|s| [&mut s.youngs_modulus, &mut s.shear_modulus]).collect()
             }
-            Target::ShaftYoungsModulus(_) => vec![&mut shaft?.youngs_modulus],
-            Target::ShaftShearModulus(_) => vec![&mut shaft?.shear_modulus],
+            Target::ShaftYoungsModulus(_) => std::iter::once(shaft?).chain(journals).map(|s| &mut s.youngs_modulus).collect(),
+            Target::ShaftShearModulus(_) => std::iter::once(shaft?).chain(journals).map(|s| &mut s.shear_modulus).collect(),
             Target::NutPosition(_) => vec![&mut shaft?.nut_position],
             Target::Gap(_) => joints?.into_iter().map(|j| &mut j.gap).collect(),
             Target::Friction(_, key) => {

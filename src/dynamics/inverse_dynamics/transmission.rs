@@ -28,13 +28,18 @@ struct Statics {
 impl Statics {
     /// Factors the equilibrium; `None` where a part is unconstrained or a spring cannot be represented in a matrix.
     fn new(machine: &Machine, values: &[f64], at: &Operating) -> Option<Self> {
-        let relaxing = machine.joints.iter().any(|j| j.relaxation_stiffness.is_some());
-        let without_relaxation = relaxing.then(|| {
-            let mut without_relaxation = machine.clone();
-            without_relaxation.joints.iter_mut().for_each(|j| j.relaxation_stiffness = None);
-            without_relaxation
+        let number = |value: &Value| value.at(values, at);
+        let is_other = machine.joints.iter().any(|j| j.relaxation_stiffness.is_some() || number(&j.lead_error.growth) != 0.0);
+        // Dampers that relax do not hold; the lead's deviation is added to the unstrained positions.
+        let elastic = is_other.then(|| {
+            let mut elastic = machine.clone();
+            for joint in &mut elastic.joints {
+                joint.relaxation_stiffness = None;
+                joint.lead_error.growth = Value::number(0.0);
+            }
+            elastic
         });
-        let of = matrices(without_relaxation.as_ref().unwrap_or(machine), values, at, LUMPS).ok()?;
+        let of = matrices(elastic.as_ref().unwrap_or(machine), values, at, LUMPS).ok()?;
         let place: Vec<Option<usize>> = machine.points.iter().map(|p| of.names.iter().position(|n| *n == p.name)).collect();
         let encoder = &machine.drive.as_ref()?.position.encoder;
         let (held, size) = (place[encoder.at]?, of.names.len());

@@ -95,9 +95,8 @@ impl AssembledModel {
         for (((joint, numbers), on), (described, screw)) in all {
             let growth = joint.lead_error.growth.at(parameters, operating);
             if growth != numbers.lead_growth {
-                on.copy_from_slice(described);
-                for (i, c) in screw {
-                    on.iter_mut().filter(|own| own.0 == *i).for_each(|own| own.1 += growth * c);
+                for ((own, (_, described)), (_, lead)) in on.iter_mut().zip(described).zip(screw) {
+                    own.1 = described + growth * lead;
                 }
             }
             let stiffness = joint.stiffness.at(parameters, operating);

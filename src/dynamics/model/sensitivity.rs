@@ -184,12 +184,13 @@ impl AssembledModel {
         });
         let at_nut = |p| f64::from(u8::from(matches!(p, machine::StationPlace::Nut | machine::StationPlace::NearNut(_))));
         let share = (at_nut(rod_shape.places.1) - at_nut(rod_shape.places.0)) / length_m;
+        let moves = shaft.nut_moves(parameters, operating);
         shaft.nut_position.gradient(parameters, operating, |p, d| {
-            if let Some(c) = column[p] {
+            if let Some(c) = column[p].filter(|_| moves) {
                 push(c, -k * share * d, t * share * d);
             }
         });
-        if let Some(nut) = nut {
+        if let Some(nut) = nut.filter(|_| moves) {
             // The true position is a linear function of the stated one.
             let at = |nut_m: f64| shaft.nut_position.at(parameters, &Operating { nut_m: Some(nut_m), ..*operating });
             let share = share * (at(1.0) - at(0.0));

@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use super::elimination::Elimination;
-use machine::{Machine, PointMotion, StationPlace};
+use machine::{Machine, StationPlace};
 
 /// Why a machine cannot be computed.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -66,7 +66,7 @@ pub struct Structure {
     pub(super) rod_slots: Vec<[Option<usize>; 3]>,
     /// Per joint: coordinates and coefficients of the points that move, by the described lead.
     pub(super) joints: Vec<Vec<(usize, f64)>>,
-    /// Per joint that couples rotations with translations: coordinates and coefficients of its rotations, which contain the lead.
+    /// As `joints`: of a joint that couples rotations with translations, the coefficients of its rotations, which contain the lead; else 0.
     pub(super) screws: Vec<Vec<(usize, f64)>>,
     pub(super) response: usize,
     pub(super) excitation: usize,
@@ -102,10 +102,8 @@ impl Structure {
         let joints: Vec<Vec<(usize, f64)>> =
             machine.joints.iter().map(|j| j.on.iter().filter_map(|(p, c)| Some((coordinate[*p]?, *c))).collect()).collect();
         let screws = machine.joints.iter().map(|joint| {
-            let motion = |point: usize| machine.points[point].motion;
-            let translates = joint.on.iter().any(|(p, _)| motion(*p) == PointMotion::Translation);
-            let turning = joint.on.iter().filter(|(p, _)| translates && motion(*p) == PointMotion::Rotation);
-            turning.filter_map(|(p, c)| Some((coordinate[*p]?, *c))).collect()
+            let lead_of = |point: usize, c: f64| if machine.has_lead(joint, point) { c } else { 0.0 };
+            joint.on.iter().filter_map(|(p, c)| Some((coordinate[*p]?, lead_of(*p, *c)))).collect()
         });
         let screws: Vec<Vec<(usize, f64)>> = screws.collect();
         let moving = |point: usize| {

@@ -242,15 +242,14 @@ impl Plant {
 }
 
 /// Returns the machine without the elements that its matrices cannot represent (relaxing dampers, open backlash), and the machine with every
-/// backlash closed. Both include the thermal expansion of the lead in
-/// their coefficients.
+/// backlash closed. The coefficients of both contain the relative deviation of the lead.
 fn linear_machines(machine: &Machine, at: &impl Fn(&Value) -> f64) -> (Machine, Machine) {
     let mut closed = machine.clone();
     for joint in &mut closed.joints {
         let expansion = at(&std::mem::replace(&mut joint.lead_error.growth, Value::number(0.0)));
-        let first = joint.on.iter().position(|(p, _)| machine.points[*p].motion == PointMotion::Translation);
-        if let Some(first) = first.filter(|_| expansion != 0.0) {
-            joint.on[first].1 *= 1.0 - expansion;
+        let described = joint.clone();
+        for (_, c) in joint.on.iter_mut().filter(|(p, _)| machine.has_lead(&described, *p)) {
+            *c *= 1.0 + expansion;
         }
         if joint.relaxation_stiffness.take().is_some() {
             joint.damping = Value::number(0.0);

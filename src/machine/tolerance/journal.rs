@@ -57,7 +57,7 @@ fn split_off(machine: &mut Machine, index: usize, right: bool, at_m: f64, thinne
     let junction = Station { place: StationPlace::At(at_m), axial, torsion };
     let mut journal = shaft;
     journal.diameter.modifiers.push(thinner);
-    journal.name = name;
+    journal.journal_of = Some(std::mem::replace(&mut journal.name, name));
     journal.role = Role::Tolerance;
     journal.stations = if right { vec![junction, end] } else { vec![end, junction] };
     let stations = &mut machine.shafts[index].stations;
