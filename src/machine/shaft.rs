@@ -70,7 +70,7 @@ impl Shaft {
             StationPlace::At(distance_m) => Some(distance_m),
             StationPlace::Nut => self.nut_m(parameters, operating),
             StationPlace::NearNut(offset_m) => {
-                self.nut_m(parameters, operating).map(|nut_m| nut_m + self.support_m(offset_m, parameters, operating))
+                self.nut_m(parameters, operating).map(|nut_m| self.support_m(nut_m, offset_m, parameters, operating))
             }
             StationPlace::End => Some(self.length.at(parameters, operating)),
         }
@@ -103,17 +103,17 @@ impl Shaft {
         let (before_m, after_m) = (before.unwrap_or(0.0), after.unwrap_or_else(|| self.length.at(parameters, operating)));
         let margin_m = LEAST_SPAN * (after_m - before_m);
         let supports = self.stations[first..].iter().filter_map(|station| match station.place {
-            StationPlace::NearNut(offset_m) => Some(self.support_m(offset_m, parameters, operating)),
+            StationPlace::NearNut(offset_m) => Some(self.support_m(0.0, offset_m, parameters, operating)),
             _ => None,
         });
         let [left_m, right_m] = supports.fold([0.0_f64; 2], |[left, right], at| [left.min(at), right.max(at)]);
         [stated_m.min(before_m + margin_m - left_m), stated_m.max(after_m - margin_m - right_m)]
     }
 
-    /// Returns the distance (m) from the nut of a support that is nominally at this distance.
-    fn support_m(&self, offset_m: f64, parameters: &[f64], operating: &Operating) -> f64 {
+    /// Returns the place (m) of a support of a nut at `nut_m`, nominally at this distance from it.
+    fn support_m(&self, nut_m: f64, offset_m: f64, parameters: &[f64], operating: &Operating) -> f64 {
         let (factor, aside) = (self.nut_support_factor.at(parameters, operating), self.nut_support_offset.at(parameters, operating));
-        offset_m * factor + offset_m.abs() * aside
+        nut_m + offset_m * factor + offset_m.abs() * aside
     }
 
     /// Returns the cross-sectional area (m²) and its polar second moment (m⁴).
