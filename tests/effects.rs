@@ -171,6 +171,13 @@ period_s = 1e-3
         let (apply, _) = diagnosis::hypotheses(&fitter, &bench, &nominal, &library, &[]);
         assert!(apply.iter().all(|h| h.id() != effect.id));
     }
+    // The delay of the control shows in closed-loop FRFs of a driven axis.
+    let delay = library.iter().find(|e| e.id == "control-delay").unwrap().clone();
+    let set = measurement::read_set(measurement::BENCH).unwrap();
+    let (fit, _) = set.split(None, &[]).unwrap();
+    let fitter = diagnosis::fitter(&fit, diagnosis::Domain::Modes(identification::objective::ModeSettings::default()), &[], &[]);
+    let nominal = diagnosis::Hypothesis::nominal(machine.clone());
+    assert_eq!(diagnosis::hypotheses(&fitter, &machine, &nominal, &[delay], &[]).0.len(), 1);
 }
 
 #[test]
@@ -557,10 +564,18 @@ damping = 1e3
     assert!(a.norm() > 0.0 && (a - b).norm() < 1e-12 * a.norm(), "{b} for {a}");
     let moved = receptance(&with, &[("nut_offset", 0.3)], 117.0);
     assert!(moved.is_finite() && (moved - a).norm() > 1e-3 * a.norm(), "{moved}");
-    // A nut that does not rotate has no lead.
-    let lead = library.iter().find(|e| e.id == "screw-lead").unwrap();
-    let with = machine.with_effect(lead).unwrap();
-    assert!(!with.linear_parameters()[with.parameter("lead_change").unwrap()]);
+    // A nut that does not rotate has no lead: the effect is no candidate, alone or beside another one.
+    let lead = library.iter().find(|e| e.id == "screw-lead").unwrap().clone();
+    let set = measurement::read_set(measurement::BENCH).unwrap();
+    let (fit, _) = set.split(None, &[]).unwrap();
+    let domain = diagnosis::Domain::Modes(identification::objective::ModeSettings::default());
+    let fitter = diagnosis::fitter(&fit, domain, &[], &[]);
+    let alone = Hypothesis::nominal(machine.clone());
+    let moved = library.iter().find(|e| e.id == "nut-position-offset").unwrap();
+    for nominal in [alone.with(moved).unwrap(), alone] {
+        let (apply, others) = diagnosis::hypotheses(&fitter, &machine, &nominal, std::slice::from_ref(&lead), &[]);
+        assert!(apply.is_empty() && matches!(others[0].status, diagnosis::Status::NotApplicable(_)), "{others:?}");
+    }
 }
 
 /// The journals at the ends of a screw are of its material.

@@ -160,8 +160,9 @@ pub fn hypotheses(
         let applied = match obstacle {
             Some(why) => Err(why),
             None => nominal.with(effect).map_err(|error| error.to_string()).and_then(|hypothesis| {
-                let linear = hypothesis.machine.linear_parameters();
-                let acts = hypothesis.added.is_empty() || hypothesis.added.iter().any(|parameter| linear[*parameter]);
+                let (open, closed) = (hypothesis.machine.linear_parameters(), hypothesis.machine.closed_loop_parameters());
+                // Those before belong to effects that are already included.
+                let acts = (nominal.machine.parameters.len()..open.len()).any(|own| open[own] || closed[own]);
                 acts.then_some(hypothesis).ok_or_else(|| "frequency responses of this machine do not depend on what it changes".to_string())
             }),
         };
