@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::check::{MachineError, check_parameter, fault, listing};
 use super::effect::{AttachFile, LeverFile, ReattachFile};
 use super::{
-    Derivation, Derived, DerivedPatch, Effect, Joint, JointPatch, Lever, Machine, ParameterValues, Patch, Point, PointPatch, Role, Shaft,
+    Derivation, Derived, DerivedPatch, Effect, Joint, JointPatch, Lever, Machine, ParameterValues, Patch, Point, PointPatch, Shaft,
     ShaftFile, Station, Value,
 };
 
@@ -239,7 +239,6 @@ impl Machine {
             nut_support_factor: Value::number(1.0),
             nut_support_offset: Value::number(0.0),
             stations,
-            role: Role::Described,
             journal_of: None,
         })
     }

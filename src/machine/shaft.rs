@@ -1,6 +1,6 @@
 //! Uniform shafts: rods with axial and torsional vibration between stations.
 
-use super::{Operating, PointMotion, Role, Value};
+use super::{Operating, PointMotion, Value};
 
 /// The place of a station on its shaft.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,8 +54,6 @@ pub struct Shaft {
     pub nut_support_offset: Value,
     /// Stations from left to right.
     pub stations: Vec<Station>,
-    /// Origin.
-    pub role: Role,
     /// Name of the shaft whose end a journal is; `None` for other shafts.
     pub journal_of: Option<String>,
 }
@@ -88,9 +86,7 @@ impl Shaft {
 
     /// Whether the true position of the nut follows the parameters that change it: it stops before its supports reach the next stations.
     pub fn nut_moves(&self, parameters: &[f64], operating: &Operating) -> bool {
-        let Some(stated_m) = operating.nut_m.filter(|_| !self.nut_position.modifiers.is_empty()) else { return true };
-        let [low_m, high_m] = self.nut_range_m(stated_m, parameters, operating);
-        (low_m..=high_m).contains(&self.nut_position.at(parameters, operating))
+        self.nut_m(parameters, operating) == Some(self.nut_position.at(parameters, operating))
     }
 
     /// Returns the range of true nut positions (m): its supports stay between the next stations. It includes the stated position.
@@ -133,7 +129,7 @@ impl Shaft {
 
     /// Whether it is a journal separated by [`Machine::with_tolerances`](super::Machine::with_tolerances).
     pub fn is_journal(&self) -> bool {
-        self.role == Role::Tolerance
+        self.journal_of.is_some()
     }
 
     /// Whether a point moves with one of its stations.

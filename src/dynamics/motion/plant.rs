@@ -245,10 +245,9 @@ impl Plant {
 /// backlash closed. The coefficients of both contain the relative deviation of the lead.
 fn linear_machines(machine: &Machine, at: &impl Fn(&Value) -> f64) -> (Machine, Machine) {
     let mut closed = machine.clone();
-    for joint in &mut closed.joints {
+    for (joint, described) in closed.joints.iter_mut().zip(&machine.joints) {
         let expansion = at(&std::mem::replace(&mut joint.lead_error.growth, Value::number(0.0)));
-        let described = joint.clone();
-        for (_, c) in joint.on.iter_mut().filter(|(p, _)| machine.has_lead(&described, *p)) {
+        for (_, c) in joint.on.iter_mut().filter(|(p, _)| machine.has_lead(described, *p)) {
             *c *= 1.0 + expansion;
         }
         if joint.relaxation_stiffness.take().is_some() {

@@ -1,7 +1,7 @@
 //! Journals: the thinner ends of a shaft.
 
 use super::number::{MARK, RELATIVE_STOP, massless, size, tolerance};
-use crate::{Machine, Mechanism, Modifier, PointMotion, Prior, Role, Station, StationPlace};
+use crate::{Machine, Mechanism, Modifier, PointMotion, Prior, Station, StationPlace};
 
 /// Length of a journal in diameters of its shaft.
 ///
@@ -58,7 +58,6 @@ fn split_off(machine: &mut Machine, index: usize, right: bool, at_m: f64, thinne
     let mut journal = shaft;
     journal.diameter.modifiers.push(thinner);
     journal.journal_of = Some(std::mem::replace(&mut journal.name, name));
-    journal.role = Role::Tolerance;
     journal.stations = if right { vec![junction, end] } else { vec![end, junction] };
     let stations = &mut machine.shafts[index].stations;
     let place = if right { stations.len() - 1 } else { 0 };
