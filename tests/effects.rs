@@ -123,6 +123,11 @@ fn effects_are_located_at_the_parts_they_change() {
     assert_eq!(machine.missing_part(&rocking), Some("saddle"));
 }
 
+/// Returns the fitter of a diagnosis of modes.
+fn fitter_of_modes<'s>(fit: &measurement::FitSet<'s>) -> diagnosis::Fitter<'s> {
+    diagnosis::fitter(fit, diagnosis::Domain::Modes(identification::objective::ModeSettings::default()), &[], &[])
+}
+
 /// Effects that only motion reveals apply to an axis with guide, nut and drive, add their own parameters and leave every FRF unchanged.
 #[test]
 fn every_effect_of_motion_applies_to_a_driven_axis_and_leaves_frfs_unchanged() {
@@ -153,6 +158,10 @@ period_s = 1e-3
     let motion: Vec<_> =
         library.iter().filter(|e| (e.data == [Data::Motion] && e.id != "drive-flexibility") || e.id == "control-delay").collect();
     assert_eq!(motion.len(), 14);
+    let (bench, nominal) = (bench_without_hold(), Hypothesis::nominal(bench_without_hold()));
+    let set = measurement::read_set(measurement::BENCH).unwrap();
+    let (fit, _) = set.split(None, &[]).unwrap();
+    let fitter = fitter_of_modes(&fit);
     for effect in motion {
         let with = machine.with_effect(effect).unwrap_or_else(|e| panic!("{}: {e}", effect.id));
         let added = &with.parameters[machine.parameters.len()..];
@@ -162,22 +171,12 @@ period_s = 1e-3
         assert_eq!(shows_in_frfs, ["viscous-friction", "moving-mass", "lead-growth"].contains(&effect.id.as_str()), "{}", effect.id);
         assert_eq!(receptance(&with, &[], 117.0), before, "{}", effect.id);
         // They are no candidates of a diagnosis of FRFs.
-        let bench = bench_without_hold();
-        let nominal = diagnosis::Hypothesis::nominal(bench.clone());
-        let set = measurement::read_set(measurement::BENCH).unwrap();
-        let (fit, _) = set.split(None, &[]).unwrap();
-        let domain = diagnosis::Domain::Modes(identification::objective::ModeSettings::default());
-        let fitter = diagnosis::fitter(&fit, domain, &[], &[]);
         let (apply, _) = diagnosis::hypotheses(&fitter, &bench, &nominal, &library, &[]);
         assert!(apply.iter().all(|h| h.id() != effect.id));
     }
     // The delay of the control shows in closed-loop FRFs of a driven axis.
     let delay = library.iter().find(|e| e.id == "control-delay").unwrap().clone();
-    let set = measurement::read_set(measurement::BENCH).unwrap();
-    let (fit, _) = set.split(None, &[]).unwrap();
-    let fitter = diagnosis::fitter(&fit, diagnosis::Domain::Modes(identification::objective::ModeSettings::default()), &[], &[]);
-    let nominal = diagnosis::Hypothesis::nominal(machine.clone());
-    assert_eq!(diagnosis::hypotheses(&fitter, &machine, &nominal, &[delay], &[]).0.len(), 1);
+    assert_eq!(diagnosis::hypotheses(&fitter, &machine, &Hypothesis::nominal(machine.clone()), &[delay], &[]).0.len(), 1);
 }
 
 #[test]
@@ -568,8 +567,7 @@ damping = 1e3
     let lead = library.iter().find(|e| e.id == "screw-lead").unwrap().clone();
     let set = measurement::read_set(measurement::BENCH).unwrap();
     let (fit, _) = set.split(None, &[]).unwrap();
-    let domain = diagnosis::Domain::Modes(identification::objective::ModeSettings::default());
-    let fitter = diagnosis::fitter(&fit, domain, &[], &[]);
+    let fitter = fitter_of_modes(&fit);
     let alone = Hypothesis::nominal(machine.clone());
     let moved = library.iter().find(|e| e.id == "nut-position-offset").unwrap();
     for nominal in [alone.with(moved).unwrap(), alone] {
