@@ -3,13 +3,16 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use identification::{Identification, IdentificationSettings, identify};
+use dynamics::model::RodModel;
+use identification::objective::{Deviation, ModeObjective, ModeSettings, ModeSquares, PositionPrediction};
+use identification::{Identification, IdentificationSettings, Place, identify};
 use machine::Machine;
 use measurement::{MeasurementSet, read_set};
 use numeric::statistics::median;
-use optimizer::Control;
+use optimizer::{Control, LeastSquares};
 
 use crate::support::bench_equations::Joints;
+use crate::support::everything::everything;
 use crate::support::finite_elements::{Bench, Peak};
 use crate::support::{Draws, POSITIONS, config};
 
@@ -123,4 +126,63 @@ fn recover_stiffness_from_rounded_and_noisy_data() {
 fn recover_one_machine_as_far_as_rounding_allows() {
     let medians = median_errors(12, 0.0);
     assert!(medians[..3].iter().all(|m| *m < 0.03) && medians[3] < 0.045, "{medians:?}");
+}
+
+/// Returns for each deviation the order measured and the rank of the predicted peak.
+fn pairing(objective: &ModeObjective<'_>, place: &[f64]) -> Vec<(Option<u32>, Option<usize>)> {
+    let predicted = objective.predict(&objective.parameters(&Place(place.to_vec())));
+    let of = |p: &PositionPrediction| {
+        let rank = |d: &Deviation| d.predicted.and_then(|peak| p.peaks.iter().position(|known| *known == peak));
+        p.deviations.iter().map(|d| (d.observed.map(|o| o.order), rank(d))).collect::<Vec<_>>()
+    };
+    predicted.iter().flat_map(of).collect()
+}
+
+/// The derivatives of χ² with every coordinate agree with differences at drawn places, for exact and for lumped rods, with parameters that act on every kind of
+/// element and on the measuring chain, and with peaks on their ramps. Where the pairing changes, χ² has a kink: there nothing is compared.
+#[test]
+fn the_derivatives_of_modes_agree_with_differences() {
+    const STEP: f64 = 1e-4;
+    let machine = everything();
+    let set = read_set("measurements/tian").unwrap();
+    let (fit, _) = set.split(None, &[]).unwrap();
+    let mut random = Draws(8);
+    let (mut on_ramps, mut compared, mut kinks) = (0, 0, 0);
+    for rods in [RodModel::Exact, RodModel::Lumped(5)] {
+        let settings = ModeSettings { rods, ..ModeSettings::default() };
+        let objective = ModeObjective::new(&machine, &fit, settings, &[]).unwrap();
+        let squares = ModeSquares::new(&objective, None);
+        for _ in 0..20 {
+            let point: Vec<f64> = (0..squares.dimension()).map(|_| 0.3 + 0.4 * random.next()).collect();
+            let predicted = objective.predict(&objective.parameters(&Place(point.clone())));
+            on_ramps += predicted.iter().flat_map(|p| &p.deviations).filter(|d| d.visibility > 0.0 && d.visibility < 1.0).count();
+            let normal = squares.normal(&point);
+            assert!((normal.chi_square / squares.chi_square(&point) - 1.0).abs() < 1e-12);
+            for column in 0..point.len() {
+                let moved = |by: f64| {
+                    let mut moved = point.clone();
+                    moved[column] += by;
+                    moved
+                };
+                if pairing(&objective, &moved(-2.0 * STEP)) != pairing(&objective, &moved(2.0 * STEP)) {
+                    kinks += 1;
+                    continue;
+                }
+                let slope_over = |step: f64| (squares.chi_square(&moved(step)) - squares.chi_square(&moved(-step))) / (2.0 * step);
+                // Richardson's extrapolation removes the error of second order.
+                let slope = (4.0 * slope_over(STEP) - slope_over(2.0 * STEP)) / 3.0;
+                let exact = 2.0 * normal.gradient[column];
+                let scale = (normal.information[(column, column)] * normal.chi_square).sqrt();
+                // Peaks are found to 1e-9 of their frequency.
+                let rounding = 1e-9 * normal.chi_square / STEP;
+                compared += 1;
+                assert!(
+                    (slope - exact).abs() < 1e-4 * scale + rounding,
+                    "{rods:?}, column {column}: {slope} against {exact}, scale {scale}"
+                );
+            }
+        }
+    }
+    println!("{compared} derivatives compared, {kinks} at kinks, {on_ramps} peaks on their ramps");
+    assert!(on_ramps > 20 && compared > 1000);
 }

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::hypothesis::Hypothesis;
 use identification::Place;
 use identification::objective::{
-    FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, ModeSquares, ObjectiveError, PositionPrediction,
+    Deviation, FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, ModeSquares, ObjectiveError, PositionPrediction,
 };
 use machine::ParameterValues;
 use measurement::{FitSet, HoldOutSet};
@@ -16,8 +16,6 @@ use optimizer::LeastSquares;
 /// would average less noise.
 const LINES: (usize, usize) = (60, 1000);
 const TOTAL_LINES: usize = 3600;
-/// Step of numerical derivatives of modes, in the unit interval.
-const STEP: f64 = 2e-4;
 
 /// Kind of diagnosed data, with their weights.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -214,20 +212,7 @@ impl<'h> DomainObjective<'h> {
     pub fn slopes(&self, place: &Place) -> DMatrix<f64> {
         match self {
             DomainObjective::Frf(o) => o.slopes(place),
-            DomainObjective::Modes(_) => {
-                let columns: Vec<DVector<f64>> = (0..place.len())
-                    .map(|column| {
-                        let shifted = |by: f64| {
-                            let mut other = place.clone();
-                            other[column] = (other[column] + by).clamp(0.0, 1.0);
-                            other
-                        };
-                        let (low, high) = (shifted(-STEP), shifted(STEP));
-                        (self.rows(&high) - self.rows(&low)) / (high[column] - low[column])
-                    })
-                    .collect();
-                if columns.is_empty() { DMatrix::zeros(self.rows(place).len(), 0) } else { DMatrix::from_columns(&columns) }
-            }
+            DomainObjective::Modes(o) => o.slopes_at(place),
         }
     }
 }
@@ -287,8 +272,8 @@ pub fn gaps_by_mode(
         .iter()
         .flat_map(|position| &position.deviations)
         .filter_map(|d| {
-            let (order, measured_hz) = (d.observed?.order, d.observed?.frequency_hz?);
-            Some((order, d.predicted.map_or(MISSING, |peak| peak.frequency_hz / measured_hz - 1.0)))
+            let observed = d.observed.filter(|o| o.frequency_hz.is_some())?;
+            Some((observed.order, squared_error(d).sqrt()))
         })
         .collect();
     let last = errors.iter().map(|e| e.0).max().unwrap_or(0).min(LAST_ORDER);
@@ -297,18 +282,23 @@ pub fn gaps_by_mode(
 
 /// Computes the gap of the modes at one position.
 ///
-/// # Source  definition of this project: root mean square of the relative frequency errors, a missing or unexpected peak counting as 0.3. The floor
-/// is due to rounding, resolution/√12.
+/// # Source  definition of this project: root mean square over the measured modes of the relative frequency errors, a missing mode counting as 0.3; an
+/// unexpected peak adds the square of 0.3, as far as it should have been visible. The floor is due to rounding, resolution/√12.
 fn mode_part(prediction: &PositionPrediction, resolution_hz: f64) -> PartialGap {
-    let errors: Vec<(f64, f64)> = prediction
-        .deviations
-        .iter()
-        .filter_map(|d| match (d.observed.and_then(|o| o.frequency_hz), d.predicted) {
-            (Some(measured_hz), Some(peak)) => Some((peak.frequency_hz / measured_hz - 1.0, 0.29 * resolution_hz / measured_hz)),
-            (Some(measured_hz), None) => Some((MISSING, 0.29 * resolution_hz / measured_hz)),
-            (None, _) => d.unexpected.then_some((MISSING, 0.0)),
-        })
-        .collect();
-    let mean = |of: fn(&(f64, f64)) -> f64| (errors.iter().map(|e| of(e).powi(2)).sum::<f64>() / errors.len().max(1) as f64).sqrt();
-    PartialGap { position: Some(prediction.position), frf: None, gap: mean(|e| e.0), floor: Some(mean(|e| e.1)), count: errors.len() }
+    let (mut squares, mut floors, mut count) = (0.0, 0.0, 0_u32);
+    for d in &prediction.deviations {
+        squares += squared_error(d);
+        if let Some(measured_hz) = d.observed.and_then(|o| o.frequency_hz) {
+            floors += (0.29 * resolution_hz / measured_hz).powi(2);
+            count += 1;
+        }
+    }
+    let mean = |sum: f64| (sum / f64::from(count.max(1))).sqrt();
+    PartialGap { position: Some(prediction.position), frf: None, gap: mean(squares), floor: Some(mean(floors)), count: count as usize }
+}
+
+/// Returns the squared relative frequency error of a deviation, that of [`MISSING`] as far as one side lacks the mode.
+fn squared_error(d: &Deviation) -> f64 {
+    let of_pair = d.observed.and_then(|o| o.frequency_hz).zip(d.predicted).map_or(0.0, |(hz, peak)| peak.frequency_hz / hz - 1.0);
+    (1.0 - d.lacking()) * of_pair.powi(2) + d.lacking() * MISSING * MISSING
 }

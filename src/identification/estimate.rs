@@ -109,8 +109,9 @@ pub(super) fn estimate<P: Problem>(
     let mut place = basins[0].place.clone();
     let (mut values, mut gain) = (problem.values(&place), problem.gain_at(&place));
     let has_intervals = problem.is_likelihood();
+    let profiled = has_intervals && plan.profile;
     let inflation = if inflated.is_some() { 1.0 } else { misfit * correlation_factor };
-    let wider = if has_intervals && plan.profile { wider(&place)? } else { None };
+    let wider = if profiled { wider(&place)? } else { None };
     let wide = match &wider {
         Some((wider, from)) => {
             let starts = from.iter().map(|place| Basin { place: place.clone(), cost: 0.0, starts: 1 }).collect();
@@ -120,7 +121,7 @@ pub(super) fn estimate<P: Problem>(
         None => inflated.as_ref().unwrap_or(problem),
     };
     let columns: Vec<usize> = (0..free.len()).chain(wide.gain_column()).collect();
-    let intervals = intervals(wide, machine, basins, (&columns, inflation, has_intervals && plan.profile), control);
+    let intervals = intervals(wide, machine, basins, (&columns, inflation, profiled), control);
     let Intervals { basins, mut regions, whole } = intervals;
     if inflated.is_some() || wider.is_none() {
         // A profile may have met a deeper minimum.
@@ -128,6 +129,7 @@ pub(super) fn estimate<P: Problem>(
         (values, gain) = (problem.values(&place), problem.gain_at(&place));
     }
     let (chi_square, misfit, correlation_factor) = if inflated.is_some() { misfit_at(&place) } else { first };
+    let combinations = if profiled { combined(wide, machine, (&basins[0], &whole, &regions), inflation, control) } else { Vec::new() };
     if wider.is_some() {
         // The estimate is that of the fit with the parameters that modes hardly determine held fixed.
         let own = (0..free.len()).chain(problem.gain_column()).map(|at| place[at]);
@@ -142,14 +144,14 @@ pub(super) fn estimate<P: Problem>(
     let gain_column = problem.gain_column();
     let gain_interval95 = gain_column.filter(|_| has_intervals).map(|_| gain_interval(&regions[free.len()]));
     warnings.extend(has_intervals.then(|| widened(chi_square, freedom, misfit, correlation_factor)).into_iter().flatten());
-    let combinations =
-        if has_intervals && plan.profile { combined(wide, machine, (&basins[0], &whole), inflation, control) } else { Vec::new() };
     warnings.extend(gain_column.and_then(|at| gain_at_end(place[at])));
     let complete = !control.stopped() && repeats.iter().all(|r| r.found.complete);
     let agree = (complete && plan.near.is_none() && effort.required > 1).then(|| effort.is_enough());
     warnings.extend((agree == Some(false)).then(|| seldom_found(effort)));
     Ok(Estimation {
-        gain_identifiable: gain_column.filter(|_| has_intervals).and(certainty.identifiable.get(free.len()).copied()),
+        gain_identifiable: gain_column
+            .filter(|_| has_intervals)
+            .map(|at| is_narrow(&regions[free.len()], 1.0) && gain_at_end(place[at]).is_none()),
         place,
         values,
         gain,
@@ -245,7 +247,7 @@ fn refined_basins<P: Problem>(problem: &P, basins: Vec<Basin>, rise: f64, contro
 fn combined<P: Problem>(
     problem: &P,
     machine: &Machine,
-    (here, certainty): (&Basin, &Certainty),
+    (here, certainty, regions): (&Basin, &Certainty, &[Region]),
     inflation: f64,
     control: &Control,
 ) -> Vec<Combination> {
@@ -258,6 +260,8 @@ fn combined<P: Problem>(
     let valley = |column: usize, by: f64| {
         let mut moved = here.place.clone();
         moved[column] = (moved[column] + by).clamp(0.0, 1.0);
+        // Outside the region of the profile χ² rises too much, whatever the others do.
+        regions[column].iter().find(|(low, high)| (*low..=*high).contains(&moved[column]))?;
         let held: Vec<bool> = (0..moved.len()).map(|i| i == column).collect();
         let polished = problem.squares(None, |squares| least_squares(squares, &moved, &held, POLISH, control.stop()));
         (polished.normal.chi_square - here.cost < CHI_SQUARE_95 * inflation).then(|| of(&Place(polished.place)))
@@ -306,6 +310,12 @@ fn profiles(
     };
     let minima: Vec<ProfileStart> = basins.iter().map(start).collect();
     Profiler { squares, minima: &minima, rise: CHI_SQUARE_95 * inflation, control }.regions(columns)
+}
+
+/// Whether the data narrow a region, a share of the unit interval that counts, enough for its coordinate to be identifiable.
+fn is_narrow(region: &Region, counted: f64) -> bool {
+    let (low, high) = hull(region);
+    high - low <= 2.0 * 1.96 * counted * RANGE_SD / NARROWING
 }
 
 /// Returns the hull of a region.
@@ -416,7 +426,7 @@ fn parameter_estimates(
         let description = &machine.parameters[parameter];
         let end = |x: f64| description.from_unit(x.clamp(0.0, 1.0));
         let at_bound = !(AT_BOUND..=1.0 - AT_BOUND).contains(&u);
-        let narrow = high - low <= 2.0 * 1.96 * counted(description) * RANGE_SD / NARROWING;
+        let narrow = is_narrow(&regions[column], counted(description));
         let depends = has_intervals && narrow && !at_bound && excess > EXCESS;
         estimates[parameter] = Estimate {
             parameter,

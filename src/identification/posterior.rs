@@ -85,8 +85,6 @@ const END: (u64, f64) = (25, 3e-6);
 
 /// The same for modes, which are compared more coarsely.
 const MODES_END: (u64, f64) = (12, 1e-3);
-/// Step of the central differences about a minimum of modes, in the unit interval (1).
-const STEP: f64 = 1e-4;
 /// Standard deviation of a nut position in its unit interval (1).
 const NUT_SD: f64 = 0.05;
 
@@ -157,18 +155,8 @@ impl<'m> ModePosterior<'m> {
     /// Returns the weighted, independent residuals at a place without those of the priors, and their derivatives.
     fn linearised(&self, place: &Place) -> (DVector<f64>, DMatrix<f64>) {
         let rows = self.whitened.nrows();
-        let at = |place: &Place| DVector::from_iterator(rows, self.objective.residuals_at(place).into_iter().take(rows));
-        let mut slopes = DMatrix::zeros(rows, self.dimension());
-        for (column, mut slope) in slopes.column_iter_mut().enumerate() {
-            let moved = |by: f64| {
-                let mut other = place.clone();
-                other[column] = (other[column] + by).clamp(0.0, 1.0);
-                other
-            };
-            let (low, high) = (moved(-STEP), moved(STEP));
-            slope.copy_from(&((at(&high) - at(&low)) / (high[column] - low[column])));
-        }
-        (at(place), slopes)
+        let residuals = self.objective.residuals_at(place).into_iter().take(rows);
+        (DVector::from_iterator(rows, residuals), self.objective.slopes_at(place).rows(0, rows).into_owned())
     }
 
     /// Returns the coordinates: those of the objective, tolerances, nut positions.

@@ -15,6 +15,8 @@ const ITERATIONS: u64 = 40;
 const ACCURACY: f64 = 1e-3;
 /// χ² below that of the best minimum, as a share of the rise, at which a point is deeper and not merely within the accuracy.
 const DEEPER: f64 = 0.02;
+/// Accuracy of an end of an interval, as a share of its distance from the minimum.
+const END_ACCURACY: f64 = 0.01;
 /// Largest number of evaluations of a profile to find an end of an interval.
 const EVALUATIONS: usize = 25;
 
@@ -141,8 +143,12 @@ impl Profiler<'_> {
                 }
             }
             let height = self.height(polished.normal.chi_square);
-            if height.abs() < 0.01 {
+            if height.abs() < END_ACCURACY {
                 return next;
+            }
+            if inside == (start, -1.0) && height.powi(2) < END_ACCURACY {
+                // √Δχ² rises from the minimum along a nearly straight line, whose bend has a share of `height` here: that of its end is the square of it.
+                return clamp(start + (next - start) / (1.0 + height));
             }
             if height < 0.0 {
                 if next == edge {

@@ -125,9 +125,11 @@ pub(crate) fn position(
                 predicted_amplitude: peak.and_then(|p| Some(gain? * p.amplitude)),
                 published_hz: set.published.predicted_hz(fit_positions, name, observed.order),
             }),
-            (None, Some(peak)) => {
-                lone_peaks.push(LonePeak { frequency_hz: peak.frequency_hz, prominence: peak.prominence, unexpected: deviation.unexpected })
-            }
+            (None, Some(peak)) => lone_peaks.push(LonePeak {
+                frequency_hz: peak.frequency_hz,
+                prominence: peak.prominence,
+                unexpected: deviation.is_unexpected(),
+            }),
             (None, None) => {}
         }
     }

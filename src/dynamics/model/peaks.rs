@@ -46,6 +46,8 @@ pub struct Peak {
     pub amplitude: f64,
     /// |H| at the peak over the larger of the two neighbouring minima (or ends of the band).
     pub prominence: f64,
+    /// Frequency (Hz) of that minimum or end of the band.
+    pub valley_hz: f64,
 }
 
 struct Search<'a> {
@@ -184,30 +186,52 @@ impl Search<'_> {
                 self.space.pieces.push(Piece { to: middle, below: (piece.below.0, below), halved, ..piece });
             }
         }
-        let [low, high] = [(&first[0], -1.0), (&first[PIECES - 1], 1.0)].map(|(of, end)| self.size(of, end));
+        let [low, high] = [(&first[0], -1.0), (&first[PIECES - 1], 1.0)]
+            .map(|(of, end)| Valley { size: self.size(of, end), frequency_hz: frequency_hz(of.omega_rad_s(end)) });
         self.space.first = first;
         self.refine_maxima();
         let mut valley = low;
         for extremum in &self.space.extrema {
             if extremum.is_maximum {
-                let peak =
-                    Peak { frequency_hz: frequency_hz(extremum.omega_rad_s), amplitude: extremum.size, prominence: extremum.size / valley };
-                found.push(peak);
-                valley = f64::INFINITY;
+                found.push(Peak {
+                    frequency_hz: frequency_hz(extremum.omega_rad_s),
+                    amplitude: extremum.size,
+                    prominence: extremum.size / valley.size,
+                    valley_hz: valley.frequency_hz,
+                });
+                valley = Valley::NONE;
             } else {
-                valley = valley.min(extremum.size);
+                valley = valley.lower(Valley { size: extremum.size, frequency_hz: frequency_hz(extremum.omega_rad_s) });
                 limit_prominence(found, valley);
             }
         }
-        limit_prominence(found, valley.min(high));
+        limit_prominence(found, valley.lower(high));
         found.retain(|peak| peak.prominence > 1.0 + MIN_EXCESS);
     }
 }
 
+/// A minimum of |H|·ω^p, or an end of the band.
+#[derive(Debug, Clone, Copy)]
+struct Valley {
+    size: f64,
+    frequency_hz: f64,
+}
+
+impl Valley {
+    const NONE: Self = Valley { size: f64::INFINITY, frequency_hz: f64::NAN };
+
+    /// Returns the lower of two.
+    fn lower(self, other: Self) -> Self {
+        if other.size < self.size { other } else { self }
+    }
+}
+
 /// Limits the prominence of the last peak by the valley above it.
-fn limit_prominence(found: &mut [Peak], valley: f64) {
-    if let Some(peak) = found.last_mut() {
-        peak.prominence = peak.prominence.min(peak.amplitude / valley);
+fn limit_prominence(found: &mut [Peak], valley: Valley) {
+    if let Some(peak) = found.last_mut()
+        && peak.amplitude / valley.size < peak.prominence
+    {
+        (peak.prominence, peak.valley_hz) = (peak.amplitude / valley.size, valley.frequency_hz);
     }
 }
 

@@ -6,24 +6,13 @@ use std::sync::{Arc, Mutex};
 use super::ObjectiveError;
 use super::closed_loop::Excitation;
 use super::mode_settings::{ModeSettings, Objective};
-use super::pairing::{MISSING, ModePair, VISIBLE, pair_into};
+use super::pairing::{Deviation, MISSING, ModePair, PredictedPeak, VISIBLE, pair_into};
 use super::setup::{GAIN_RANGE, free_parameters, keep_rods, point_named};
 use crate::Place;
 use dynamics::model::{AssembledModel, FrequencyGrid, Peak, PeakSearch, Structure, Workspace, peaks_into};
 use machine::{Chain, FitRule, Machine, Operating, ParameterValues};
 use measurement::{FitSet, Gain, HoldOutSet, MeasurementSet, ModeObservation};
 use numeric::unit::omega_rad_s;
-
-/// Deviation of one mode order.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Deviation {
-    /// The observation; `None` for a predicted peak without a partner.
-    pub observed: Option<ModeObservation>,
-    /// The predicted peak, with its amplitude in the measured quantity, without gain.
-    pub predicted: Option<Peak>,
-    /// Whether this is a peak without a partner that should have been visible.
-    pub unexpected: bool,
-}
 
 /// Prediction and measurement of a position.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -46,22 +35,19 @@ pub struct AmplitudeFit {
 }
 
 /// Working memory of one evaluation, reused so that later evaluations allocate nothing.
-struct ModeScratch {
-    network: AssembledModel,
-    work: Workspace,
-    parameters: Vec<f64>,
-    predictions: Vec<PositionPrediction>,
-    /// Predicted frequencies.
-    predicted_hz: Vec<f64>,
-    /// Relative frequency error assigned to each predicted peak without a partner.
-    alone: Vec<f64>,
+pub(super) struct ModeScratch {
+    pub(super) network: AssembledModel,
+    pub(super) work: Workspace,
+    pub(super) parameters: Vec<f64>,
+    pub(super) predictions: Vec<PositionPrediction>,
+    candidates: Vec<PredictedPeak>,
     least: Vec<f64>,
     pairs: Vec<ModePair>,
 }
 
-struct PositionData {
+pub(super) struct PositionData {
     index: usize,
-    operating: Operating,
+    pub(super) operating: Operating,
     observed: Vec<ModeObservation>,
     /// Frequency (Hz) of each order to pair with peaks; `None` for one known from other positions about which this one states nothing.
     sought: Vec<Option<f64>>,
@@ -75,12 +61,12 @@ struct PositionData {
 pub struct ModeObjective<'m> {
     pub(super) machine: &'m Machine,
     structure: Arc<Structure>,
-    settings: ModeSettings,
-    positions: Vec<PositionData>,
+    pub(super) settings: ModeSettings,
+    pub(super) positions: Vec<PositionData>,
     gain: Gain,
-    resolution_hz: f64,
+    pub(super) resolution_hz: f64,
     least_prominence: f64,
-    search: PeakSearch,
+    pub(super) search: PeakSearch,
     /// Lowest and highest measured frequency of these positions (Hz).
     pub band_hz: (f64, f64),
     /// Indices of the free parameters.
@@ -242,7 +228,7 @@ impl<'m> ModeObjective<'m> {
         self.parameters_of(place)
     }
 
-    fn parameters_of(&self, place: &[f64]) -> ParameterValues {
+    pub(super) fn parameters_of(&self, place: &[f64]) -> ParameterValues {
         let mut parameters = Vec::new();
         self.parameters_into(place, &mut parameters);
         ParameterValues(parameters)
@@ -268,15 +254,14 @@ impl<'m> ModeObjective<'m> {
     }
 
     /// Calls `work` with working memory.
-    fn with_scratch<T>(&self, work: impl FnOnce(&mut ModeScratch) -> T) -> T {
+    pub(super) fn with_scratch<T>(&self, work: impl FnOnce(&mut ModeScratch) -> T) -> T {
         let pooled = self.pool.lock().ok().and_then(|mut pool| pool.pop());
         let mut scratch = pooled.unwrap_or_else(|| ModeScratch {
             network: self.structure.empty_model(),
             work: self.structure.workspace(),
             parameters: Vec::new(),
             predictions: vec![PositionPrediction::default(); self.positions.len()],
-            predicted_hz: Vec::new(),
-            alone: Vec::new(),
+            candidates: Vec::new(),
             least: Vec::new(),
             pairs: Vec::new(),
         });
@@ -298,9 +283,9 @@ impl<'m> ModeObjective<'m> {
     }
 
     /// Predicts one position.
-    fn predict_one(&self, at: usize, scratch: &mut ModeScratch) {
+    pub(super) fn predict_one(&self, at: usize, scratch: &mut ModeScratch) {
         let p = &self.positions[at];
-        let ModeScratch { network, work, parameters, predictions, predicted_hz, alone, least, pairs } = scratch;
+        let ModeScratch { network, work, parameters, predictions, candidates, least, pairs } = scratch;
         network.update(self.machine, parameters, &p.operating);
         let PositionPrediction { position, peaks, deviations } = &mut predictions[at];
         *position = p.index;
@@ -308,23 +293,30 @@ impl<'m> ModeObjective<'m> {
         // The measuring chain changes the amplitude. The shift of the peak by the order of ζ² is neglected.
         let chain = self.machine.chain.at(parameters, &p.operating);
         peaks.iter_mut().for_each(|peak| peak.amplitude *= Chain::log_factor(chain, omega_rad_s(peak.frequency_hz)).re.exp());
-        predicted_hz.clear();
-        predicted_hz.extend(peaks.iter().map(|p| p.frequency_hz));
-        alone.clear();
-        alone.extend(peaks.iter().map(|p| if self.unexpected(p) { MISSING } else { 0.0 }));
-        pair_into(&p.sought, predicted_hz, alone, least, pairs);
+        candidates.clear();
+        candidates.extend(peaks.iter().map(|peak| self.candidate(peak)));
+        pair_into(&p.sought, candidates, least, pairs);
         deviations.clear();
         let paired = |ModePair { measured, predicted }: &ModePair| Deviation {
             observed: measured.and_then(|i| p.observation[i]).map(|i| p.observed[i]),
             predicted: predicted.map(|i| peaks[i]),
-            unexpected: measured.is_none() && predicted.is_some_and(|i| self.unexpected(&peaks[i])),
+            visibility: match (measured, predicted) {
+                (None, Some(j)) => candidates[*j].visibility,
+                (Some(i), Some(j)) if p.sought[*i].is_some() => candidates[*j].presence,
+                _ => 0.0,
+            },
         };
         deviations.extend(pairs.iter().map(paired).filter(|d| d.observed.is_some() || d.predicted.is_some()));
     }
 
-    /// Whether a predicted peak without a partner should have been visible.
-    fn unexpected(&self, peak: &Peak) -> bool {
-        peak.prominence >= self.least_prominence && peak.frequency_hz >= 0.9 * self.band_hz.0 && peak.frequency_hz <= 1.1 * self.band_hz.1
+    /// Judges a predicted peak by these measurements.
+    pub(super) fn candidate(&self, peak: &Peak) -> PredictedPeak {
+        PredictedPeak::new(peak.prominence, peak.frequency_hz, self.least_prominence, self.band_hz)
+    }
+
+    /// Returns the weighted residual of a mode without a partner.
+    pub(super) fn missing(&self) -> f64 {
+        MISSING / self.settings.frequency_model_error.max(1e-6)
     }
 
     /// Computes the best gain for the predictions in the sense of the objective.
@@ -332,11 +324,13 @@ impl<'m> ModeObjective<'m> {
         if self.settings.objective == Objective::Frequencies {
             return AmplitudeFit { gain: 1.0, count: 0 };
         }
-        let ratios = predictions.iter().flat_map(|p| &p.deviations).filter_map(|d| Some((d.observed?.amplitude?, d.predicted?.amplitude)));
-        let (mut count, mut log_sum, mut sum, mut square) = (0, 0.0, 0.0, 0.0);
-        for (measured, predicted) in ratios {
+        let ratios = predictions.iter().flat_map(|p| &p.deviations);
+        let ratios = ratios.filter_map(|d| Some((d.observed?.amplitude?, d.predicted?.amplitude, d.visibility)));
+        let (mut count, mut log_sum, mut present, mut sum, mut square) = (0, 0.0, 0.0, 0.0, 0.0);
+        for (measured, predicted, share) in ratios {
             count += 1;
-            log_sum += (measured / predicted).ln();
+            log_sum += share * (measured / predicted).ln();
+            present += share;
             sum += predicted / measured;
             square += (predicted / measured) * (predicted / measured);
         }
@@ -344,12 +338,13 @@ impl<'m> ModeObjective<'m> {
             (Gain::Known(gain), _, _) => gain,
             (Gain::Unknown, 0, _) => 1.0,
             (Gain::Unknown, _, Objective::Eq26) => sum / square,
-            (Gain::Unknown, n, _) => (log_sum / n as f64).exp(),
+            (Gain::Unknown, ..) if present == 0.0 => 1.0,
+            (Gain::Unknown, ..) => (log_sum / present).exp(),
         };
         AmplitudeFit { gain, count }
     }
 
-    /// Returns the weighted residuals in a fixed order: for each position frequencies, amplitudes, and one residual for unexpected peaks.
+    /// Returns the weighted residuals in a fixed order: for each position frequencies, amplitudes, and one residual for modes that one side lacks.
     pub fn residuals(&self, predictions: &[PositionPrediction], gain: f64) -> Vec<f64> {
         let mut residuals = Vec::new();
         self.each_residual(predictions, gain, |residual| residuals.push(residual));
@@ -357,20 +352,22 @@ impl<'m> ModeObjective<'m> {
     }
 
     fn each_residual(&self, predictions: &[PositionPrediction], gain: f64, mut each: impl FnMut(f64)) {
-        let missing = MISSING / self.settings.frequency_model_error.max(1e-6);
         for deviations in predictions.iter().map(|p| &p.deviations) {
-            for (observed, predicted) in deviations.iter().filter_map(|d| Some((d.observed?, d.predicted))) {
-                each(predicted.map_or(missing, |peak| {
+            let observed = || deviations.iter().filter_map(|d| Some((d.observed?, d.predicted, d.visibility.sqrt())));
+            for (observed, predicted, present) in observed() {
+                each(predicted.map_or(0.0, |peak| {
                     let measured_hz = observed.frequency_hz.unwrap_or(peak.frequency_hz);
-                    (peak.frequency_hz / measured_hz - 1.0) / self.settings.frequency_sd(self.resolution_hz, measured_hz)
+                    present * (peak.frequency_hz / measured_hz - 1.0) / self.settings.frequency_sd(self.resolution_hz, measured_hz)
                 }));
             }
             if self.settings.objective != Objective::Frequencies {
-                for (amplitude, predicted) in deviations.iter().filter_map(|d| Some((d.observed?.amplitude?, d.predicted))) {
-                    each(predicted.map_or(0.0, |peak| (gain * peak.amplitude / amplitude).ln() / self.settings.amplitude_sd));
+                for (amplitude, predicted, present) in
+                    observed().filter_map(|(o, predicted, present)| Some((o.amplitude?, predicted, present)))
+                {
+                    each(predicted.map_or(0.0, |peak| present * (gain * peak.amplitude / amplitude).ln() / self.settings.amplitude_sd));
                 }
             }
-            each(missing * f64::sqrt(deviations.iter().filter(|d| d.unexpected).count() as f64));
+            each(self.missing() * f64::sqrt(deviations.iter().map(Deviation::lacking).sum()));
         }
     }
 
@@ -395,7 +392,7 @@ impl<'m> ModeObjective<'m> {
         self.gain_of(place)
     }
 
-    fn gain_of(&self, place: &[f64]) -> f64 {
+    pub(super) fn gain_of(&self, place: &[f64]) -> f64 {
         match (self.gain, place.get(self.free.len())) {
             (Gain::Known(gain), _) => gain,
             (Gain::Unknown, Some(u)) => GAIN_RANGE.0 * (u * (GAIN_RANGE.1 / GAIN_RANGE.0).ln()).exp(),

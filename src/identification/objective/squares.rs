@@ -1,4 +1,4 @@
-//! Objectives as sums of squares. FRFs have exact derivatives; modes use central differences, since peaks of |H| have no closed form.
+//! Objectives as sums of squares, with their derivatives.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -11,9 +11,6 @@ use crate::Place;
 use dynamics::model::{ABREAST, Complexes, LANES, Reals};
 use machine::Value;
 use optimizer::{LeastSquares, NormalEquations};
-
-/// Step of the central differences in the unit interval (1).
-const STEP: f64 = 2e-4;
 
 /// A mode objective with weighted residuals, as in a bootstrap sample; without weights each residual counts once.
 pub struct ModeSquares<'o, 'm> {
@@ -58,24 +55,10 @@ impl LeastSquares for ModeSquares<'_, '_> {
 
     fn normal(&self, place: &[f64]) -> NormalEquations {
         let dimension = self.dimension();
-        let here = self.residuals(place);
-        let columns: Vec<Vec<f64>> = (0..dimension)
-            .into_par_iter()
-            .map(|column| {
-                let shifted = |by: f64| {
-                    let mut other = place.to_vec();
-                    other[column] = (other[column] + by).clamp(0.0, 1.0);
-                    other
-                };
-                let (low, high) = (shifted(-STEP), shifted(STEP));
-                let width = high[column] - low[column];
-                let (from, to) = (self.residuals(&low), self.residuals(&high));
-                to.iter().zip(&from).map(|(b, a)| (b - a) / width).collect()
-            })
-            .collect();
         let mut normal = NormalEquations::zero(dimension);
-        for (row, residual) in here.iter().enumerate() {
-            let slopes: Vec<f64> = columns.iter().map(|c| c[row]).collect();
+        let slopes = self.objective.slopes_of(place);
+        for (row, residual) in self.residuals(place).iter().enumerate() {
+            let slopes: Vec<f64> = slopes.row(row).iter().copied().collect();
             normal.add(self.weight(row), *residual, &slopes);
         }
         normal.mirror();
