@@ -104,20 +104,29 @@ fn recover_exchanged_records() {
     }
 }
 
-/// The paper's bench without its rotor hold: the diagnosis names it from modes alone, with the same result on one and on two threads.
+/// The paper's bench without its rotor hold: modes alone do not distinguish it from a spring at the table, whose one peak that nobody noted has the least
+/// prominence that the set states. The result is the same on one and on two threads.
 #[test]
 fn published_bench_without_its_rotor_hold() {
     let arguments = ["--without", "rotor-hold", "--positions", "l1,l3,l5"];
     let found = diagnose(&[&arguments[..], &["--threads", "1"]].concat());
     assert_eq!(found["domain"], "modes");
     let named: Vec<&str> = found["verdict"]["effects"].as_array().unwrap().iter().filter_map(Value::as_str).collect();
-    assert_eq!(named, ["rotor-hold"], "{:#}", found["verdict"]);
-    let row = found["effects"].as_array().unwrap().iter().find(|e| e["id"] == "rotor-hold").unwrap();
-    let closed = row["closed"].as_f64().unwrap();
-    assert!(closed > 0.95, "{row:#}");
-    let [low, high] = [0, 1].map(|end| row["closed95"][end].as_f64().unwrap());
-    assert!(low > 0.9 && low < closed && closed < high && high < 1.1, "{low} to {high} for {closed}");
-    assert_eq!((&found["where"][0]["interface"], &found["verdict"]["where"]), (&"rotor".into(), &"rotor".into()));
+    assert_eq!(
+        (&found["verdict"]["kind"], &named[..]),
+        (&"ambiguous".into(), &["rotor-hold", "guide-stiffness"][..]),
+        "{:#}",
+        found["verdict"]
+    );
+    for (id, least) in [("rotor-hold", 0.8), ("guide-stiffness", 0.95)] {
+        let row = found["effects"].as_array().unwrap().iter().find(|e| e["id"] == id).unwrap();
+        let closed = row["closed"].as_f64().unwrap();
+        assert!(closed > least, "{row:#}");
+    }
+    let [low, closed, high] =
+        [&found["chosen"]["closed95"][0], &found["chosen"]["closed"], &found["chosen"]["closed95"][1]].map(|x| x.as_f64().unwrap());
+    assert!(low > 0.5 && low < closed && closed < high && high < 1.2, "{low} to {high} for {closed}");
+    assert_eq!(found["where"][0]["interface"], "rotor");
     // The gap of each order, over all positions.
     let by_mode: Vec<f64> = found["gap"]["by_mode"].as_array().unwrap().iter().filter_map(Value::as_f64).collect();
     let (least, most) = by_mode.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), x| (low.min(*x), high.max(*x)));

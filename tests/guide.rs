@@ -109,7 +109,7 @@ fn the_commands_of_the_page_on_prediction_run() {
     assert!(drawn.contains("id=\"prediction-frequency\""));
 }
 
-/// The diagnosis names the effect that the page adds.
+/// The diagnosis names the effect that the page adds, and the one that these data do not distinguish from it.
 #[cfg(unix)]
 #[test]
 fn the_effect_of_the_guide_is_found() {
@@ -120,7 +120,7 @@ fn the_effect_of_the_guide_is_found() {
     fs::write(folder.path().join("axis.toml"), format!("{bench}\n{effect}")).unwrap();
     run_page(&page("own-effect.md"), folder.path(), |_| {});
     let document = document(folder.path(), "brake/diagnosis.json");
-    assert_eq!(document["verdict"]["effects"], serde_json::json!(["holding-brake"]), "{}", document["verdict"]);
+    assert_eq!(document["verdict"]["effects"], serde_json::json!(["holding-brake", "guide-stiffness"]), "{}", document["verdict"]);
     assert!(document["chosen"]["closed"].as_f64().unwrap() > 0.98);
     // The page draws it over the peaks, before and after.
     let drawn = fs::read_to_string(folder.path().join("brake/report.html")).unwrap();

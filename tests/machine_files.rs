@@ -102,7 +102,9 @@ fn a_named_effect_is_applied() {
     let path = |name: &str| folder.path().join(name).display().to_string();
     let (applied, out) = (path("applied.toml"), path("out"));
     let common = ["diagnose", "--positions", "l1,l3,l5", "--no-cache", "--nulls", "20", "--repeats", "1", "--quiet"];
-    let (code, text, fault) = command(&[&common[..], &["--without", "rotor-hold", "--apply", &applied, "--out", &out]].concat());
+    let (code, text, fault) = command(
+        &[&common[..], &["--without", "rotor-hold", "--effects", "rotor-hold,table-mass", "--apply", &applied, "--out", &out]].concat(),
+    );
     assert_eq!(code, 0, "{fault}");
     assert!(text.contains("rotor-hold") && text.contains("largest frequency error, held out"), "{text}");
     let written = fs::read_to_string(&applied).unwrap();

@@ -87,8 +87,7 @@ fn diagnosis(folder: &Path) -> String {
 #[test]
 fn an_ambiguous_verdict_decides_a_plan() {
     let folder = tempfile::tempdir().unwrap();
-    let settled = diagnosis(folder.path());
-    let text = fs::read_to_string(&settled).unwrap();
+    let text = fs::read_to_string(diagnosis(folder.path())).unwrap();
     let changed = |name: &str, change: &dyn Fn(&mut Value)| {
         let mut document: Value = serde_json::from_str(&text).unwrap();
         document["verdict"]["kind"] = json!("ambiguous");
@@ -99,6 +98,9 @@ fn an_ambiguous_verdict_decides_a_plan() {
         path.display().to_string()
     };
     let ambiguous = changed("ambiguous.json", &|_| ());
+    let settled = changed("settled.json", &|d| {
+        d["verdict"] = json!({"kind": "effect", "effects": ["rotor-hold"], "reason": "", "next_measurement": null})
+    });
     let base = ["--without", "rotor-hold", "--data", "frf", "--lines", "60"];
     let of = |more: &[&str]| plan(&[&base[..], &["--diagnosis", &ambiguous], more].concat());
     let found = of(&["--choose", "1,2", "--states", "as-is,mass=40", "--noise", "0.3"]);

@@ -91,8 +91,7 @@ pub(super) fn estimate<P: Problem>(
     };
     let (repeats, effort) = (found.rounds, found.effort);
     let (best, least) = (found.minima[0].place.clone(), found.minima[0].cost);
-    let unknowns = best.len();
-    let freedom = problem.observations().saturating_sub(unknowns);
+    let freedom = problem.observations().saturating_sub(best.len());
     let misfit_at = |place: &Place| {
         let chi_square = problem.squares(None, |squares| squares.chi_square(place));
         let misfit = if freedom > 0 { (chi_square / freedom as f64).max(1.0) } else { 1.0 };
@@ -129,7 +128,8 @@ pub(super) fn estimate<P: Problem>(
         (values, gain) = (problem.values(&place), problem.gain_at(&place));
     }
     let (chi_square, misfit, correlation_factor) = if inflated.is_some() { misfit_at(&place) } else { first };
-    let combinations = if profiled { combined(wide, machine, (&basins[0], &whole, &regions), inflation, control) } else { Vec::new() };
+    let combinations =
+        if profiled { combined(wide, machine, (&basins[0], &whole, &regions[..free.len()]), inflation, control) } else { Vec::new() };
     if wider.is_some() {
         // The estimate is that of the fit with the parameters that modes hardly determine held fixed.
         let own = (0..free.len()).chain(problem.gain_column()).map(|at| place[at]);
@@ -137,7 +137,7 @@ pub(super) fn estimate<P: Problem>(
     }
     let certainty = whole.of(&columns);
     let bootstraps = bootstraps(problem, &place, (plan.bootstrap, plan.seed), control);
-    let mut warnings = shortage(problem.observations(), unknowns);
+    let mut warnings = shortage(problem.observations(), best.len());
     let kind = (has_intervals, misfit * correlation_factor);
     let (estimates, at_bounds) = parameter_estimates(machine, &free, &place, &values, &regions, &certainty, kind);
     warnings.extend(at_bounds);
@@ -243,7 +243,7 @@ fn refined_basins<P: Problem>(problem: &P, basins: Vec<Basin>, rise: f64, contro
     distinct.into_iter().map(|(basin, _)| basin).collect()
 }
 
-/// Finds the combinations of parameters that the data determine about a minimum.
+/// Finds the combinations of parameters that the data determine about a minimum. `regions` are those of the first parameters.
 fn combined<P: Problem>(
     problem: &P,
     machine: &Machine,
@@ -261,7 +261,9 @@ fn combined<P: Problem>(
         let mut moved = here.place.clone();
         moved[column] = (moved[column] + by).clamp(0.0, 1.0);
         // Outside the region of the profile χ² rises too much, whatever the others do.
-        regions[column].iter().find(|(low, high)| (*low..=*high).contains(&moved[column]))?;
+        if regions.get(column).is_some_and(|region| region.iter().all(|(low, high)| !(*low..=*high).contains(&moved[column]))) {
+            return None;
+        }
         let held: Vec<bool> = (0..moved.len()).map(|i| i == column).collect();
         let polished = problem.squares(None, |squares| least_squares(squares, &moved, &held, POLISH, control.stop()));
         (polished.normal.chi_square - here.cost < CHI_SQUARE_95 * inflation).then(|| of(&Place(polished.place)))
