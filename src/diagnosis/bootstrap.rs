@@ -10,7 +10,7 @@ use super::fit::{Fitted, Fitter, coordinates_of, values_of};
 use super::hypothesis::Hypothesis;
 use super::null_distribution::redraw_machine;
 use identification::Place;
-use identification::objective::{FrfGap, FrfObjective, FrfSettings, ModeObjective, ModeSettings};
+use identification::objective::{Deviation, FrfGap, FrfObjective, FrfSettings, ModeObjective, ModeSettings};
 use measurement::{HoldOutSet, MeasurementSet, ModeTable};
 use numeric::random::normal;
 use numeric::statistics::root_mean_square;
@@ -130,13 +130,13 @@ fn draw_modes(
     let predictions = ModeObjective::held_out(&hypothesis.machine, &all, settings, None).ok()?.predict(&values);
     // Root mean square of the fitted residuals, of frequencies and of amplitudes.
     let fitted_here = || predictions.iter().filter(|p| fitter.fit.positions().contains(&p.position)).flat_map(|p| &p.deviations);
-    let pairs = || fitted_here().filter_map(|d| Some((d.observed?, d.predicted?)));
+    let pairs = || fitted_here().filter_map(Deviation::pair);
     let frequency_sd = root_mean_square(pairs().filter_map(|(o, p)| Some(p.frequency_hz / o.frequency_hz? - 1.0)))?;
     let amplitude_sd = root_mean_square(pairs().filter_map(|(o, p)| Some((gain * p.amplitude / o.amplitude?).ln()))).unwrap_or(0.0);
     let ModeTable { positions, resolution_hz, .. } = set.modes.as_mut()?;
     for prediction in &predictions {
         for deviation in &prediction.deviations {
-            let (Some(observed), Some(peak)) = (deviation.observed, deviation.predicted) else { continue };
+            let Some((observed, peak)) = deviation.pair() else { continue };
             let mode = positions[prediction.position].iter_mut().find(|m| m.order == observed.order)?;
             let drawn_hz = peak.frequency_hz * (1.0 + frequency_sd * normal(random));
             mode.frequency_hz = Some(resolution_hz.filter(|step| *step > 0.0).map_or(drawn_hz, |step| (drawn_hz / step).round() * step));

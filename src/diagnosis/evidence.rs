@@ -257,7 +257,7 @@ pub fn gaps(
 const LAST_ORDER: u32 = 1000;
 
 /// Returns the root mean square over positions of the relative frequency errors of each order, from 1. A mode without a prediction counts as
-/// [`MISSING`]. `None` for an order without observations.
+/// [`MISSING`], one whose peak is hardly there in part. `None` for an order without observations.
 ///
 /// # Errors  as [`ModeObjective::held_out`].
 pub fn gaps_by_mode(
@@ -293,6 +293,8 @@ fn mode_part(prediction: &PositionPrediction, resolution_hz: f64) -> PartialGap 
             count += 1;
         }
     }
+    // Unexpected peaks alone count as one mode.
+    count = count.max(u32::from(squares > 0.0));
     let mean = |sum: f64| (sum / f64::from(count.max(1))).sqrt();
     PartialGap { position: Some(prediction.position), frf: None, gap: mean(squares), floor: Some(mean(floors)), count: count as usize }
 }

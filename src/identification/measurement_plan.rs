@@ -130,6 +130,8 @@ impl PlanDesign {
         let search = PeakSearch { from_hz: band_hz.0, to_hz: band_hz.1, precision: 1e-7, omega_power: power };
         let mut table = ModeTable { positions: Vec::new(), ..set.modes.clone().unwrap_or_default() };
         let least = table.least_prominence.unwrap_or(VISIBLE);
+        // Nothing is learned from peaks that are not listed: with this limit none of them is half visible.
+        table.least_prominence = Some(2.0 * least - 1.0);
         for place in &set.positions {
             let operating = Operating { nut_m: place.nut_m, ..Operating::default() };
             machine.check_operating(&format!("{}: position {}", set.path, place.name), &operating)?;

@@ -120,6 +120,8 @@ impl Profiler<'_> {
         let (mut inside, mut outside): ((f64, f64), Option<(f64, f64)>) = ((start, self.height(from.minimum.normal.chi_square)), None);
         let mut warm = from.minimum.place.clone();
         let mut next = clamp(start + toward * reach.max(1e-6));
+        // Where the first-order end is, unless the range or the least step moves it.
+        let first = start + toward * reach;
         // Which bracket the last evaluation replaced, to halve the ordinate of the one that stays (Illinois rule).
         let mut stayed = 0_i8;
         for _ in 0..EVALUATIONS {
@@ -146,8 +148,8 @@ impl Profiler<'_> {
             if height.abs() < END_ACCURACY {
                 return next;
             }
-            if inside == (start, -1.0) && height.powi(2) < END_ACCURACY {
-                // √Δχ² rises from the minimum along a nearly straight line, whose bend has a share of `height` here: that of its end is the square of it.
+            if inside == (start, -1.0) && next == first && height.powi(2) < END_ACCURACY {
+                // √Δχ² departs from the straight line to first order by the share `height` here: a straight line to its end leaves the square of it.
                 return clamp(start + (next - start) / (1.0 + height));
             }
             if height < 0.0 {

@@ -90,7 +90,7 @@ pub struct LonePeak {
     pub frequency_hz: f64,
     /// Prominence: |H| at the peak over |H| at the higher of the two neighbouring minima (1).
     pub prominence: f64,
-    /// Whether the measurement should show it: it is prominent and lies in the measured band.
+    /// Whether the measurement should show it: it lies in the measured band and is at least as prominent as the least prominent peak read.
     pub unexpected: bool,
 }
 

@@ -115,8 +115,10 @@ pub(crate) fn position(
     let mut orders: Vec<OrderRow> = Vec::new();
     let mut lone_peaks = Vec::new();
     for deviation in &prediction.deviations {
+        let pair = deviation.pair();
+        let peak = pair.map(|(_, peak)| peak);
         match (deviation.observed, deviation.predicted) {
-            (Some(observed), peak) => orders.push(OrderRow {
+            (Some(observed), _) => orders.push(OrderRow {
                 order: observed.order,
                 measured_hz: observed.frequency_hz,
                 predicted_hz: peak.map(|p| p.frequency_hz),

@@ -11,9 +11,6 @@ use dynamics::model::{Peak, PeakSlopes};
 use machine::{Operating, Value};
 use numeric::unit::omega_rad_s;
 
-/// Step of the differences of a peak's ramps, closed forms, in ln(prominence) and ln(frequency).
-const RAMP_STEP: f64 = 1e-5;
-
 /// Columns of the derivatives: the free parameters, then the gain where it is unknown.
 struct Columns {
     /// Column of each parameter of the machine; `None` for a fixed one.
@@ -106,13 +103,8 @@ impl ModeObjective<'_> {
         if d.visibility == 0.0 || d.visibility == 1.0 {
             return vec![0.0; slopes.log_frequency.len()];
         }
-        let visibility = |prominence: f64, frequency: f64| {
-            let peak = Peak { prominence: peak.prominence * prominence.exp(), frequency_hz: peak.frequency_hz * frequency.exp(), ..*peak };
-            let candidate = self.candidate(&peak);
-            if d.observed.is_some() { candidate.presence } else { candidate.visibility }
-        };
-        let slope = |at: &dyn Fn(f64) -> f64| (at(RAMP_STEP) - at(-RAMP_STEP)) / (2.0 * RAMP_STEP);
-        let (by_prominence, by_frequency) = (slope(&|by| visibility(by, 0.0)), slope(&|by| visibility(0.0, by)));
+        let [of_lone, of_pair] = self.candidate_slopes(peak);
+        let [by_prominence, by_frequency] = if d.observed.is_some() { of_pair } else { of_lone };
         slopes.log_prominence.iter().zip(&slopes.log_frequency).map(|(p, f)| by_prominence * p + by_frequency * f).collect()
     }
 

@@ -314,6 +314,11 @@ impl<'m> ModeObjective<'m> {
         PredictedPeak::new(peak.prominence, peak.frequency_hz, self.least_prominence, self.band_hz)
     }
 
+    /// Returns the derivatives of [`ModeObjective::candidate`], as [`PredictedPeak::slopes`].
+    pub(super) fn candidate_slopes(&self, peak: &Peak) -> [[f64; 2]; 2] {
+        PredictedPeak::slopes(peak.prominence, peak.frequency_hz, self.least_prominence, self.band_hz)
+    }
+
     /// Returns the weighted residual of a mode without a partner.
     pub(super) fn missing(&self) -> f64 {
         MISSING / self.settings.frequency_model_error.max(1e-6)
@@ -466,8 +471,8 @@ impl<'m> ModeObjective<'m> {
             Objective::Eq26 => {
                 let mut sum = 0.0;
                 for deviation in predictions.iter().flat_map(|p| &p.deviations) {
-                    sum += match (deviation.observed, deviation.predicted) {
-                        (Some(observed), Some(peak)) => {
+                    sum += match (deviation.observed, deviation.pair()) {
+                        (Some(observed), Some((_, peak))) => {
                             let frequency = observed.frequency_hz.map_or(0.0, |f| peak.frequency_hz / f - 1.0);
                             let amplitude = observed.amplitude.map_or(0.0, |a| (gain * peak.amplitude / a - 1.0).clamp(-1e3, 1e3));
                             frequency * frequency + amplitude * amplitude

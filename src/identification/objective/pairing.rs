@@ -17,7 +17,8 @@ const HALF_PRESENT: f64 = -3.0;
 
 /// A predicted peak to pair with measured modes.
 ///
-/// Both shares are ramps: a cliff would let costs jump where a peak grows or goes, and fits hide just below it.
+/// Both shares are ramps: a cliff would let costs jump where a peak grows or goes, and fits hide just below it. A jump remains where a ripple is born on the
+/// flank of a peak, whose prominence then counts from the new valley.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PredictedPeak {
     /// Frequency (Hz).
@@ -29,6 +30,20 @@ pub(super) struct PredictedPeak {
 }
 
 impl PredictedPeak {
+    /// Returns the derivatives of visibility and of presence with ln(prominence) and ln(frequency).
+    pub fn slopes(prominence: f64, frequency_hz: f64, least_prominence: f64, band_hz: (f64, f64)) -> [[f64; 2]; 2] {
+        let octaves = ((prominence - 1.0) / (least_prominence - 1.0)).log2();
+        let by_prominence = prominence / ((prominence - 1.0) * std::f64::consts::LN_2);
+        let [low, high] = [frequency_hz / (BAND_ENDS.0 * band_hz.0), BAND_ENDS.1 * band_hz.1 / frequency_hz];
+        let [at_low, at_high] = [low, high].map(|ratio| (ratio - 1.0) / END_RAMP);
+        let ends = smooth_step(at_low) * smooth_step(at_high);
+        let by_ends = (step_slope(at_low) * low * smooth_step(at_high) - smooth_step(at_low) * step_slope(at_high) * high) / END_RAMP;
+        [
+            [step_slope(octaves) * by_prominence * ends, smooth_step(octaves) * by_ends],
+            [step_slope(octaves - HALF_PRESENT) * by_prominence, 0.0],
+        ]
+    }
+
     /// Judges a peak by its prominence (1) and frequency (Hz); `least_prominence` and `band_hz` are those of the measurement.
     pub fn new(prominence: f64, frequency_hz: f64, least_prominence: f64, band_hz: (f64, f64)) -> Self {
         let excess = (prominence - 1.0) / (least_prominence - 1.0);
@@ -51,6 +66,11 @@ pub struct Deviation {
 }
 
 impl Deviation {
+    /// Returns the observation and the peak that is it: one that is present by half at least.
+    pub fn pair(&self) -> Option<(ModeObservation, Peak)> {
+        self.observed.zip(self.predicted).filter(|_| self.visibility >= 0.5)
+    }
+
     /// Whether this is a peak without a partner that should have been seen.
     pub fn is_unexpected(&self) -> bool {
         self.observed.is_none() && self.visibility >= 0.5
@@ -66,6 +86,12 @@ impl Deviation {
 fn smooth_step(x: f64) -> f64 {
     let t = (0.5 * (x + 1.0)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
+}
+
+/// Returns the derivative of [`smooth_step`].
+fn step_slope(x: f64) -> f64 {
+    let t = (0.5 * (x + 1.0)).clamp(0.0, 1.0);
+    3.0 * t * (1.0 - t)
 }
 
 /// One row of an alignment: an order sought, a predicted peak, or both (by index).
@@ -86,7 +112,12 @@ pub(super) fn pair_into(sought: &[Option<f64>], predicted: &[PredictedPeak], lea
     let missing = MISSING * MISSING;
     let with = |i: usize, j: usize| {
         let PredictedPeak { frequency_hz, presence, .. } = predicted[j];
-        sought[i].map_or(0.0, |measured_hz| presence * (frequency_hz / measured_hz - 1.0).powi(2) + (1.0 - presence) * missing)
+        let error = |measured_hz: f64| (frequency_hz / measured_hz - 1.0).powi(2);
+        sought[i].map_or(0.0, |measured_hz| match presence {
+            // What is not there is no partner at any distance, though it would cost no more than none.
+            0.0 => f64::INFINITY,
+            _ => presence * error(measured_hz) + (1.0 - presence) * missing,
+        })
     };
     let without = |i: usize| sought[i].map_or(0.0, |_| missing);
     let (m, n) = (sought.len(), predicted.len());
@@ -193,6 +224,17 @@ mod tests {
         let pairs = pair(&[24.0], &[109.0], &[1.0]);
         assert!(pairs.iter().all(|p| p.measured.is_none() || p.predicted.is_none()), "{pairs:?}");
         assert_eq!(pairs.len(), 2);
+    }
+
+    /// A peak that is not there is no partner, however near.
+    #[test]
+    fn an_absent_peak_is_not_paired() {
+        for frequency_hz in [24.0, 600.0] {
+            let absent = PredictedPeak { frequency_hz, visibility: 0.0, presence: 0.0 };
+            let mut pairs = Vec::new();
+            pair_into(&[Some(24.0)], &[absent], &mut Vec::new(), &mut pairs);
+            assert!(pairs.iter().all(|p| p.measured.is_none() || p.predicted.is_none()), "{pairs:?}");
+        }
     }
 
     #[test]

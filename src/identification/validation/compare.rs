@@ -25,8 +25,8 @@ pub fn frequency_errors(prediction: &PositionPrediction) -> Vec<Option<f64>> {
     prediction
         .deviations
         .iter()
-        .filter_map(|d| Some((d.observed?.frequency_hz?, d.predicted)))
-        .map(|(measured, peak)| peak.map(|p| p.frequency_hz / measured - 1.0))
+        .filter_map(|d| Some((d.observed?.frequency_hz?, d.pair())))
+        .map(|(measured, pair)| pair.map(|(_, peak)| peak.frequency_hz / measured - 1.0))
         .collect()
 }
 
@@ -66,7 +66,8 @@ pub fn leave_one_out(
                         prediction
                             .deviations
                             .iter()
-                            .filter_map(|d| Some((found.gain.gain * d.predicted?.amplitude / d.observed?.amplitude?).ln())),
+                            .filter_map(|d| d.pair())
+                            .filter_map(|(observed, peak)| Some((found.gain.gain * peak.amplitude / observed.amplitude?).ln())),
                     );
                 }
             }
