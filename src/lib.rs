@@ -16,10 +16,10 @@
 //! }
 //! assert!((found.parameters["k_n"].value / 5.59e8 - 1.0).abs() < 0.01);
 //!
-//! // Taken out of the machine's description, the rotor hold is found again.
+//! // Taken out of the machine's description, the rotor hold is found again, and a rival that modes alone do not exclude.
 //! let diagnosis = study.without(["rotor-hold"])?.diagnose()?;
 //! println!("{}: {}", diagnosis.verdict.kind, diagnosis.verdict.reason);
-//! assert_eq!(diagnosis.verdict.effects, ["rotor-hold"]);
+//! assert_eq!(diagnosis.verdict.effects, ["rotor-hold", "guide-stiffness"]);
 //! # Ok::<(), jointid::StudyError>(())
 //! ```
 

@@ -9,7 +9,7 @@ use optimizer::Control;
 use test_data::{draws, shared};
 
 use crate::support::frf_set::{own_set, spread};
-use crate::support::{Draws, config};
+use crate::support::{Draws, POSITIONS, config};
 
 /// True values of the bench in the studies of narrow bands.
 const TRUTH: [(&str, f64); 10] = [
@@ -72,21 +72,34 @@ const BANDS: [(f64, f64, f64); 11] = [
     (500.0, 900.0, 4.0),
 ];
 
+/// Draws the tolerances of a machine from their priors, with the other parameters at their true values: a machine as its description allows it to be.
+fn drawn_values(fitted: &Machine, described: &[f64], random: &mut Draws) -> Vec<f64> {
+    let mut values = fitted.start().to_vec();
+    values[..described.len()].copy_from_slice(described);
+    for (value, parameter) in values.iter_mut().zip(&fitted.parameters).skip(described.len()) {
+        let Some(prior) = parameter.prior else { continue };
+        *value = prior.value(parameter.start, random.normal()).clamp(parameter.lower, parameter.upper);
+    }
+    values
+}
+
 /// Required: at most 5 % of the values reported as identifiable from a narrow band miss the true value, by a one-sided test at 5 % with draws, not
-/// values, as units.
+/// values, as units. The machines are drawn from their tolerances; those as described, with joints without any loss and a nut at a point, are not among them.
 #[test]
 #[ignore = "long"]
 fn intervals_from_narrow_bands_hold_every_minimum() {
     let config = config("configs/tian.toml");
     let machine = &config.machine;
     let truth = true_values(machine);
+    let fitted = machine.with_tolerances(&POSITIONS.map(|(_, nut_m)| nut_m)).unwrap();
     let mut excess: Vec<f64> = Vec::new();
     let (mut called, mut missed) = (0, 0);
     for (band, (from, to, step)) in BANDS.into_iter().enumerate() {
         let lines = spread(from, to, ((to - from) / step).round() as usize + 1);
         let (mut own_called, mut wrong) = (0, Vec::new());
         for draw in 0..draws(1, 20) {
-            let set = own_set(machine, &truth, &lines, 0.01, &mut Draws(31_000 + 100 * band as u64 + draw));
+            let mut random = Draws(31_000 + 100 * band as u64 + draw);
+            let set = own_set(&fitted, &drawn_values(&fitted, &truth, &mut random), &lines, 0.01, &mut random);
             let found = identified(machine, &set, 1 + draw);
             let all = values(machine, &found);
             let own: Vec<&Value> = all.iter().filter(|v| v.identifiable).collect();

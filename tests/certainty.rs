@@ -273,8 +273,9 @@ impl Discrepancy {
     }
 }
 
-/// Three ways to count in intervals that misfit is not noise, on machines whose guide the description lacks: the variance factor by misfit and correlation of
-/// the residuals, which `identify` uses; a bootstrap over runs of lines; and noise with a smooth discrepancy of ln H. How often each holds, and how wide it is.
+/// Three ways to count in intervals that misfit is not noise, on machines that differ from their description within tolerances, and stand on a guide that it
+/// lacks, where no tolerance is fitted along: the variance factor by misfit and correlation of the residuals, which `identify` uses; a bootstrap over runs of
+/// lines; and noise with a smooth discrepancy of ln H. How often each holds, and how wide it is.
 ///
 /// Required: the way that is used holds at least as often as the others, less the scatter of one value of the study.
 #[test]
@@ -288,11 +289,10 @@ fn ways_to_count_discrepancy_in_intervals_are_compared() {
         let folder = tempfile::tempdir().unwrap();
         let (machine, set) = read(&simulated, folder.path());
         let (fit, held_out) = set.split(None, &[]).unwrap();
-        let plan = IdentificationSettings { frf: Some(FrfSettings::default()), bootstrap: 40, ..IdentificationSettings::default() };
+        let settings = FrfSettings::default();
+        let plan = IdentificationSettings { frf: Some(settings), tolerances: false, bootstrap: 40, ..IdentificationSettings::default() };
         let found = identify(&machine, &fit, &held_out, &plan, &Control::default()).unwrap();
-        let fitted = machine.with_tolerances(&set.nuts_m()).unwrap();
-        let settings = FrfSettings::default().with_tolerances(&set.tolerance);
-        let objective = FrfObjective::new(&fitted, &fit, settings, &[]).unwrap();
+        let objective = FrfObjective::new(&machine, &fit, settings, &[]).unwrap();
         let frequencies_hz: Vec<Vec<f64>> =
             fit.frfs().iter().map(|frf| set.frfs[*frf].lines.iter().map(|line| line.frequency_hz).collect()).collect();
         assert_eq!(objective.lines(), frequencies_hz.iter().map(Vec::len).collect::<Vec<_>>());
