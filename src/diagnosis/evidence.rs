@@ -212,7 +212,7 @@ impl<'h> DomainObjective<'h> {
     pub fn slopes(&self, place: &Place) -> DMatrix<f64> {
         match self {
             DomainObjective::Frf(o) => o.slopes(place),
-            DomainObjective::Modes(o) => o.slopes_at(place),
+            DomainObjective::Modes(o) => o.linearised_at(place).1,
         }
     }
 }

@@ -155,8 +155,8 @@ impl<'m> ModePosterior<'m> {
     /// Returns the weighted, independent residuals at a place without those of the priors, and their derivatives.
     fn linearised(&self, place: &Place) -> (DVector<f64>, DMatrix<f64>) {
         let rows = self.whitened.nrows();
-        let residuals = self.objective.residuals_at(place).into_iter().take(rows);
-        (DVector::from_iterator(rows, residuals), self.objective.slopes_at(place).rows(0, rows).into_owned())
+        let (residuals, slopes) = self.objective.linearised_at(place);
+        (DVector::from_iterator(rows, residuals.into_iter().take(rows)), slopes.rows(0, rows).into_owned())
     }
 
     /// Returns the coordinates: those of the objective, tolerances, nut positions.

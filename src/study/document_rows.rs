@@ -115,8 +115,7 @@ pub(crate) fn position(
     let mut orders: Vec<OrderRow> = Vec::new();
     let mut lone_peaks = Vec::new();
     for deviation in &prediction.deviations {
-        let pair = deviation.pair();
-        let peak = pair.map(|(_, peak)| peak);
+        let peak = deviation.pair().map(|(_, peak)| peak);
         match (deviation.observed, deviation.predicted) {
             (Some(observed), _) => orders.push(OrderRow {
                 order: observed.order,

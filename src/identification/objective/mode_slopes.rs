@@ -22,27 +22,29 @@ struct Columns {
 }
 
 impl ModeObjective<'_> {
-    /// Returns the derivatives of [`ModeObjective::residuals_at`] with respect to the coordinates: one row per residual.
-    pub fn slopes_at(&self, place: &Place) -> DMatrix<f64> {
-        self.slopes_of(place)
+    /// Returns [`ModeObjective::residuals_at`] and their derivatives with respect to the coordinates: one row per residual.
+    pub fn linearised_at(&self, place: &Place) -> (Vec<f64>, DMatrix<f64>) {
+        self.linearised_of(place)
     }
 
-    /// As [`ModeObjective::slopes_at`] for a place of the optimiser.
-    pub(super) fn slopes_of(&self, place: &[f64]) -> DMatrix<f64> {
+    /// As [`ModeObjective::linearised_at`] for a place of the optimiser.
+    pub(super) fn linearised_of(&self, place: &[f64]) -> (Vec<f64>, DMatrix<f64>) {
         let parameters = self.parameters_of(place).0;
         let mut of = vec![None; parameters.len()];
         self.free.iter().enumerate().for_each(|(column, index)| of[*index] = Some(column));
         let slopes = self.free.iter().map(|&index| self.machine.parameters[index].unit_slope(parameters[index]));
-        let gain = self.estimates_gain().then_some(self.free.len());
-        let unit = slopes.chain(gain.map(|_| (GAIN_RANGE.1 / GAIN_RANGE.0).ln())).collect();
-        let columns = Columns { of, gain, unit };
+        let gain_column = self.estimates_gain().then_some(self.free.len());
+        let unit = slopes.chain(gain_column.map(|_| (GAIN_RANGE.1 / GAIN_RANGE.0).ln())).collect();
+        let columns = Columns { of, gain: gain_column, unit };
         let mut rows: Vec<Vec<f64>> = Vec::new();
-        self.with_scratch(|scratch| {
+        let gain = self.gain_of(place);
+        let residuals = self.with_scratch(|scratch| {
             scratch.parameters.clone_from(&parameters);
             for at in 0..self.positions.len() {
                 self.predict_one(at, scratch);
-                rows.extend(self.rows_of(at, scratch, (self.gain_of(place), &columns)));
+                rows.extend(self.rows_of(at, scratch, (gain, &columns)));
             }
+            self.residuals(&scratch.predictions, gain)
         });
         let mut data = DMatrix::from_fn(rows.len(), columns.unit.len(), |row, column| rows[row][column] * columns.unit[column]);
         if let Some(whitening) = &self.whitening {
@@ -53,7 +55,7 @@ impl ModeObjective<'_> {
         let priors: Vec<(usize, f64)> = priors.collect();
         let mut slopes = data.resize_vertically(rows.len() + priors.len(), 0.0);
         (rows.len()..).zip(priors).for_each(|(row, (column, slope))| slopes[(row, column)] = slope);
-        slopes
+        (self.with_priors(residuals, &parameters), slopes)
     }
 
     /// Computes the rows of a predicted position, in the order of its residuals: frequencies, amplitudes, modes that one side lacks.

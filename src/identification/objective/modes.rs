@@ -413,11 +413,15 @@ impl<'m> ModeObjective<'m> {
     /// As [`ModeObjective::residuals_at`] for a place of the optimiser.
     pub(super) fn residuals_of(&self, place: &[f64]) -> Vec<f64> {
         let parameters = self.parameters_of(place);
-        let mut residuals = self.residuals(&self.predict(&parameters), self.gain_of(place));
+        self.with_priors(self.residuals(&self.predict(&parameters), self.gain_of(place)), &parameters)
+    }
+
+    /// Returns residuals of the data, made independent, and those of the priors after them.
+    pub(super) fn with_priors(&self, mut residuals: Vec<f64>, parameters: &[f64]) -> Vec<f64> {
         if let Some(whitening) = &self.whitening {
             residuals = (whitening * DVector::from_vec(residuals)).data.into();
         }
-        residuals.extend(self.prior_deviations(&parameters));
+        residuals.extend(self.prior_deviations(parameters));
         residuals
     }
 

@@ -34,7 +34,10 @@ impl<'o, 'm> ModeSquares<'o, 'm> {
     }
 
     fn residuals(&self, place: &[f64]) -> Vec<f64> {
-        let mut residuals = self.objective.residuals_of(place);
+        self.shifted_by(self.objective.residuals_of(place))
+    }
+
+    fn shifted_by(&self, mut residuals: Vec<f64>) -> Vec<f64> {
         residuals.iter_mut().zip(&self.shift).for_each(|(r, by)| *r += by);
         residuals
     }
@@ -56,8 +59,8 @@ impl LeastSquares for ModeSquares<'_, '_> {
     fn normal(&self, place: &[f64]) -> NormalEquations {
         let dimension = self.dimension();
         let mut normal = NormalEquations::zero(dimension);
-        let slopes = self.objective.slopes_of(place);
-        for (row, residual) in self.residuals(place).iter().enumerate() {
+        let (residuals, slopes) = self.objective.linearised_of(place);
+        for (row, residual) in self.shifted_by(residuals).iter().enumerate() {
             let slopes: Vec<f64> = slopes.row(row).iter().copied().collect();
             normal.add(self.weight(row), *residual, &slopes);
         }
