@@ -5,8 +5,9 @@ use std::path::Path;
 
 use identification::objective::{FrfObjective, FrfSettings};
 use identification::{Drawn, Identification, IdentificationSettings, identify};
+use jointid::{Study, read_machine};
 use machine::Machine;
-use measurement::read_set;
+use measurement::{FrfLine, read_set};
 use nalgebra::{DMatrix, DVector};
 use numeric::distribution::clopper_pearson;
 use numeric::statistics::median;
@@ -220,6 +221,30 @@ fn recover_machines_on_an_undescribed_guide() {
     }
 }
 
+/// One line, a band without a mode, a coherence of 1 throughout: intervals as wide as the data leave them, and a warning that says what to measure.
+#[test]
+fn limit_little_data_determine_nothing() {
+    let simulated = ordinary(52_771, 0).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let (_, set) = read(&simulated, folder.path());
+    let machine = folder.path().join("machine.toml").display().to_string();
+    let lowest = simulated.peaks.iter().flatten().map(|(hz, _)| *hz).fold(f64::INFINITY, f64::min);
+    let identified = |edit: &dyn Fn(&mut Vec<FrfLine>)| {
+        let mut other = set.clone();
+        other.frfs.iter_mut().for_each(|frf| edit(&mut frf.lines));
+        Study::new(read_machine(&machine).unwrap(), other).identify().unwrap()
+    };
+    let one = identified(&|lines| {
+        let middle = lines.len() / 10;
+        *lines = vec![lines[middle]];
+    });
+    let modeless = identified(&|lines| lines.retain(|line| (0.2 * lowest..0.3 * lowest).contains(&line.frequency_hz)));
+    for (found, warning) in [(one, "cannot determine"), (modeless, "no natural frequency of the fitted machine lies in the band")] {
+        assert!(found.parameters.values().all(|row| row.identifiable != Some(true)), "{:#?}", found.parameters);
+        assert!(found.stamp.warnings.iter().any(|w| w.contains(warning)), "{:#?}", found.stamp.warnings);
+    }
+}
+
 /// Covariance of weighted residuals by noise and a smooth discrepancy of ln H: 1 + s²·exp(−½(Δln ω/ℓ)²) within a record, with s and ℓ of greatest likelihood.
 struct Discrepancy {
     /// Variance relative to that of the noise.
@@ -273,17 +298,19 @@ impl Discrepancy {
     }
 }
 
-/// Three ways to count in intervals that misfit is not noise, on machines that differ from their description within tolerances, and stand on a guide that it
-/// lacks, where no tolerance is fitted along: the variance factor by misfit and correlation of the residuals, which `identify` uses; a bootstrap over runs of
-/// lines; and noise with a smooth discrepancy of ln H. How often each holds, and how wide it is.
+/// Ways to count in intervals that misfit is not noise, on machines that differ from their description within tolerances, and stand on a guide that it
+/// lacks. Where no tolerance is fitted along: the variance factor by misfit and correlation of the residuals; a bootstrap over runs of lines; and noise
+/// with a smooth discrepancy of ln H. Beside them, tolerances fitted along, as `identify` does. How often each holds, and how wide it is.
 ///
-/// Required: the way that is used holds at least as often as the others, less the scatter of one value of the study.
+/// Required: tolerances hold most often, stiffnesses in 90 % and dampings in 85 %. Without them no value that misses is called identifiable: the misfit
+/// exceeds the noise so far that values depend on what the model lacks.
 #[test]
 #[ignore = "long"]
 fn ways_to_count_discrepancy_in_intervals_are_compared() {
     let (seed, count) = (27_011, draws(2, 30) as usize);
     // Way, kind of parameter, held, width.
     let mut all: Vec<(&str, char, bool, f64)> = Vec::new();
+    let (mut depend, mut called, mut missed) = (0, 0, 0);
     for number in 0..count {
         let simulated = ordinary_on_guide(seed, number).unwrap();
         let folder = tempfile::tempdir().unwrap();
@@ -292,6 +319,7 @@ fn ways_to_count_discrepancy_in_intervals_are_compared() {
         let settings = FrfSettings::default();
         let plan = IdentificationSettings { frf: Some(settings), tolerances: false, bootstrap: 40, ..IdentificationSettings::default() };
         let found = identify(&machine, &fit, &held_out, &plan, &Control::default()).unwrap();
+        let tolerant = identified(&machine, &set);
         let objective = FrfObjective::new(&machine, &fit, settings, &[]).unwrap();
         let frequencies_hz: Vec<Vec<f64>> =
             fit.frfs().iter().map(|frf| set.frfs[*frf].lines.iter().map(|line| line.frequency_hz).collect()).collect();
@@ -315,11 +343,19 @@ fn ways_to_count_discrepancy_in_intervals_are_compared() {
                 ("variance factor", unit(found.estimates[index].interval95.unwrap())),
                 ("bootstrap of lines", by_lines.interval95[column]),
                 ("smooth discrepancy", (here - 1.96 * sd[column], here + 1.96 * sd[column])),
+                ("tolerances", unit(tolerant.estimates[index].interval95.unwrap())),
             ];
             let kind = parameter.id.chars().next().unwrap();
-            all.extend(ways.map(|(way, (low, high))| (way, kind, (low..=high).contains(&parameter.to_unit(*truth)), high - low)));
+            let holds = |(low, high): (f64, f64)| (low..=high).contains(&parameter.to_unit(*truth));
+            all.extend(ways.map(|(way, interval)| (way, kind, holds(interval), interval.1 - interval.0)));
+            let estimate = &found.estimates[index];
+            depend += usize::from(estimate.depends_on_discrepancy);
+            called += usize::from(estimate.identifiable == Some(true));
+            missed += usize::from(estimate.identifiable == Some(true) && !holds(ways[0].1));
         }
     }
+    println!("without tolerances {depend} values depend on what the model lacks, {called} are called identifiable, {missed} of these miss");
+    assert_eq!(missed, 0);
     let held = |way: &str, kind: char| {
         let own = || all.iter().filter(|(w, k, ..)| *w == way && *k == kind);
         let (held, of) = (own().filter(|(_, _, held, _)| *held).count(), own().count());
@@ -328,10 +364,11 @@ fn ways_to_count_discrepancy_in_intervals_are_compared() {
             100.0 * held as f64 / of as f64,
             median(own().map(|(.., width)| *width)).unwrap_or(f64::NAN)
         );
-        held
+        (held, of)
     };
-    for kind in ['k', 'c'] {
-        let [used, bootstrap, smooth] = ["variance factor", "bootstrap of lines", "smooth discrepancy"].map(|way| held(way, kind));
-        assert!(used + 1 >= bootstrap.max(smooth), "{kind}: the way that is used holds less often than another");
+    for (kind, least) in [('k', 0.9), ('c', 0.85)] {
+        let others = ["variance factor", "bootstrap of lines", "smooth discrepancy"].map(|way| held(way, kind).0);
+        let (used, of) = held("tolerances", kind);
+        assert!(others.iter().all(|other| used >= *other) && used as f64 >= least * of as f64, "{kind}: {used} of {of}");
     }
 }

@@ -2,10 +2,11 @@
 
 use rayon::prelude::*;
 
+use super::chain_of_records::{GapLimits, Records, channel, fault_of_some};
 use super::evidence::{Domain, PartialGap};
 use super::fit::{Fitted, Fitter, at_start};
 use super::hypothesis::Hypothesis;
-use super::measuring_chain::{ChainCandidate, ChainFault, fault_of_one};
+use super::measuring_chain::{ChainCandidate, ChainFault};
 use super::null_distribution::NullDistribution;
 use super::ranking::EQUIVALENT;
 use identification::objective::ObjectiveError;
@@ -26,10 +27,10 @@ pub(super) enum Fault {
     Copied(usize, usize),
     /// The measuring chain of all FRFs has a fault.
     OfAll(ChainCandidate),
-    /// The measuring chain of this FRF has a fault.
-    OfOne(ChainFault, usize),
-    /// This FRF contradicts the others.
-    Contradicts(usize),
+    /// The measuring chain of these FRFs has a fault.
+    OfSome(ChainFault, Records),
+    /// These FRFs contradict the others.
+    Contradicts(Records),
     /// These two FRFs are assigned to each other's positions.
     Exchanged(usize, usize),
 }
@@ -49,17 +50,13 @@ const OUTLIER: (f64, f64) = (2.5, 1.5);
 impl Fault {
     /// Returns the ids of what is wrong, each with its record where it is one; none for a contradiction without a known cause.
     pub fn ids(self, set: &MeasurementSet) -> Vec<String> {
-        let name = |frf: usize| {
-            let frf = &set.frfs[frf];
-            let position = frf.position.map(|p| &set.positions[p].name);
-            position.or(frf.record.as_ref()).unwrap_or(&frf.source).clone()
-        };
+        let name = |frf: usize| Records::One(frf).name(set);
         match self {
             Fault::NoSignal => vec!["noise".into()],
             Fault::Noise(frf) => vec![format!("noise@{}", name(frf))],
             Fault::Copied(_, copy) => vec![format!("copied-record@{}", name(copy))],
             Fault::OfAll(found) => vec![found.fault.id().into()],
-            Fault::OfOne(fault, frf) => vec![format!("{}@{}", fault.id(), name(frf))],
+            Fault::OfSome(fault, records) => vec![format!("{}@{}", fault.id(), records.name(set))],
             Fault::Contradicts(_) => Vec::new(),
             Fault::Exchanged(a, b) => [a, b].map(|frf| format!("swapped-records@{}", name(frf))).into(),
         }
@@ -86,13 +83,21 @@ impl Fault {
                 format!("{}; corrected for it, the records agree with the model", fault.text()),
                 "correct the files, or measure one record again with a known chain".into(),
             ),
-            Fault::OfOne(fault, frf) => (
+            Fault::OfSome(fault, Records::One(frf)) => (
                 format!("{}; corrected for it, the record agrees with the model and the others", fault.text(source(frf))),
                 format!("correct {}, or measure it again; check sensor, mounting and cable of that channel", source(frf)),
             ),
-            Fault::Contradicts(frf) => (
+            Fault::OfSome(fault, records) => (
+                format!("{}; corrected for it, they agree with the model and the others", fault.text(&records.text(set))),
+                format!("correct {}, or measure again; check sensor, mounting and cable of that channel", records.text(set)),
+            ),
+            Fault::Contradicts(Records::One(frf)) => (
                 format!("{} contradicts the other records, which agree with the model once it is left out", source(frf)),
                 format!("measure {} again; check sensor, mounting and cable of that channel", source(frf)),
+            ),
+            Fault::Contradicts(records) => (
+                format!("{} contradict the others, which agree with the model once they are left out", records.text(set)),
+                "check sensor, mounting and cable of that channel, and measure again".into(),
             ),
             Fault::Exchanged(a, b) => (
                 format!(
@@ -142,13 +147,15 @@ pub(super) fn fault_of_records(fitter: &Fitter<'_>, held_out: &HoldOutSet<'_>) -
 /// Relative difference of values that are equal but for the rounding of a file (1).
 const ROUNDING: f64 = 1e-6;
 
-/// Returns the fault that best explains why no model fits; `None` where the records do not contradict each other.
+/// Returns the fault that best explains why no model fits; `None` where the records do not contradict each other. A contradiction that is known already
+/// is not sought again.
 ///
 /// # Errors  as [`Fitter::objective`].
 pub(super) fn fault(
     fitter: &Fitter<'_>,
     held_out: &HoldOutSet<'_>,
     nominal: (&Hypothesis, &Fitted),
+    known: Option<Contradiction>,
     null: &NullDistribution,
     control: &Control,
 ) -> Result<Option<Fault>, ObjectiveError> {
@@ -156,7 +163,11 @@ pub(super) fn fault(
     if let Some((a, b)) = exchanged(fitter, held_out, nominal, null, control)? {
         return Ok(Some(Fault::Exchanged(a, b)));
     }
-    faulty(fitter, nominal, null, control)
+    let found = match known {
+        None => contradiction(fitter, nominal, control)?,
+        known => known,
+    };
+    found.filter(|found| null.excess(found.rest()) <= AGREES).map(|found| found.fault(fitter, nominal.0)).transpose()
 }
 
 /// Returns the fault of the measuring chain of all records that explains the misfit of the nominal machine: the corrected data agree with it, and no
@@ -183,55 +194,95 @@ pub(super) fn chain_fault(
     simpler.then_some(best)
 }
 
-/// Returns the fault of a record that contradicts the others while these agree with the model without it.
-fn faulty(
-    fitter: &Fitter<'_>,
-    (nominal, base): (&Hypothesis, &Fitted),
-    null: &NullDistribution,
-    control: &Control,
-) -> Result<Option<Fault>, ObjectiveError> {
-    let frfs = fitter.fit.frfs();
-    if frfs.len() < 3 {
-        return Ok(None);
-    }
-    let without: Result<Vec<Without>, ObjectiveError> = frfs
-        .par_iter()
-        .map(|left| {
-            let kept = fitter.on(fitter.fit.with_frfs(|frf| frf != *left));
-            let objective = kept.objective(nominal)?;
-            // The record may have led the joints far astray.
-            let described = at_start(nominal);
-            let mut ends = [base, &described].map(|start| kept.descend(&objective, start, STEPS, control)).to_vec();
-            ends.push(kept.multistart(nominal, &described, 0, control)?);
-            ends.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
-            let fitted = ends.swap_remove(0);
-            let own = fitter.on(fitter.fit.with_frfs(|frf| frf == *left));
-            let count = own.objective(nominal)?.observations() as f64;
-            let (rest, own) = (fitted.chi_square / objective.observations() as f64, own.loss(nominal, &fitted)? / count);
-            Ok(Without { frf: *left, fitted, rest, own })
-        })
-        .or_first_error();
-    let mut without = without?;
-    without.sort_by(|a, b| a.rest.total_cmp(&b.rest));
-    let (worst, second) = (&without[0], without[1].rest);
-    if !(null.excess(worst.rest) <= AGREES && worst.own > 10.0 * worst.rest && second > 2.5 * worst.rest) {
-        return Ok(None);
-    }
-    let kept = fitter.on(fitter.fit.with_frfs(|frf| frf != worst.frf));
-    let others = kept.gaps(nominal, &worst.fitted, &kept.fit.to_predict())?;
-    // Corrected, the record is no outlier any more.
-    let limit = OUTLIER.0 * quantile(others.iter().map(|p| p.gap), 0.5).unwrap_or(0.0);
-    let cause = fault_of_one(&kept, &fitter.fit.to_predict(), (nominal, &worst.fitted), worst.frf, limit)?;
-    Ok(Some(cause.map_or(Fault::Contradicts(worst.frf), |fault| Fault::OfOne(fault, worst.frf))))
-}
-
-/// A fit without one record.
+/// A fit without some records.
 struct Without {
-    frf: usize,
+    records: Records,
     fitted: Fitted,
-    /// Misfit of the others, and of this record, per compared number.
+    /// Misfit of the others, and of these records, per compared number.
     rest: f64,
     own: f64,
+}
+
+/// Records that contradict all others.
+pub(super) struct Contradiction {
+    without: Without,
+}
+
+/// Returns the record, or the channel, without which the others agree with the model best by far, though it does not; whether they agree is not asked.
+///
+/// # Errors  as [`Fitter::objective`].
+pub(super) fn contradiction(
+    fitter: &Fitter<'_>,
+    nominal: (&Hypothesis, &Fitted),
+    control: &Control,
+) -> Result<Option<Contradiction>, ObjectiveError> {
+    let Domain::Frf(_) = fitter.domain else { return Ok(None) };
+    let (set, frfs) = (fitter.fit.set(), fitter.fit.frfs());
+    let single: Vec<Records> = if frfs.len() < 3 { Vec::new() } else { frfs.iter().map(|frf| Records::One(*frf)).collect() };
+    let first = |at: &usize| frfs[..*at].iter().all(|other| channel(set, *other) != channel(set, frfs[*at]));
+    let channels = (0..frfs.len()).filter(first).map(|at| Records::Channel(frfs[at]));
+    // A channel of one record is that record. One record alone agrees with any model.
+    let several = |channel: &Records| {
+        let own = frfs.iter().filter(|frf| channel.concern(set, **frf)).count();
+        own > 1 && frfs.len() > own + 1
+    };
+    for candidates in [single, channels.filter(several).collect()] {
+        let fits: Result<Vec<Without>, ObjectiveError> =
+            candidates.par_iter().map(|left| without(fitter, nominal, *left, control)).or_first_error();
+        let mut fits = fits?;
+        fits.sort_by(|a, b| b.rest.total_cmp(&a.rest));
+        let (Some(worst), Some(second)) = (fits.pop(), fits.pop()) else { continue };
+        if worst.own > 10.0 * worst.rest && second.rest > 2.5 * worst.rest {
+            return Ok(Some(Contradiction { without: worst }));
+        }
+    }
+    Ok(None)
+}
+
+/// Fits the nominal machine without some records.
+fn without(
+    fitter: &Fitter<'_>,
+    (nominal, base): (&Hypothesis, &Fitted),
+    left: Records,
+    control: &Control,
+) -> Result<Without, ObjectiveError> {
+    let set = fitter.fit.set();
+    let kept = fitter.on(fitter.fit.with_frfs(|frf| !left.concern(set, frf)));
+    let objective = kept.objective(nominal)?;
+    // The records may have led the joints far astray.
+    let described = at_start(nominal);
+    let mut ends = [base, &described].map(|start| kept.descend(&objective, start, STEPS, control)).to_vec();
+    ends.push(kept.multistart(nominal, &described, 0, control)?);
+    ends.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
+    let fitted = ends.swap_remove(0);
+    let own = fitter.on(fitter.fit.with_frfs(|frf| left.concern(set, frf)));
+    let count = own.objective(nominal)?.observations() as f64;
+    let (rest, own) = (fitted.chi_square / objective.observations() as f64, own.loss(nominal, &fitted)? / count);
+    Ok(Without { records: left, fitted, rest, own })
+}
+
+impl Contradiction {
+    /// Returns χ² per compared number of the other records.
+    pub fn rest(&self) -> f64 {
+        self.without.rest
+    }
+
+    /// Returns the fault, with its cause where one of the measuring chain is found.
+    fn fault(&self, fitter: &Fitter<'_>, nominal: &Hypothesis) -> Result<Fault, ObjectiveError> {
+        let (Without { records, fitted, .. }, set) = (&self.without, fitter.fit.set());
+        let kept = fitter.on(fitter.fit.with_frfs(|frf| !records.concern(set, frf)));
+        let limits = GapLimits::beside(&kept.gaps(nominal, fitted, &kept.fit.to_predict())?);
+        let cause = fault_of_some(&kept, &fitter.fit.to_predict(), (nominal, fitted), *records, limits)?;
+        Ok(cause.map_or(Fault::Contradicts(*records), |fault| Fault::OfSome(fault, *records)))
+    }
+}
+
+impl GapLimits {
+    /// Returns the limits beside the gaps of other records.
+    fn beside(others: &[PartialGap]) -> Self {
+        let middle = quantile(others.iter().map(|p| p.gap), 0.5).unwrap_or(0.0);
+        GapLimits { ordinary: OUTLIER.1 * middle, outlier: OUTLIER.0 * middle }
+    }
 }
 
 /// Returns the set with two records at each other's positions.
@@ -311,8 +362,9 @@ pub(super) fn held_out_fault(
         }
     }
     let Some(frf) = contradicting(gaps) else { return Ok(None) };
-    let cause = fault_of_one(fitter, held_out, (nominal, base), frf, OUTLIER.0 * middle)?;
-    Ok(Some(cause.map_or(Fault::Contradicts(frf), |fault| Fault::OfOne(fault, frf))))
+    let one = Records::One(frf);
+    let cause = fault_of_some(fitter, held_out, (nominal, base), one, GapLimits::beside(gaps))?;
+    Ok(Some(cause.map_or(Fault::Contradicts(one), |fault| Fault::OfSome(fault, one))))
 }
 
 /// Returns a held-out record with a large gap where all others have small ones.

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::confirmation::{Confirmation, confirmation};
 use super::cross_validation::cross_validation;
-use super::data_fault::{Fault, chain_fault, fault, fault_of_records, held_out_fault};
+use super::data_fault::{Fault, chain_fault, contradiction, fault, fault_of_records, held_out_fault};
 use super::evidence::{Domain, PartialGap, closed};
 use super::fit::{Ablation, Fitted, Fitter, values_of};
 use super::hypothesis::{Hypothesis, HypothesisKind};
@@ -137,7 +137,10 @@ pub fn diagnose(
     let objective = fitter.objective(&start)?;
     let (count, large) = (objective.observations() as f64, large_misfit(&objective));
     let early = if shown.is_none() && bases[0].chi_square > large { fault_of_all(fitter, (&start, &bases[0]), control)? } else { None };
-    let is_chain = shown.is_some() || early.is_some_and(|found| !found.fault.is_gradual() && found.chi_square <= large);
+    let mut is_chain = shown.is_some() || early.is_some_and(|found| !found.fault.is_gradual() && found.chi_square <= large);
+    let contradiction = if is_chain || bases[0].chi_square <= large { None } else { contradiction(fitter, (&start, &bases[0]), control)? };
+    let contradiction = contradiction.filter(|found| found.rest() * count <= large);
+    is_chain |= contradiction.is_some();
     let effort = Effort { located: (LOCATIONS, GENERIC_PARAMETERS), searches: if is_chain { 0 } else { SEARCHES }, seed: settings.seed };
     let first = bases[0].chi_square;
     // Generic impedances locate the discrepancy. They also show whether an effect of the library fits as well as any impedance can.
@@ -199,7 +202,10 @@ pub fn diagnose(
         None => match held_out_fault(fitter, held_out, as_described, &nominal_held_out)? {
             Some(found) if restored.is_none_or(|still| still == Some(found)) => Some(found),
             _ => match of_all()? {
-                None if !agrees && needs_explanation => fault(fitter, held_out, as_described, &null, control)?,
+                None if !agrees && needs_explanation => {
+                    let known = contradiction.filter(|_| base.chi_square == first);
+                    fault(fitter, held_out, as_described, known, &null, control)?
+                }
                 found => found,
             },
         },

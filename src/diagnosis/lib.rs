@@ -3,6 +3,7 @@
 
 mod amplitudes;
 mod bootstrap;
+mod chain_of_records;
 mod confirmation;
 mod cross_validation;
 mod data_fault;

@@ -1,4 +1,4 @@
-//! Faults of the measuring chain as hypotheses: of all records, or of one.
+//! Faults of the measuring chain as hypotheses, and those of all records.
 //!
 //! Each hypothesis corrects the measured FRFs for its fault; the nominal machine is then fitted to them as to any other data.
 
@@ -7,14 +7,14 @@ use std::f64::consts::TAU;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::evidence::{Domain, gap_over};
-use super::fit::{Fitted, Fitter, MULTISTART, coordinates_of, values_of};
+use super::evidence::Domain;
+use super::fit::{Fitted, Fitter, MULTISTART, coordinates_of};
 use super::hypothesis::Hypothesis;
-use identification::objective::{FrfObjective, ObjectiveError};
+use identification::objective::ObjectiveError;
 use identification::{CHI_SQUARE_95, Tail};
-use measurement::{Frf, FrfLine, Gain, HoldOutSet, MeasurementSet};
+use measurement::{Frf, FrfLine, Gain, MeasurementSet};
+use numeric::minimum::golden_section;
 use numeric::parallel::OrFirstError;
-use numeric::statistics::median;
 use numeric::unit::omega_rad_s;
 use optimizer::Control;
 
@@ -35,10 +35,14 @@ pub(super) enum ChainFault {
     HighPass(f64),
     /// The response is late by this time (s).
     Delay(f64),
+    /// The sensor stands on a soft mount of this natural frequency (Hz) and damping ratio (1).
+    MountResonance(f64, f64),
+    /// The quantity is this power of iω times the stated one.
+    Quantity(i32),
 }
 
 /// Factors between frequency units: rad/s, 1/min and kHz for Hz, and the reverse.
-const FREQUENCY_SCALES: [f64; 6] = [TAU, 1.0 / TAU, 60.0, 1.0 / 60.0, 1e3, 1e-3];
+pub(super) const FREQUENCY_SCALES: [f64; 6] = [TAU, 1.0 / TAU, 60.0, 1.0 / 60.0, 1e3, 1e-3];
 /// Factors between units of values and what was mistaken.
 const SCALES: [(f64, &str); 6] = [
     (1e3, "mm for m"),
@@ -73,17 +77,23 @@ impl ChainFault {
             ChainFault::LowPass(_) => "low-pass",
             ChainFault::HighPass(_) => "high-pass",
             ChainFault::Delay(_) => "measurement-delay",
+            ChainFault::MountResonance(..) => "mount-resonance",
+            ChainFault::Quantity(_) => "frf-quantity",
         }
     }
 
     /// Returns the number of parameters that it adds; a choice from a list counts as one.
     pub fn parameters(self) -> usize {
-        usize::from(!matches!(self, ChainFault::Polarity | ChainFault::Conjugate))
+        match self {
+            ChainFault::Polarity | ChainFault::Conjugate => 0,
+            ChainFault::MountResonance(..) => 2,
+            _ => 1,
+        }
     }
 
     /// Whether it changes the values gradually along the frequency, as some effects do.
     pub fn is_gradual(self) -> bool {
-        matches!(self, ChainFault::LowPass(_) | ChainFault::HighPass(_) | ChainFault::Delay(_))
+        matches!(self, ChainFault::LowPass(_) | ChainFault::HighPass(_) | ChainFault::Delay(_) | ChainFault::MountResonance(..))
     }
 
     /// Describes what is wrong with some records, with its number.
@@ -110,20 +120,45 @@ impl ChainFault {
             ChainFault::LowPass(hz) => format!("the measuring chain of {records} has a first-order low pass at {} Hz", figures(hz)),
             ChainFault::HighPass(hz) => format!("the measuring chain of {records} has a first-order high pass at {} Hz", figures(hz)),
             ChainFault::Delay(delay_s) => format!("the response of {records} is {} µs late", figures(1e6 * delay_s)),
+            ChainFault::MountResonance(hz, ratio) => {
+                format!("the sensor of {records} resonates on its mount at {} Hz, with a damping ratio of {}", figures(hz), figures(ratio))
+            }
+            ChainFault::Quantity(power) => {
+                let order = if power.abs() == 1 { "once" } else { "twice" };
+                let change = if power > 0 { "differentiated" } else { "integrated" };
+                format!("the values of {records} are of another quantity: the stated one, {order} {change}")
+            }
+        }
+    }
+
+    /// Returns the factor by which the fault multiplies an FRF; 1 for faults that are no factor.
+    ///
+    /// # Source  first-order filters: Bendat and Piersol, Random Data (2010), section 2.3. Mount: the transmissibility of a mass on a spring and a
+    /// damper; Rao, Mechanical Vibrations, section 3.6.
+    pub fn factor(self, frequency_hz: f64) -> Complex64 {
+        let omega = omega_rad_s(frequency_hz);
+        match self {
+            ChainFault::Polarity => Complex64::from(-1.0),
+            ChainFault::Conjugate | ChainFault::FrequencyScale(_) => Complex64::ONE,
+            ChainFault::Scale(factor) => Complex64::from(factor),
+            ChainFault::LowPass(corner_hz) => Complex64::new(1.0, frequency_hz / corner_hz).inv(),
+            ChainFault::HighPass(corner_hz) => Complex64::new(1.0, -corner_hz / frequency_hz).inv(),
+            ChainFault::Delay(delay_s) => Complex64::from_polar(1.0, -omega * delay_s),
+            ChainFault::MountResonance(mount_hz, ratio) => {
+                let along = frequency_hz / mount_hz;
+                let damping = Complex64::new(0.0, 2.0 * ratio * along);
+                (1.0 + damping) / (1.0 - along * along + damping)
+            }
+            ChainFault::Quantity(power) => Complex64::new(0.0, omega).powi(power),
         }
     }
 
     /// Returns a measured line as it were without the fault.
     fn corrected(self, line: &FrfLine) -> FrfLine {
-        let omega = omega_rad_s(line.frequency_hz);
         let (frequency_hz, value) = match self {
-            ChainFault::Polarity => (line.frequency_hz, -line.value),
             ChainFault::Conjugate => (line.frequency_hz, line.value.conj()),
-            ChainFault::Scale(factor) => (line.frequency_hz, line.value / factor),
             ChainFault::FrequencyScale(factor) => (line.frequency_hz / factor, line.value),
-            ChainFault::LowPass(corner_hz) => (line.frequency_hz, line.value * Complex64::new(1.0, line.frequency_hz / corner_hz)),
-            ChainFault::HighPass(corner_hz) => (line.frequency_hz, line.value * Complex64::new(1.0, -corner_hz / line.frequency_hz)),
-            ChainFault::Delay(delay_s) => (line.frequency_hz, line.value * Complex64::from_polar(1.0, omega * delay_s)),
+            _ => (line.frequency_hz, line.value / self.factor(line.frequency_hz)),
         };
         FrfLine { frequency_hz, value, ..*line }
     }
@@ -241,7 +276,7 @@ fn band(fitter: &Fitter<'_>) -> (f64, f64) {
     lines.fold((f64::INFINITY, 0.0), |(low, high), f| (low.min(f), high.max(f)))
 }
 
-/// Fits the corner of a filter: on trial corners, then between the neighbours of the best.
+/// Fits the corner of a filter: on trial corners and few lines, then between the neighbours of the best on all lines.
 fn filter(
     fitter: &Fitter<'_>,
     (nominal, base): (&Hypothesis, &Fitted),
@@ -253,37 +288,28 @@ fn filter(
         let data = fitter.on(fitter.fit.in_version(&set));
         Ok(data.descend_until(&data.objective(nominal)?, from, FILTER_STEPS, control))
     };
+    // A filter leads the joints astray: starts all over their ranges, on few lines.
+    let coarse = |log_corner: &f64| -> Result<Option<Fitted>, ObjectiveError> {
+        let set = made(log_corner.exp()).corrected_in(fitter.fit.set(), |_| true);
+        let data = fitter.on(fitter.fit.in_version(&set));
+        let ends = data.multistart_ends(&data.objective(nominal)?, nominal, &without_tail(base), (MULTISTART, 0), control);
+        Ok(ends.into_iter().min_by(|a, b| a.chi_square.total_cmp(&b.chi_square)))
+    };
     let logs = corners.map(f64::ln);
-    let fits: Result<Vec<Fitted>, ObjectiveError> = logs.iter().map(|log| fit(*log, base)).collect();
-    let fits = fits?;
-    let best = (0..fits.len()).min_by(|a, b| fits[*a].chi_square.total_cmp(&fits[*b].chi_square)).unwrap_or(0);
-    let (mut low, mut high) = (logs[best.saturating_sub(1)], logs[(best + 1).min(logs.len() - 1)]);
-    // Golden section, each fit from the best before it.
-    let mut found = (logs[best], fits[best].clone());
-    let mut at = |log_corner: f64| -> Result<f64, ObjectiveError> {
+    let ends: Result<Vec<Option<Fitted>>, ObjectiveError> = logs.par_iter().map(coarse).or_first_error();
+    let ends: Vec<Fitted> = ends?.into_iter().map(|end| end.unwrap_or_else(|| base.clone())).collect();
+    let best = (0..ends.len()).min_by(|a, b| ends[*a].chi_square.total_cmp(&ends[*b].chi_square)).unwrap_or(0);
+    let neighbours = (logs[best.saturating_sub(1)], logs[(best + 1).min(logs.len() - 1)]);
+    // Each fit starts from the best before it.
+    let mut found = (logs[best], fit(logs[best], &ends[best])?);
+    golden_section(neighbours, CORNER_STEPS, |log_corner| {
         let fitted = fit(log_corner, &found.1)?;
         let chi_square = fitted.chi_square;
         if chi_square < found.1.chi_square {
             found = (log_corner, fitted);
         }
-        Ok(chi_square)
-    };
-    let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
-    let mut inner = [high - ratio * (high - low), low + ratio * (high - low)];
-    let mut cost = [at(inner[0])?, at(inner[1])?];
-    for _ in 0..CORNER_STEPS {
-        if cost[0] < cost[1] {
-            high = inner[1];
-            (inner[1], cost[1]) = (inner[0], cost[0]);
-            inner[0] = high - ratio * (high - low);
-            cost[0] = at(inner[0])?;
-        } else {
-            low = inner[0];
-            (inner[0], cost[0]) = (inner[1], cost[1]);
-            inner[1] = low + ratio * (high - low);
-            cost[1] = at(inner[1])?;
-        }
-    }
+        Ok::<f64, ObjectiveError>(chi_square)
+    })?;
     let (corner, best) = found;
     // The half-width follows from the rise of χ² to either side.
     let misfit = (best.chi_square / fitter.objective(nominal)?.observations() as f64).max(1.0);
@@ -291,35 +317,4 @@ fn filter(
     let half = SIDE * (CHI_SQUARE_95 * misfit / rise.max(f64::MIN_POSITIVE)).sqrt();
     let interval95 = Some(((corner - half).exp(), (corner + half).exp()));
     Ok(ChainCandidate { fault: made(corner.exp()), interval95, chi_square: best.chi_square })
-}
-
-/// Returns the fault of a single record with which its gap to a model fitted to others falls below a limit; `None` where none of the chain does that.
-///
-/// # Errors  as [`Fitter::gaps`].
-pub(super) fn fault_of_one(
-    fitter: &Fitter<'_>,
-    records: &HoldOutSet<'_>,
-    (nominal, fitted): (&Hypothesis, &Fitted),
-    frf: usize,
-    limit: f64,
-) -> Result<Option<ChainFault>, ObjectiveError> {
-    let Domain::Frf(settings) = fitter.domain else { return Ok(None) };
-    let one = records.with_frfs(|at| at == frf);
-    let own = fitter.objective(nominal)?;
-    let gain = own.gain(&coordinates_of(&own, fitted));
-    let objective = FrfObjective::held_out(&nominal.machine, &one, settings)?;
-    let residuals = objective.residuals(&values_of(nominal, fitted), gain).concat();
-    let omega: Vec<f64> = objective.records().iter().flat_map(|r| r.frequencies_hz()).map(omega_rad_s).collect();
-    let factor = median(residuals.iter().map(|r| r.re)).map_or(1.0, f64::exp);
-    let squares: f64 = omega.iter().map(|w| w * w).sum();
-    let delay_s = -omega.iter().zip(&residuals).map(|(w, r)| w * r.im).sum::<f64>() / squares;
-    let faults = [ChainFault::Polarity, ChainFault::Conjugate, ChainFault::Scale(factor), ChainFault::Delay(delay_s)];
-    let gap = |fault: &ChainFault| -> Result<(f64, ChainFault), ObjectiveError> {
-        let set = fault.corrected_in(records.set(), |at| at == frf);
-        let gaps = fitter.gaps(nominal, fitted, &one.in_version(&set))?;
-        Ok((gap_over(&gaps).unwrap_or(f64::INFINITY), *fault))
-    };
-    let tried: Result<Vec<(f64, ChainFault)>, ObjectiveError> = faults.iter().map(gap).collect();
-    let best = tried?.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
-    Ok(best.filter(|(gap, _)| *gap < limit).map(|(_, fault)| fault))
 }

@@ -7,6 +7,7 @@ pub mod filter;
 pub mod halton;
 pub mod linear_fit;
 pub mod long_run;
+pub mod minimum;
 pub mod parallel;
 pub mod random;
 pub mod root;

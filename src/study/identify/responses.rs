@@ -37,7 +37,11 @@ impl Study {
         warnings.extend(document_rows::pairing_warnings(&positions));
         warnings.extend(found.combinations.iter().map(|c| c.text.clone()));
         warnings.extend(document_rows::passivity_warnings(machine, &self.set));
-        warnings.extend(whole.then(|| document_rows::noise_warnings(&self.set)).into_iter().flatten());
+        let modes = self.natural_modes(&found)?;
+        if whole {
+            warnings.extend(document_rows::noise_warnings(&self.set));
+            warnings.extend(self.modeless_warning(&modes)?);
+        }
         warnings.splice(0..0, renumbered.iter().map(|r| r.warning(found.cost)));
         let mut derived = document_rows::derived(&positions, &frfs, leave_one_out);
         derived.extend(found.derived.iter().map(|d| (d.name.clone(), d.value)));
@@ -76,7 +80,7 @@ impl Study {
             held_out_positions: names(held_out.positions(), held_out.frfs()),
             fit_positions,
             positions,
-            modes: self.natural_modes(&found)?,
+            modes,
             posterior: found.posterior.as_ref().map(document_rows::posterior),
             frfs,
             records: Default::default(),

@@ -199,7 +199,13 @@ impl Study {
                 (0.5 * low, 1.1 * high)
             }
         };
-        if to > from { Ok((from, to)) } else { Err(StudyError::setting("band_hz", "", "the data have no band; write one, such as 5,1000")) }
+        // Around a single line a band of an octave, half of it on either side.
+        let half = if from == to { std::f64::consts::SQRT_2 } else { 1.0 };
+        if to >= from {
+            Ok((from / half, to * half))
+        } else {
+            Err(StudyError::setting("band_hz", "", "the data have no band; write one, such as 5,1000"))
+        }
     }
 
     /// Returns response and excitation of the set (points of the machine). Of closed-loop FRFs the response is also the excitation: predicted is

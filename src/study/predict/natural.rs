@@ -23,4 +23,17 @@ impl Study {
         }
         Ok(self.set.positions.iter().map(|p| (p.name.clone(), of(p.nut_m))).collect())
     }
+
+    /// Returns a warning where no natural frequency lies in the band of the FRFs.
+    pub(crate) fn modeless_warning(&self, modes: &BTreeMap<String, Vec<NaturalMode>>) -> StudyResult<Option<String>> {
+        let (from, to) = self.predicted_band(None)?;
+        let inside = modes.values().flatten().any(|mode| (from..=to).contains(&mode.frequency_hz));
+        let warning = || {
+            format!(
+                "no natural frequency of the fitted machine lies in the band of the FRFs, {from:.4} to {to:.4} Hz: stiffness and damping of the joints \
+                 show at resonances; measure a band that holds some"
+            )
+        };
+        Ok((!inside).then(warning))
+    }
 }

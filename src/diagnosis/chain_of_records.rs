@@ -1,0 +1,197 @@
+//! Faults of the measuring chain of one record, or of all records of one channel, told from their ratio to what a model of the others predicts.
+
+use std::convert::Infallible;
+
+use num_complex::Complex64;
+
+use super::evidence::{Domain, gap_over};
+use super::fit::{Fitted, Fitter, coordinates_of, values_of};
+use super::hypothesis::Hypothesis;
+use super::measuring_chain::{ChainFault, FREQUENCY_SCALES};
+use identification::objective::{FrfObjective, ObjectiveError};
+use measurement::{HoldOutSet, MeasurementSet};
+use numeric::minimum::golden_section;
+use numeric::statistics::median;
+use numeric::unit::omega_rad_s;
+
+/// Records that share a fault.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Records {
+    /// This FRF.
+    One(usize),
+    /// All FRFs of the channel of this one.
+    Channel(usize),
+}
+
+impl Records {
+    /// Whether an FRF is one of them.
+    pub fn concern(self, set: &MeasurementSet, frf: usize) -> bool {
+        match self {
+            Records::One(own) => frf == own,
+            Records::Channel(own) => channel(set, own) == channel(set, frf),
+        }
+    }
+
+    /// Returns their name: the position or record of one, the response of a channel.
+    pub fn name(self, set: &MeasurementSet) -> String {
+        match self {
+            Records::One(own) => {
+                let frf = &set.frfs[own];
+                let position = frf.position.map(|p| &set.positions[p].name);
+                position.or(frf.record.as_ref()).unwrap_or(&frf.source).clone()
+            }
+            Records::Channel(own) => channel_name(set, own),
+        }
+    }
+
+    /// Returns them as a part of a sentence.
+    pub fn text(self, set: &MeasurementSet) -> String {
+        match self {
+            Records::One(own) => set.frfs[own].source.clone(),
+            Records::Channel(_) => format!("all records of channel «{}»", self.name(set)),
+        }
+    }
+}
+
+/// Returns what tells the channels of a set apart: response and excitation.
+pub(super) fn channel(set: &MeasurementSet, frf: usize) -> (&str, &str) {
+    (&set.frfs[frf].response, &set.frfs[frf].excitation)
+}
+
+/// Returns the response of a channel, with its excitation where another channel has the same response.
+fn channel_name(set: &MeasurementSet, frf: usize) -> String {
+    let (response, excitation) = channel(set, frf);
+    let is_unique = (0..set.frfs.len()).map(|at| channel(set, at)).all(|(other, by)| other != response || by == excitation);
+    if is_unique { response.to_owned() } else { format!("{response}/{excitation}") }
+}
+
+/// Largest gaps with which corrected records are ordinary, and no outliers any more.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct GapLimits {
+    pub ordinary: f64,
+    pub outlier: f64,
+}
+
+/// Returns the fault with which the gap of some records to a model fitted to others is no outlier; `None` where none of the chain does that. Of faults
+/// that make the records ordinary it is the one with the fewest parameters.
+///
+/// # Errors  as [`Fitter::objective`].
+pub(super) fn fault_of_some(
+    fitter: &Fitter<'_>,
+    predicted: &HoldOutSet<'_>,
+    (nominal, fitted): (&Hypothesis, &Fitted),
+    records: Records,
+    limits: GapLimits,
+) -> Result<Option<ChainFault>, ObjectiveError> {
+    let Domain::Frf(settings) = fitter.domain else { return Ok(None) };
+    let set = predicted.set();
+    let own = predicted.with_frfs(|frf| records.concern(set, frf));
+    let others = fitter.objective(nominal)?;
+    let gain = others.gain(&coordinates_of(&others, fitted));
+    let objective = FrfObjective::held_out(&nominal.machine, &own, settings)?;
+    let frequencies = objective.records().iter().flat_map(|record| record.frequencies_hz());
+    let ratio: Vec<(f64, Complex64)> = frequencies.zip(objective.residuals(&values_of(nominal, fitted), gain).concat()).collect();
+    let gap = |fault: &ChainFault| -> Option<(ChainFault, f64)> {
+        let corrected = fault.corrected_in(set, |frf| records.concern(set, frf));
+        // Corrected data that cannot be compared, out of the band for example, are no explanation.
+        let gaps = fitter.gaps(nominal, fitted, &own.in_version(&corrected)).ok()?;
+        Some((*fault, gap_over(&gaps)?))
+    };
+    let tried: Vec<(ChainFault, f64)> = faults(&ratio).iter().filter_map(gap).collect();
+    let by_gap = |a: &&(ChainFault, f64), b: &&(ChainFault, f64)| a.1.total_cmp(&b.1);
+    let is_ordinary = |tried: &&(ChainFault, f64)| tried.1 < limits.ordinary;
+    let simplest = tried.iter().filter(is_ordinary).map(|(fault, _)| fault.parameters()).min();
+    let best = match simplest {
+        Some(fewest) => tried.iter().filter(is_ordinary).filter(|(fault, _)| fault.parameters() == fewest).min_by(by_gap),
+        None => tried.iter().filter(|(_, gap)| *gap < limits.outlier).min_by(by_gap),
+    };
+    Ok(best.map(|(fault, _)| *fault))
+}
+
+/// Least and largest corner of a filter or natural frequency of a mount, as a share of the lowest and a multiple of the highest frequency of a record;
+/// trial values per decade, and steps of the search between two of them.
+const CORNERS: (f64, f64, f64) = (0.1, 100.0, 40.0);
+const STEPS: usize = 20;
+/// Trial damping ratios of a mount (1): adhesives and magnets have few per cent, a loose sensor more; steps of the search between two of them.
+const MOUNT_RATIOS: [f64; 6] = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5];
+const RATIO_STEPS: usize = 8;
+
+/// Returns every kind of fault with the parameters that fit a ratio of measured over predicted FRF, ln of it at each frequency (Hz), best.
+fn faults(ratio: &[(f64, Complex64)]) -> Vec<ChainFault> {
+    let factor = median(ratio.iter().map(|(_, log)| log.re)).map_or(1.0, f64::exp);
+    let squares: f64 = ratio.iter().map(|(hz, _)| omega_rad_s(*hz).powi(2)).sum();
+    let delay_s = -ratio.iter().map(|(hz, log)| omega_rad_s(*hz) * log.im).sum::<f64>() / squares;
+    let mut all = vec![ChainFault::Polarity, ChainFault::Conjugate, ChainFault::Scale(factor), ChainFault::Delay(delay_s)];
+    all.extend([-2, -1, 1, 2].map(ChainFault::Quantity));
+    all.extend(FREQUENCY_SCALES.map(ChainFault::FrequencyScale));
+    all.extend(
+        [best_corner(ratio, ChainFault::LowPass), best_corner(ratio, ChainFault::HighPass), best_mount(ratio)]
+            .into_iter()
+            .flatten()
+            .map(|(f, _)| f),
+    );
+    all
+}
+
+/// Returns the resonance of a mount that fits a ratio best, and the sum of squares that remains.
+fn best_mount(ratio: &[(f64, Complex64)]) -> Option<(ChainFault, f64)> {
+    let of = |damping: f64| best_corner(ratio, |hz| ChainFault::MountResonance(hz, damping));
+    let trials: Option<Vec<(ChainFault, f64)>> = MOUNT_RATIOS.iter().map(|damping| of(*damping)).collect();
+    let trials = trials?;
+    let best = (0..trials.len()).min_by(|a, b| trials[*a].1.total_cmp(&trials[*b].1))?;
+    let neighbours = (MOUNT_RATIOS[best.saturating_sub(1)].ln(), MOUNT_RATIOS[(best + 1).min(trials.len() - 1)].ln());
+    let remains = |log: f64| Ok::<f64, Infallible>(of(log.exp()).map_or(f64::INFINITY, |(_, rest)| rest));
+    let Ok((log, rest)) = golden_section(neighbours, RATIO_STEPS, remains);
+    if rest < trials[best].1 { of(log.exp()) } else { Some(trials[best]) }
+}
+
+/// Returns the corner of a fault that fits a ratio best, and the sum of squares that remains.
+fn best_corner(ratio: &[(f64, Complex64)], made: impl Fn(f64) -> ChainFault) -> Option<(ChainFault, f64)> {
+    let (low, high) = ratio.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), (hz, _)| (low.min(*hz), high.max(*hz)));
+    if !(low > 0.0 && low.is_finite()) {
+        return None;
+    }
+    let remains = |log_hz: f64| -> f64 {
+        let fault = made(log_hz.exp());
+        let rest = |(hz, log): &(f64, Complex64)| (log.exp() / fault.factor(*hz)).ln().norm_sqr();
+        ratio.iter().map(rest).sum()
+    };
+    let (first, last) = ((CORNERS.0 * low).ln(), (CORNERS.1 * high).ln());
+    let count = ((last - first) / std::f64::consts::LN_10 * CORNERS.2).ceil();
+    let step = (last - first) / count;
+    let trials = (0..=count as usize).map(|at| first + step * at as f64);
+    let best = trials.map(|log| (log, remains(log))).min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let Ok(refined) = golden_section((best.0 - step, best.0 + step), STEPS, |log| Ok::<f64, Infallible>(remains(log)));
+    Some((made(refined.0.exp()), refined.1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of an exact ratio every fault has its own parameters.
+    #[test]
+    fn limit_parameters_of_exact_faults() {
+        let exact = [
+            ChainFault::LowPass(1500.0),
+            ChainFault::HighPass(4.0),
+            ChainFault::Delay(3e-5),
+            ChainFault::Scale(9.80665),
+            ChainFault::MountResonance(640.0, 0.08),
+        ];
+        for fault in exact {
+            let ratio: Vec<(f64, Complex64)> = (10..800).map(|hz| (f64::from(hz), fault.factor(f64::from(hz)).ln())).collect();
+            let near = |found: &ChainFault| match (fault, *found) {
+                (ChainFault::LowPass(a), ChainFault::LowPass(b))
+                | (ChainFault::HighPass(a), ChainFault::HighPass(b))
+                | (ChainFault::Delay(a), ChainFault::Delay(b))
+                | (ChainFault::Scale(a), ChainFault::Scale(b)) => (b / a - 1.0).abs() < 1e-4,
+                (ChainFault::MountResonance(a, x), ChainFault::MountResonance(b, y)) => {
+                    (b / a - 1.0).abs() < 1e-3 && (y / x - 1.0).abs() < 0.05
+                }
+                _ => false,
+            };
+            assert!(faults(&ratio).iter().any(near), "{fault:?}: {:?}", faults(&ratio));
+        }
+    }
+}
