@@ -5,6 +5,7 @@ use diagnosis::motion::{MotionDiagnosis, MotionSettings, diagnose_motion, gap_of
 use diagnosis::{Status, VerdictKind};
 use dynamics::inverse_dynamics::{MotionSignal, Phase, Preprocessing, Rigid, free_parameters, prediction, recorded};
 use identification::motion::estimate;
+use jointid::Study;
 use measurement::{DriveEffort, MotionRecord, read_set};
 use optimizer::Control;
 
@@ -84,6 +85,27 @@ fn diagnose(fit: &[&MotionSignal], held_out: &[&MotionSignal], without: &[&str],
 
 fn names(found: &MotionDiagnosis, id: &str) -> bool {
     found.verdict.effects.iter().any(|e| e.contains(id))
+}
+
+/// A band brake on a shaken actuator: friction of 9.3 to 10.2 kN behind a clearance of 3 mm. The force is not linear in presliding, and from its start
+/// values a fit ends at twice the error. An independent elastic, perfectly plastic law leaves 21.0 % of the force and 22.3 % of the held-out one.
+#[test]
+#[ignore = "second tier"]
+fn published_damper_with_play() {
+    let Some(folder) = test_data::shared("cases/motion-damper-with-play") else { return };
+    let path = |name: &str| folder.join(name).display().to_string();
+    let study = |machine: &str| Study::new(jointid::read_machine(&path(machine)).unwrap(), read_set(&path("")).unwrap());
+    let found = study("machine-presliding.toml").identify().unwrap();
+    assert!(found.records["a10"].force_error < 0.21 && found.records["a15"].force_error < 0.223, "{:#?}", found.records);
+    let value = |id: &str| found.parameters[id].value;
+    assert!((8e3..10.6e3).contains(&value("coulomb_friction")), "{}", value("coulomb_friction"));
+    assert!((1.7e6..2.4e6).contains(&value("presliding_stiffness")), "{}", value("presliding_stiffness"));
+    let found = study("machine.toml").diagnose().unwrap();
+    let named = &found.verdict.effects;
+    assert!(named[0].contains("backlash") && named.iter().all(|id| id.contains("presliding-friction")), "{:?}", found.verdict);
+    assert!(!named.iter().any(|id| id.contains("control-delay")), "{named:?}");
+    let width_m = found.chosen.parameters["backlash_width"];
+    assert!((2.5e-3..3.2e-3).contains(&width_m), "{width_m}");
 }
 
 /// The real axis with effects withheld, and as configured, where asymmetry is known to be missing. The delay of the held-out record is reported.

@@ -96,21 +96,35 @@ fn shift(model: Model<'_>, motion: &MotionSignal, covariance: Option<&Covariance
     let projection = covariance.and_then(|covariance| UncertaintyProjection::new(covariance.moves(model, motion), &left));
     let mut taken = left.norm_squared() - fit.residual.norm_squared();
     if let Some(projection) = projection {
-        let left = projection.without(&DMatrix::from_columns(&[left])).column(0).into_owned();
+        let left = projection.without(&DMatrix::from_columns(std::slice::from_ref(&left))).column(0).into_owned();
         taken = taken.min(left.norm_squared() - LinearFit::new(&projection.without(&columns), &left)?.residual.norm_squared());
     }
+    // A delay that the record really has removes the residual when it is applied, whatever the slope of the force promises.
+    let (delay_s, factor) = (fit.coefficients[0], 1.0 + fit.coefficients[1]);
+    let change: Vec<f64> = (0..force.len()).map(|at| factor * at_time(&force, at as f64 + delay_s / motion.step_s) - force[at]).collect();
+    let applied = &left - DVector::from_vec(motion.thinned(&change)?);
+    taken = taken.min(left.norm_squared() - applied.norm_squared());
     let scale = predicted.recorded.iter().map(|x| x * x).sum::<f64>().sqrt();
     Some(RecordShift {
         name: motion.name.clone(),
-        delay_s: fit.coefficients[0],
+        delay_s,
         delay_half95_s: half[0].half95,
-        gain: (1.0 + fit.coefficients[1]).max(1e-6).ln(),
+        gain: factor.max(1e-6).ln(),
         gain_half95: half[1].half95,
         gap: predicted.own_gap(),
         floor: non_systematic(&predicted, motion).first().map_or(0.0, |n| square(n).sqrt() / scale),
-        gap_own: fit.residual.norm() / scale,
+        gap_own: applied.norm() / scale,
         gap_reduction: taken / (scale * scale),
     })
+}
+
+/// Returns a sampled value at a time in steps, interpolated; the ends continue.
+fn at_time(samples: &[f64], time: f64) -> f64 {
+    let last = samples.len() - 1;
+    let time = time.clamp(0.0, last as f64);
+    let before = (time as usize).min(last.saturating_sub(1));
+    let after = (before + 1).min(last);
+    samples[before] + (time - before as f64) * (samples[after] - samples[before])
 }
 
 /// Root mean square of standard deviations by which uncertain parameters of the model may move.
@@ -204,4 +218,16 @@ pub(super) fn faulty(shifts: &[RecordShift], before: &[MotionPart], step_s: f64)
         contradictions(&others, std::slice::from_ref(&shifts[at]), step_s).into_iter().filter(move |_| much)
     };
     (0..shifts.len()).flat_map(against_others).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limit_samples_between_and_beyond() {
+        let samples = [1.0, 3.0, 2.0];
+        assert_eq!([-4.0, 0.0, 0.25, 1.5, 2.0, 9.0].map(|time| at_time(&samples, time)), [1.0, 1.0, 1.5, 2.5, 2.0, 2.0]);
+        assert_eq!(at_time(&[5.0], 0.3), 5.0);
+    }
 }

@@ -20,7 +20,7 @@ use dynamics::inverse_dynamics::{
     InverseError, LinearForce, MotionSignal, Phase, Rigid, free_parameters, is_linear_in_inverse, mask_backlash_crossings,
     parameters_without_influence,
 };
-use identification::motion::estimate_identifiable;
+use identification::motion::{ForceFit, estimate_identifiable, estimate_identifiable_globally};
 use machine::{Effect, EffectIds, Machine, ParameterValues};
 use numeric::linear_fit::LinearFit;
 use optimizer::Control;
@@ -138,6 +138,23 @@ const LEAST_CONFIDENT: f64 = 0.2;
 /// Draws of the bootstrap of `closed`.
 const BOOTSTRAP: usize = 400;
 
+/// Squared misfit of a fit near the description, as a multiple of the least, above which it is a minimum of its own and not the described machine.
+const OTHER_MINIMUM: f64 = 2.0;
+
+/// Fits the machine near its description. Its best fit anywhere is used only where it leaves far less: elsewhere in their ranges parameters in which the
+/// force is not linear may imitate a missing effect.
+fn nominal_fit(
+    rigid: &Rigid,
+    machine: &Machine,
+    free: &[usize],
+    motions: &[&MotionSignal],
+    spring: impl Fn(usize) -> bool + Copy,
+) -> Result<ForceFit, InverseError> {
+    let near = estimate_identifiable(rigid, machine, &machine.start(), free, motions, spring)?;
+    let anywhere = estimate_identifiable_globally(rigid, machine, free, motions, spring)?;
+    Ok(if near.squares > OTHER_MINIMUM * anywhere.squares { anywhere } else { near })
+}
+
 /// Diagnoses motions of a drive by the force of its rigid motion and, where recorded, by the transmission errors of extra measuring points. Of
 /// several effects with one id the one for motion is used ([`Effect::for_data`]).
 ///
@@ -163,7 +180,7 @@ pub fn diagnose_motion(
     let spring = |parameter: usize| is_linear_in_inverse(machine, &[parameter])[0];
     let fit_of = |all: &mut [MotionSignal]| {
         weigh(&rigid, machine, &free, spring, all, fitted)?;
-        estimate_identifiable(&rigid, machine, &machine.start(), &free, &all[..fitted].iter().collect::<Vec<_>>(), spring)
+        nominal_fit(&rigid, machine, &free, &all[..fitted].iter().collect::<Vec<_>>(), spring)
     };
     let fit = fit_of(&mut all)
         .and_then(|first| if mask_backlash_crossings(&mut all, &rigid, machine, &first.values) { fit_of(&mut all) } else { Ok(first) });

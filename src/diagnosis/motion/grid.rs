@@ -67,9 +67,9 @@ pub(super) fn grid(machine: &Machine, curved: &[usize], data: &MotionData<'_>, r
             }
             let count = NODES.0;
             // From the inner neighbour of the end with next to no influence outward: that end itself has no information.
-            // A range that begins at zero is divided quadratically: nodes are denser at small values.
+            // A range that begins at zero is divided by the third power: nodes are denser at small values.
             let (low, _, logarithmic) = range(*one);
-            let unit = |k: usize| ((k as f64 - 0.5) / count as f64).powi(if low == 0.0 && !logarithmic { 2 } else { 1 });
+            let unit = |k: usize| ((k as f64 - 0.5) / count as f64).powi(if low == 0.0 && !logarithmic { 3 } else { 1 });
             (1..=count).map(|k| vec![(*one, value(*one, unit(k)))]).collect()
         }
         several => {

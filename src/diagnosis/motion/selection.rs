@@ -69,7 +69,8 @@ impl SelectionStep {
             close || (most.gain - r.gain <= POSSIBLY_EQUIVALENT * most.gain && losses < COMPARABLE && mean < ONE_SIDED_90 * spread)
         };
         let known = self.confusable(effects, self.id(best));
-        let confusable = |at: usize| known.iter().any(|id| id == self.id(at));
+        // A look-alike that explains nothing of these records does not look like it here.
+        let confusable = |at: usize| self.ranked[at].gain > 0.0 && known.iter().any(|id| id == self.id(at));
         let without_nuisances = |at: usize| {
             let (share, times, least) = WITHOUT_NUISANCES;
             let gains = self.ranked[at].gain > share * most.gain && self.null.p_value(&self.ranked[at]) < ALPHA;

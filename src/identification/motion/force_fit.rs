@@ -1,6 +1,7 @@
 //! Least-squares fit of the predicted to the recorded force, and of the transmission error where it is recorded.
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 use super::interval::{CoefficientInterval, intervals};
 use super::marginal::{Channel, marginal};
@@ -8,6 +9,7 @@ use dynamics::inverse_dynamics::{
     InverseError, MotionSignal, Rigid, derivatives, is_linear_in_inverse, mask_backlash_crossings, prediction, recorded, weights,
 };
 use machine::{Machine, ParameterValues};
+use numeric::halton::halton_point;
 use numeric::linear_fit::LinearFit;
 use optimizer::{Coordinate, GaussNewton, GaussNewtonError, GaussNewtonFit, PredictionFunction, nonzero_columns};
 
@@ -84,6 +86,61 @@ pub fn estimate(
     })
 }
 
+/// Most starts all over the ranges of the parameters, those of one batch, and how often the least sum of squares has to be found.
+const STARTS: (usize, usize, usize) = (32, 8, 3);
+/// Relative difference of sums of squares within which two fits have found one minimum (1).
+const SAME_MINIMUM: f64 = 1e-3;
+/// Share of its change by which a prediction may depart from a straight line (1).
+const STRAIGHT: f64 = 1e-6;
+
+/// Fits as [`estimate`] from a machine's start values and, where the force is not linear in its parameters, from starts all over their ranges until
+/// the least sum of squares was found several times.
+///
+/// # Errors  as [`estimate`], from the start values.
+pub fn estimate_globally(rigid: &Rigid, machine: &Machine, free: &[usize], motions: &[&MotionSignal]) -> Result<ForceFit, InverseError> {
+    let start = machine.start();
+    let mut best = estimate(rigid, machine, &start, free, motions)?;
+    if is_straight(rigid, machine, &best, &start, motions) {
+        return Ok(best);
+    }
+    let (most, batch, wanted) = STARTS;
+    let from = |at: usize| {
+        let mut values = start.clone();
+        for (&index, unit) in free.iter().zip(halton_point(at, free.len())) {
+            values[index] = machine.parameters[index].from_unit(unit);
+        }
+        estimate(rigid, machine, &values, free, motions).ok()
+    };
+    let (mut found, mut evaluations) = (1, best.evaluations);
+    for first in (1..=most).step_by(batch) {
+        let ends: Vec<Option<ForceFit>> = (first..first + batch).into_par_iter().map(from).collect();
+        for end in ends.into_iter().flatten() {
+            evaluations += end.evaluations;
+            let ratio = end.squares / best.squares;
+            found = if ratio < 1.0 - SAME_MINIMUM { 1 } else { found + usize::from(ratio < 1.0 + SAME_MINIMUM) };
+            if ratio < 1.0 {
+                best = end;
+            }
+        }
+        if found >= wanted {
+            break;
+        }
+    }
+    Ok(ForceFit { evaluations, ..best })
+}
+
+/// Whether the prediction is linear in the coordinates of a fit between its start and its end.
+fn is_straight(rigid: &Rigid, machine: &Machine, fit: &ForceFit, start: &ParameterValues, motions: &[&MotionSignal]) -> bool {
+    let inverse = is_linear_in_inverse(machine, &fit.free);
+    let change = fit.free.iter().zip(&inverse).map(|(&index, &inverse)| {
+        let of = |value: f64| if inverse { 1.0 / value } else { value };
+        of(start[index]) - of(fit.values[index])
+    });
+    let straight = &fit.derivatives * DVector::from_iterator(fit.free.len(), change);
+    let moved = prediction(rigid, machine, start, motions) - (recorded(motions) - &fit.residual);
+    (&moved - straight).norm() <= STRAIGHT * moved.norm()
+}
+
 /// Converts free parameters to coordinates of a fit, some by their inverse.
 pub(super) fn coordinates(machine: &Machine, free: &[usize], inverse: &[bool]) -> Vec<Coordinate> {
     let of = |(&index, &inverse): (&usize, &bool)| {
@@ -116,9 +173,30 @@ pub fn estimate_identifiable(
     motions: &[&MotionSignal],
     may_stay: impl Fn(usize) -> bool,
 ) -> Result<ForceFit, InverseError> {
+    identifiable(free, may_stay, |free| estimate(rigid, machine, start, free, motions))
+}
+
+/// Fits as [`estimate_globally`], but holds unidentifiable parameters as [`estimate_identifiable`].
+///
+/// # Errors  as [`estimate_identifiable`].
+pub fn estimate_identifiable_globally(
+    rigid: &Rigid,
+    machine: &Machine,
+    free: &[usize],
+    motions: &[&MotionSignal],
+    may_stay: impl Fn(usize) -> bool,
+) -> Result<ForceFit, InverseError> {
+    identifiable(free, may_stay, |free| estimate_globally(rigid, machine, free, motions))
+}
+
+fn identifiable(
+    free: &[usize],
+    may_stay: impl Fn(usize) -> bool,
+    fit: impl Fn(&[usize]) -> Result<ForceFit, InverseError>,
+) -> Result<ForceFit, InverseError> {
     let mut free = free.to_vec();
     loop {
-        match estimate(rigid, machine, start, &free, motions) {
+        match fit(&free) {
             Err(InverseError::Unidentifiable { parameter, .. }) if may_stay(parameter) => free.retain(|i| *i != parameter),
             found => return found,
         }
@@ -128,7 +206,7 @@ pub fn estimate_identifiable(
 /// Number of updates of the channel weights.
 const ROUNDS: usize = 4;
 
-/// Fits as [`estimate`] from a machine's start values to the `fitted` motions, and updates the channel weights of all motions.
+/// Fits as [`estimate_globally`] to the `fitted` motions, and updates the channel weights of all motions.
 ///
 /// After each fit the residuals of a channel set its weight, so that each channel counts in units of its own misfit. Samples during backlash
 /// crossings are masked from the first fit on.
@@ -145,7 +223,10 @@ pub fn estimate_weighted(
     let mut evaluations = 0;
     for round in 0.. {
         let own: Vec<&MotionSignal> = fitted.iter().map(|i| &motions[*i]).collect();
-        let mut fit = estimate(rigid, machine, &values, free, &own)?;
+        let mut fit = match round {
+            0 => estimate_globally(rigid, machine, free, &own)?,
+            _ => estimate(rigid, machine, &values, free, &own)?,
+        };
         evaluations += fit.evaluations;
         if round == ROUNDS || own.iter().all(|m| m.extra_channels.is_empty()) {
             fit.evaluations = evaluations;
