@@ -11,7 +11,7 @@ use numeric::random::normal;
 use numeric::statistics::median;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
-use reference_simulator::{ordinary, write_case};
+use reference_simulator::{ChannelSet, Counts, Kind, Layout, Plan, generate_one, ordinary, write_case};
 use serde_json::Value;
 use test_data::draws;
 
@@ -117,6 +117,34 @@ fn recover_faults_on_drawn_machines() {
     let interval = |part: usize, whole: usize| clopper_pearson(part, whole, 0.95).unwrap();
     println!("{right} of {all} faults named ({:.2?}); claimed on {claimed} of {sound} sound sets", interval(right, all));
     assert!(interval(right, all)[1] >= 0.95 && claimed == 0);
+}
+
+/// Faults of all records of the rotor, on a machine of which nothing is missing: each is named with its channel.
+#[test]
+#[ignore = "long"]
+fn recover_faults_of_one_channel() {
+    let plan = Plan::on_layouts(&Counts::QUICK, 77, Some(Layout::Gantry));
+    let index = plan.slots.iter().position(|slot| slot.kind == Kind::Null && slot.channel_set == ChannelSet::Rotor).unwrap();
+    let (case, _) = generate_one(77, &plan, index).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    write_case(folder.path(), &case).unwrap();
+    let machine = folder.path().join("machine.toml").display().to_string();
+    let set = read_set(&folder.path().display().to_string()).unwrap();
+    assert_eq!(verdict(&machine, set.clone()).1, [""; 0]);
+    let spoilt: [Spoilt; 4] = [
+        SPOILT[0],
+        SPOILT[1],
+        ("low-pass", |line| with_value(line, Complex64::new(1.0, line.frequency_hz / 400.0).inv())),
+        ("frf-quantity", |line| with_value(line, Complex64::new(0.0, TAU * line.frequency_hz))),
+    ];
+    for (id, spoil) in spoilt.into_iter().take(draws(1, 4) as usize) {
+        let mut other = set.clone();
+        for frf in other.frfs.iter_mut().filter(|frf| frf.response == "rotor") {
+            frf.lines.iter_mut().for_each(|line| *line = spoil(line));
+        }
+        let (kind, faults, effects) = verdict(&machine, other);
+        assert!(kind == "measurement" && faults == [format!("{id}@rotor")] && effects.is_empty(), "{id}: {kind} {faults:?} {effects:?}");
+    }
 }
 
 /// A record of noise, and a copy of another record, are named.

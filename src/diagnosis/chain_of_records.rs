@@ -3,6 +3,7 @@
 use std::convert::Infallible;
 
 use num_complex::Complex64;
+use rayon::prelude::*;
 
 use super::evidence::{Domain, gap_over};
 use super::fit::{Fitted, Fitter, coordinates_of, values_of};
@@ -13,6 +14,7 @@ use measurement::{HoldOutSet, MeasurementSet};
 use numeric::minimum::golden_section;
 use numeric::statistics::median;
 use numeric::unit::omega_rad_s;
+use optimizer::Control;
 
 /// Records that share a fault.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,14 +85,9 @@ pub(super) fn fault_of_some(
     records: Records,
     limits: GapLimits,
 ) -> Result<Option<ChainFault>, ObjectiveError> {
-    let Domain::Frf(settings) = fitter.domain else { return Ok(None) };
     let set = predicted.set();
     let own = predicted.with_frfs(|frf| records.concern(set, frf));
-    let others = fitter.objective(nominal)?;
-    let gain = others.gain(&coordinates_of(&others, fitted));
-    let objective = FrfObjective::held_out(&nominal.machine, &own, settings)?;
-    let frequencies = objective.records().iter().flat_map(|record| record.frequencies_hz());
-    let ratio: Vec<(f64, Complex64)> = frequencies.zip(objective.residuals(&values_of(nominal, fitted), gain).concat()).collect();
+    let ratio = ratio_to(fitter, &own, (nominal, fitted))?;
     let gap = |fault: &ChainFault| -> Option<(ChainFault, f64)> {
         let corrected = fault.corrected_in(set, |frf| records.concern(set, frf));
         // Corrected data that cannot be compared, out of the band for example, are no explanation.
@@ -106,6 +103,59 @@ pub(super) fn fault_of_some(
         None => tried.iter().filter(|(_, gap)| *gap < limits.outlier).min_by(by_gap),
     };
     Ok(best.map(|(fault, _)| *fault))
+}
+
+/// Fits of all records with some of them corrected, and steps of each: every fit gives the fault its parameters anew.
+const ROUNDS: usize = 3;
+const STEPS_OF_ALL: u64 = 25;
+
+/// Returns the fault with which some records agree with all others in one fit, where a model of the others alone does not predict them well enough: by
+/// a misfit per compared number that `agrees`. Of several such faults it is the one with the fewest parameters.
+///
+/// # Errors  as [`Fitter::objective`].
+pub(super) fn fault_of_some_with_others(
+    fitter: &Fitter<'_>,
+    (nominal, others): (&Hypothesis, &Fitted),
+    records: Records,
+    agrees: impl Fn(f64) -> bool + Sync,
+    control: &Control,
+) -> Result<Option<ChainFault>, ObjectiveError> {
+    let set = fitter.fit.set();
+    let own = fitter.fit.to_predict().with_frfs(|frf| records.concern(set, frf));
+    let fitted_along = |first: &ChainFault| -> Option<(ChainFault, f64)> {
+        let (mut fault, mut fitted, mut found) = (*first, others.clone(), None);
+        for _ in 0..ROUNDS {
+            let corrected = fault.corrected_in(set, |frf| records.concern(set, frf));
+            let all = fitter.on(fitter.fit.in_version(&corrected));
+            let objective = all.objective(nominal).ok()?;
+            fitted = all.descend(&objective, &fitted, STEPS_OF_ALL, control);
+            let misfit = fitted.chi_square / objective.observations() as f64;
+            if agrees(misfit) {
+                found = Some((fault, misfit));
+            }
+            let again = faults(&ratio_to(&all, &own, (nominal, &fitted)).ok()?);
+            fault = again.into_iter().find(|other| other.is_kind_of(fault))?;
+        }
+        found
+    };
+    let found: Vec<(ChainFault, f64)> = faults(&ratio_to(fitter, &own, (nominal, others))?).par_iter().filter_map(fitted_along).collect();
+    let simpler =
+        |a: &&(ChainFault, f64), b: &&(ChainFault, f64)| a.0.parameters().cmp(&b.0.parameters()).then_with(|| a.1.total_cmp(&b.1));
+    Ok(found.iter().min_by(simpler).map(|(fault, _)| *fault))
+}
+
+/// Returns ln of measured over predicted FRF at each frequency (Hz) of some records, with the parameters and the gain of a fit.
+fn ratio_to(
+    fitter: &Fitter<'_>,
+    records: &HoldOutSet<'_>,
+    (nominal, fitted): (&Hypothesis, &Fitted),
+) -> Result<Vec<(f64, Complex64)>, ObjectiveError> {
+    let Domain::Frf(settings) = fitter.domain else { return Ok(Vec::new()) };
+    let own = fitter.objective(nominal)?;
+    let gain = own.gain(&coordinates_of(&own, fitted));
+    let objective = FrfObjective::held_out(&nominal.machine, records, settings)?;
+    let residuals = objective.residuals(&values_of(nominal, fitted), gain).concat();
+    Ok(objective.records().iter().flat_map(|record| record.frequencies_hz()).zip(residuals).collect())
 }
 
 /// Least and largest corner of a filter or natural frequency of a mount, as a share of the lowest and a multiple of the highest frequency of a record;

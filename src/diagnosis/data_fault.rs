@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::chain_of_records::{GapLimits, Records, channel, fault_of_some};
+use super::chain_of_records::{GapLimits, Records, channel, fault_of_some, fault_of_some_with_others};
 use super::evidence::{Domain, PartialGap};
 use super::fit::{Fitted, Fitter, at_start};
 use super::hypothesis::Hypothesis;
@@ -167,7 +167,7 @@ pub(super) fn fault(
         None => contradiction(fitter, nominal, control)?,
         known => known,
     };
-    found.filter(|found| null.excess(found.rest()) <= AGREES).map(|found| found.fault(fitter, nominal.0)).transpose()
+    found.filter(|found| null.excess(found.rest()) <= AGREES).map(|found| found.fault(fitter, nominal.0, null, control)).transpose()
 }
 
 /// Returns the fault of the measuring chain of all records that explains the misfit of the nominal machine: the corrected data agree with it, and no
@@ -268,11 +268,21 @@ impl Contradiction {
     }
 
     /// Returns the fault, with its cause where one of the measuring chain is found.
-    fn fault(&self, fitter: &Fitter<'_>, nominal: &Hypothesis) -> Result<Fault, ObjectiveError> {
+    fn fault(
+        &self,
+        fitter: &Fitter<'_>,
+        nominal: &Hypothesis,
+        null: &NullDistribution,
+        control: &Control,
+    ) -> Result<Fault, ObjectiveError> {
         let (Without { records, fitted, .. }, set) = (&self.without, fitter.fit.set());
         let kept = fitter.on(fitter.fit.with_frfs(|frf| !records.concern(set, frf)));
         let limits = GapLimits::beside(&kept.gaps(nominal, fitted, &kept.fit.to_predict())?);
-        let cause = fault_of_some(&kept, &fitter.fit.to_predict(), (nominal, fitted), *records, limits)?;
+        let alone = fault_of_some(&kept, &fitter.fit.to_predict(), (nominal, fitted), *records, limits)?;
+        let cause = match alone {
+            None => fault_of_some_with_others(fitter, (nominal, fitted), *records, |misfit| null.excess(misfit) <= AGREES, control)?,
+            cause => cause,
+        };
         Ok(cause.map_or(Fault::Contradicts(*records), |fault| Fault::OfSome(fault, *records)))
     }
 }

@@ -91,6 +91,14 @@ impl ChainFault {
         }
     }
 
+    /// Whether another fault differs from it by the size of its parameters alone.
+    pub fn is_kind_of(self, other: Self) -> bool {
+        match (self, other) {
+            (ChainFault::FrequencyScale(_), _) | (ChainFault::Quantity(_), _) => self == other,
+            _ => std::mem::discriminant(&self) == std::mem::discriminant(&other),
+        }
+    }
+
     /// Whether it changes the values gradually along the frequency, as some effects do.
     pub fn is_gradual(self) -> bool {
         matches!(self, ChainFault::LowPass(_) | ChainFault::HighPass(_) | ChainFault::Delay(_) | ChainFault::MountResonance(..))
