@@ -36,7 +36,7 @@ mod tests {
     fn limit_minimum_of_a_parabola_and_of_an_end() {
         let Ok((x, value)) = golden_section((-1.0, 3.0), 40, |x| Ok::<f64, Infallible>((x - 0.7).powi(2) + 2.0));
         assert!((x - 0.7).abs() < 1e-7 && (value - 2.0).abs() < 1e-13, "{x} {value}");
-        let Ok((x, _)) = golden_section((1.0, 2.0), 30, |x| Ok::<f64, Infallible>(x));
+        let Ok((x, _)) = golden_section((1.0, 2.0), 30, Ok::<f64, Infallible>);
         assert!((x - 1.0).abs() < 1e-5, "{x}");
         assert_eq!(golden_section((0.0, 1.0), 3, |_| Err("stopped")), Err("stopped"));
     }
