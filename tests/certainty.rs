@@ -355,7 +355,7 @@ fn ways_to_count_discrepancy_in_intervals_are_compared() {
         }
     }
     println!("without tolerances {depend} values depend on what the model lacks, {called} are called identifiable, {missed} of these miss");
-    assert_eq!(missed, 0);
+    assert!(depend > 0 && missed == 0);
     let held = |way: &str, kind: char| {
         let own = || all.iter().filter(|(w, k, ..)| *w == way && *k == kind);
         let (held, of) = (own().filter(|(_, _, held, _)| *held).count(), own().count());

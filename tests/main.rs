@@ -34,6 +34,7 @@ mod model;
 mod motion;
 mod motion_certainty;
 mod motion_command;
+mod no_effect;
 mod page;
 mod peaks;
 mod physics;

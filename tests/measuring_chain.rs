@@ -8,8 +8,7 @@ use measurement::{FrfLine, MeasurementSet, read_set};
 use num_complex::Complex64;
 use numeric::distribution::clopper_pearson;
 use numeric::random::normal;
-use numeric::statistics::median;
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use reference_simulator::{ChannelSet, Counts, Kind, Layout, Plan, generate_one, ordinary, write_case};
 use serde_json::Value;
@@ -75,7 +74,7 @@ const SPOILT: [Spoilt; 16] = [
 ];
 
 /// Returns kind, faults and effects of the verdict on a set.
-fn verdict(machine: &str, set: MeasurementSet) -> (String, Vec<String>, Vec<String>) {
+pub fn verdict(machine: &str, set: MeasurementSet) -> (String, Vec<String>, Vec<String>) {
     let study = Study::new(read_machine(machine).unwrap(), set);
     let found = study.diagnose_with(&DiagnosisRequest { nulls: 20, ..DiagnosisRequest::default() }).unwrap();
     (found.verdict.kind, found.verdict.faults, found.verdict.effects)
@@ -166,75 +165,4 @@ fn recover_records_without_data_of_their_own() {
         let (kind, faults, effects) = verdict(&machine, set);
         assert!(kind == "measurement" && faults == [fault] && effects.is_empty(), "{kind} {faults:?} {effects:?}");
     }
-}
-
-/// Natural frequency (Hz) and residue of each mode of one record.
-type Modes = Vec<(f64, f64)>;
-/// Returns the modes of one record, given random numbers and modes of the whole set.
-type Sort = fn(&mut Xoshiro256PlusPlus, &Modes) -> Modes;
-
-/// Sorts of records that are not those of the described machine.
-const FOREIGN: [(&str, Sort); 4] = [
-    ("unlike structures", |random, _| random_modes(random, 4)),
-    ("single resonances", |random, _| random_modes(random, 1)),
-    ("signs of residues by chance", |random, all| {
-        all.iter().map(|(hz, residue)| (*hz, if random.random::<bool>() { *residue } else { -residue })).collect()
-    }),
-    ("another machine", |_, all| all.clone()),
-];
-
-fn random_modes(random: &mut Xoshiro256PlusPlus, count: usize) -> Modes {
-    (0..count).map(|_| (20.0 * 40.0_f64.powf(random.random::<f64>()), 0.3 + 2.0 * random.random::<f64>())).collect()
-}
-
-/// Returns a set with the records of another structure each, at the level of its own.
-fn foreign(set: &MeasurementSet, (seed, sort): (u64, Sort)) -> MeasurementSet {
-    let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
-    let all = random_modes(&mut random, 5);
-    let mut other = set.clone();
-    for frf in &mut other.frfs {
-        let modes = sort(&mut random, &all);
-        let level = median(frf.lines.iter().map(|line| line.value.norm())).unwrap();
-        let value = |f: f64| -> Complex64 { modes.iter().map(|(hz, r)| r / Complex64::new(1.0 - (f / hz).powi(2), 0.06 * f / hz)).sum() };
-        let scale = level / median(frf.lines.iter().map(|line| value(line.frequency_hz).norm())).unwrap();
-        for line in &mut frf.lines {
-            let noise = 0.01 * Complex64::new(normal(&mut random), normal(&mut random));
-            line.value = scale * value(line.frequency_hz) * (1.0 + noise);
-        }
-    }
-    other
-}
-
-/// Records that no effect of the structure explains: none is named.
-#[test]
-#[ignore = "long"]
-fn recover_no_effect_from_records_of_other_machines() {
-    let (mut named, mut all) = (0, 0);
-    for number in 0..draws(1, 9) as usize {
-        let folder = tempfile::tempdir().unwrap();
-        write_case(folder.path(), &ordinary(52_771, number).unwrap().case).unwrap();
-        let machine = folder.path().join("machine.toml").display().to_string();
-        let set = read_set(&folder.path().display().to_string()).unwrap();
-        for (name, sort) in FOREIGN {
-            let (kind, _, effects) = verdict(&machine, foreign(&set, (number as u64, sort)));
-            println!("machine {number}, {name}: {kind} {effects:?}");
-            assert!(["unknown", "measurement"].contains(&kind.as_str()), "{name}: {kind}");
-            (named, all) = (named + usize::from(!effects.is_empty()), all + 1);
-        }
-    }
-    println!("an effect named in {named} of {all} sets");
-    assert_eq!(named, 0);
-}
-
-/// Six unlike structures at six positions of the stroke: the reason says that no mode continues over them.
-#[test]
-fn recover_records_of_several_machines() {
-    let folder = tempfile::tempdir().unwrap();
-    write_case(folder.path(), &ordinary(52_771, 1).unwrap().case).unwrap();
-    let machine = folder.path().join("machine.toml").display().to_string();
-    let set = foreign(&read_set(&folder.path().display().to_string()).unwrap(), (7, FOREIGN[0].1));
-    let study = Study::new(read_machine(&machine).unwrap(), set);
-    let found = study.diagnose_with(&DiagnosisRequest { nulls: 20, ..DiagnosisRequest::default() }).unwrap().verdict;
-    assert_eq!((found.kind.as_str(), found.effects.len(), found.confirmed), ("unknown", 0, None), "{found:#?}");
-    assert!(found.reason.contains("no mode continues over the nut positions"), "{}", found.reason);
 }

@@ -133,7 +133,7 @@ fn identified(config: &MachineConfig, motions: &mut [MotionSignal]) -> (ForceFit
     let free = free_parameters(machine, &[]).unwrap();
     assert!(parameters_without_influence(&rigid, machine, &free, &motions.iter().collect::<Vec<_>>()).is_empty());
     let all: Vec<usize> = (0..motions.len()).collect();
-    (estimate_weighted(&rigid, machine, &free, motions, &all).unwrap(), rigid)
+    (estimate_weighted(&rigid, machine, &free, motions, &all, &Control::default()).unwrap(), rigid)
 }
 
 /// Noise-free records of the library's own simulator give back sign and size of every part of the transmission error, from distant start values.
@@ -197,7 +197,7 @@ fn limit_the_loops_give_the_motor_position() {
     let mut motions = [at(Some("table"))];
     assert!(motions[0].extra_channels.len() == 1 && motions[0].extra_channels[0].is_identifiable());
     let free = free_parameters(machine, &[]).unwrap();
-    let fit = estimate_weighted(&rigid, machine, &free, &mut motions, &[0]).unwrap();
+    let fit = estimate_weighted(&rigid, machine, &free, &mut motions, &[0], &Control::default()).unwrap();
     for ((id, value), tolerance) in truth.into_iter().zip([0.02, 0.02, 0.02, 0.05]) {
         let found = fit.values[machine.parameter(id).unwrap()];
         println!("{id}: {found:.5e} for {value:.5e}");

@@ -1,19 +1,21 @@
-//! Faults of the measuring chain of one record, or of all records of one channel, told from their ratio to what a model of the others predicts.
+//! Faults of the measuring chain of one record, or of all records of one channel, from the ratio of measured to predicted FRF. A model of the other
+//! records predicts.
 
 use std::convert::Infallible;
+use std::f64::consts::TAU;
 
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::evidence::{Domain, gap_over};
+use super::evidence::{Domain, PartialGap, gap_over};
 use super::fit::{Fitted, Fitter, coordinates_of, values_of};
 use super::hypothesis::Hypothesis;
 use super::measuring_chain::{ChainFault, FREQUENCY_SCALES};
+use identification::Tail;
 use identification::objective::{FrfObjective, ObjectiveError};
 use measurement::{HoldOutSet, MeasurementSet};
 use numeric::minimum::golden_section;
 use numeric::statistics::median;
-use numeric::unit::omega_rad_s;
 use optimizer::Control;
 
 /// Records that share a fault.
@@ -27,7 +29,7 @@ pub(super) enum Records {
 
 impl Records {
     /// Whether an FRF is one of them.
-    pub fn concern(self, set: &MeasurementSet, frf: usize) -> bool {
+    pub fn contain(self, set: &MeasurementSet, frf: usize) -> bool {
         match self {
             Records::One(own) => frf == own,
             Records::Channel(own) => channel(set, own) == channel(set, frf),
@@ -55,7 +57,7 @@ impl Records {
     }
 }
 
-/// Returns what tells the channels of a set apart: response and excitation.
+/// Returns the response and excitation of an FRF, which identify its channel.
 pub(super) fn channel(set: &MeasurementSet, frf: usize) -> (&str, &str) {
     (&set.frfs[frf].response, &set.frfs[frf].excitation)
 }
@@ -74,6 +76,17 @@ pub(super) struct GapLimits {
     pub outlier: f64,
 }
 
+/// Ratio of an outlying gap to the median gap of other records, and of the largest ordinary one.
+pub(super) const OUTLIER: (f64, f64) = (2.5, 1.5);
+
+impl GapLimits {
+    /// Returns the limits that the gaps of other records give.
+    pub fn of(others: &[PartialGap]) -> Self {
+        let middle = median(others.iter().map(|part| part.gap)).unwrap_or(0.0);
+        GapLimits { ordinary: OUTLIER.1 * middle, outlier: OUTLIER.0 * middle }
+    }
+}
+
 /// Returns the fault with which the gap of some records to a model fitted to others is no outlier; `None` where none of the chain does that. Of faults
 /// that make the records ordinary it is the one with the fewest parameters.
 ///
@@ -86,15 +99,15 @@ pub(super) fn fault_of_some(
     limits: GapLimits,
 ) -> Result<Option<ChainFault>, ObjectiveError> {
     let set = predicted.set();
-    let own = predicted.with_frfs(|frf| records.concern(set, frf));
+    let own = predicted.with_frfs(|frf| records.contain(set, frf));
     let ratio = ratio_to(fitter, &own, (nominal, fitted))?;
     let gap = |fault: &ChainFault| -> Option<(ChainFault, f64)> {
-        let corrected = fault.corrected_in(set, |frf| records.concern(set, frf));
+        let corrected = fault.corrected_in(set, |frf| records.contain(set, frf));
         // Corrected data that cannot be compared, out of the band for example, are no explanation.
         let gaps = fitter.gaps(nominal, fitted, &own.in_version(&corrected)).ok()?;
         Some((*fault, gap_over(&gaps)?))
     };
-    let tried: Vec<(ChainFault, f64)> = faults(&ratio).iter().filter_map(gap).collect();
+    let tried: Vec<(ChainFault, f64)> = faults(&thinned(ratio)).iter().filter_map(gap).collect();
     let by_gap = |a: &&(ChainFault, f64), b: &&(ChainFault, f64)| a.1.total_cmp(&b.1);
     let is_ordinary = |tried: &&(ChainFault, f64)| tried.1 < limits.ordinary;
     let simplest = tried.iter().filter(is_ordinary).map(|(fault, _)| fault.parameters()).min();
@@ -121,24 +134,33 @@ pub(super) fn fault_of_some_with_others(
     control: &Control,
 ) -> Result<Option<ChainFault>, ObjectiveError> {
     let set = fitter.fit.set();
-    let own = fitter.fit.to_predict().with_frfs(|frf| records.concern(set, frf));
+    let own = fitter.fit.to_predict().with_frfs(|frf| records.contain(set, frf));
     let fitted_along = |first: &ChainFault| -> Option<(ChainFault, f64)> {
-        let (mut fault, mut fitted, mut found) = (*first, others.clone(), None);
+        // Channels of the fit differ from those of all records.
+        let (mut fault, mut fitted, mut found) = (*first, Fitted { tail: Tail::default(), ..others.clone() }, None);
         for _ in 0..ROUNDS {
-            let corrected = fault.corrected_in(set, |frf| records.concern(set, frf));
+            let corrected = fault.corrected_in(set, |frf| records.contain(set, frf));
             let all = fitter.on(fitter.fit.in_version(&corrected));
             let objective = all.objective(nominal).ok()?;
             fitted = all.descend(&objective, &fitted, STEPS_OF_ALL, control);
+            if control.stopped() {
+                return None;
+            }
             let misfit = fitted.chi_square / objective.observations() as f64;
-            if agrees(misfit) {
+            let (own_gaps, other_gaps): (Vec<PartialGap>, Vec<PartialGap>) = all
+                .gaps(nominal, &fitted, &all.fit.to_predict())
+                .ok()?
+                .into_iter()
+                .partition(|part| part.frf.is_some_and(|frf| records.contain(set, frf)));
+            if agrees(misfit) && gap_over(&own_gaps)? < GapLimits::of(&other_gaps).outlier {
                 found = Some((fault, misfit));
             }
-            let again = faults(&ratio_to(&all, &own, (nominal, &fitted)).ok()?);
-            fault = again.into_iter().find(|other| other.is_kind_of(fault))?;
+            fault = refined(fault, &thinned(ratio_to(&all, &own, (nominal, &fitted)).ok()?))?;
         }
         found
     };
-    let found: Vec<(ChainFault, f64)> = faults(&ratio_to(fitter, &own, (nominal, others))?).par_iter().filter_map(fitted_along).collect();
+    let found: Vec<(ChainFault, f64)> =
+        faults(&thinned(ratio_to(fitter, &own, (nominal, others))?)).par_iter().filter_map(fitted_along).collect();
     let simpler =
         |a: &&(ChainFault, f64), b: &&(ChainFault, f64)| a.0.parameters().cmp(&b.0.parameters()).then_with(|| a.1.total_cmp(&b.1));
     Ok(found.iter().min_by(simpler).map(|(fault, _)| *fault))
@@ -166,21 +188,61 @@ const STEPS: usize = 20;
 const MOUNT_RATIOS: [f64; 6] = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5];
 const RATIO_STEPS: usize = 8;
 
+/// Largest number of lines to which a fault is fitted.
+const MOST_LINES: usize = 600;
+/// Trial delays per period of the highest frequency, and their largest number of periods.
+const DELAYS: (f64, f64) = (8.0, 20.0);
+
+/// Returns every n-th line of a ratio.
+fn thinned(ratio: Vec<(f64, Complex64)>) -> Vec<(f64, Complex64)> {
+    let step = ratio.len().div_ceil(MOST_LINES).max(1);
+    ratio.into_iter().step_by(step).collect()
+}
+
 /// Returns every kind of fault with the parameters that fit a ratio of measured over predicted FRF, ln of it at each frequency (Hz), best.
 fn faults(ratio: &[(f64, Complex64)]) -> Vec<ChainFault> {
-    let factor = median(ratio.iter().map(|(_, log)| log.re)).map_or(1.0, f64::exp);
-    let squares: f64 = ratio.iter().map(|(hz, _)| omega_rad_s(*hz).powi(2)).sum();
-    let delay_s = -ratio.iter().map(|(hz, log)| omega_rad_s(*hz) * log.im).sum::<f64>() / squares;
-    let mut all = vec![ChainFault::Polarity, ChainFault::Conjugate, ChainFault::Scale(factor), ChainFault::Delay(delay_s)];
+    let mut all = vec![ChainFault::Polarity, ChainFault::Conjugate];
     all.extend([-2, -1, 1, 2].map(ChainFault::Quantity));
     all.extend(FREQUENCY_SCALES.map(ChainFault::FrequencyScale));
-    all.extend(
-        [best_corner(ratio, ChainFault::LowPass), best_corner(ratio, ChainFault::HighPass), best_mount(ratio)]
-            .into_iter()
-            .flatten()
-            .map(|(f, _)| f),
-    );
+    let sized = [
+        ChainFault::Scale(1.0),
+        ChainFault::Delay(0.0),
+        ChainFault::LowPass(1.0),
+        ChainFault::HighPass(1.0),
+        ChainFault::MountResonance(1.0, MOUNT_RATIOS[0]),
+    ];
+    all.extend(sized.into_iter().filter_map(|fault| refined(fault, ratio)));
     all
+}
+
+/// Returns a fault with the parameters that fit a ratio best; one without a size as it is.
+fn refined(fault: ChainFault, ratio: &[(f64, Complex64)]) -> Option<ChainFault> {
+    match fault {
+        ChainFault::Scale(_) => Some(ChainFault::Scale(median(ratio.iter().map(|(_, log)| log.re))?.exp())),
+        ChainFault::Delay(_) => best_delay(ratio),
+        ChainFault::LowPass(_) => Some(best_corner(ratio, ChainFault::LowPass)?.0),
+        ChainFault::HighPass(_) => Some(best_corner(ratio, ChainFault::HighPass)?.0),
+        ChainFault::MountResonance(..) => Some(best_mount(ratio)?.0),
+        _ => Some(fault),
+    }
+}
+
+/// Returns the delay that fits the phases of a ratio best; these are known but for whole turns.
+fn best_delay(ratio: &[(f64, Complex64)]) -> Option<ChainFault> {
+    let highest = ratio.iter().map(|(hz, _)| *hz).fold(0.0, f64::max);
+    if !(highest > 0.0) {
+        return None;
+    }
+    let remains = |delay_s: f64| -> f64 {
+        let turns = |(hz, log): &(f64, Complex64)| log.im / TAU + hz * delay_s;
+        ratio.iter().map(|line| (turns(line) - turns(line).round()).powi(2)).sum()
+    };
+    let step = 1.0 / (DELAYS.0 * highest);
+    let count = (DELAYS.0 * DELAYS.1) as i32;
+    let trials = (-count..=count).map(|at| f64::from(at) * step).map(|delay_s| (delay_s, remains(delay_s)));
+    let best = trials.min_by(|a, b| a.1.total_cmp(&b.1))?.0;
+    let Ok((delay_s, _)) = golden_section((best - step, best + step), STEPS, |delay_s| Ok::<f64, Infallible>(remains(delay_s)));
+    Some(ChainFault::Delay(delay_s))
 }
 
 /// Returns the resonance of a mount that fits a ratio best, and the sum of squares that remains.
@@ -226,6 +288,7 @@ mod tests {
             ChainFault::LowPass(1500.0),
             ChainFault::HighPass(4.0),
             ChainFault::Delay(3e-5),
+            ChainFault::Delay(-1.3e-3),
             ChainFault::Scale(9.80665),
             ChainFault::MountResonance(640.0, 0.08),
         ];

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::chain_of_records::{GapLimits, Records, channel, fault_of_some, fault_of_some_with_others};
+use super::chain_of_records::{GapLimits, OUTLIER, Records, channel, fault_of_some, fault_of_some_with_others};
 use super::evidence::{Domain, PartialGap};
 use super::fit::{Fitted, Fitter, at_start};
 use super::hypothesis::Hypothesis;
@@ -44,8 +44,6 @@ const MOST_LIKELY: usize = 3;
 /// Largest share of χ² that remains once exchanged records are corrected. Second, the allowance on the excess as a share of that before: the null
 /// distribution was simulated about the wrong fit.
 const RESTORED: (f64, f64) = (0.2, 0.01);
-/// Least gap of an outlying held-out record over the median gap, and largest once its position is corrected.
-const OUTLIER: (f64, f64) = (2.5, 1.5);
 
 impl Fault {
     /// Returns the ids of what is wrong, each with its record where it is one; none for a contradiction without a known cause.
@@ -147,15 +145,15 @@ pub(super) fn fault_of_records(fitter: &Fitter<'_>, held_out: &HoldOutSet<'_>) -
 /// Relative difference of values that are equal but for the rounding of a file (1).
 const ROUNDING: f64 = 1e-6;
 
-/// Returns the fault that best explains why no model fits; `None` where the records do not contradict each other. A contradiction that is known already
-/// is not sought again.
+/// Returns the fault that best explains why no model fits; `None` where the records do not contradict each other. Where a contradiction was
+/// sought already, it is not sought again.
 ///
 /// # Errors  as [`Fitter::objective`].
 pub(super) fn fault(
     fitter: &Fitter<'_>,
     held_out: &HoldOutSet<'_>,
     nominal: (&Hypothesis, &Fitted),
-    known: Option<Contradiction>,
+    sought: Option<Option<Contradiction>>,
     null: &NullDistribution,
     control: &Control,
 ) -> Result<Option<Fault>, ObjectiveError> {
@@ -163,9 +161,9 @@ pub(super) fn fault(
     if let Some((a, b)) = exchanged(fitter, held_out, nominal, null, control)? {
         return Ok(Some(Fault::Exchanged(a, b)));
     }
-    let found = match known {
+    let found = match sought {
         None => contradiction(fitter, nominal, control)?,
-        known => known,
+        Some(found) => found,
     };
     found.filter(|found| null.excess(found.rest()) <= AGREES).map(|found| found.fault(fitter, nominal.0, null, control)).transpose()
 }
@@ -223,7 +221,7 @@ pub(super) fn contradiction(
     let channels = (0..frfs.len()).filter(first).map(|at| Records::Channel(frfs[at]));
     // A channel of one record is that record. One record alone agrees with any model.
     let several = |channel: &Records| {
-        let own = frfs.iter().filter(|frf| channel.concern(set, **frf)).count();
+        let own = frfs.iter().filter(|frf| channel.contain(set, **frf)).count();
         own > 1 && frfs.len() > own + 1
     };
     for candidates in [single, channels.filter(several).collect()] {
@@ -232,6 +230,9 @@ pub(super) fn contradiction(
         let mut fits = fits?;
         fits.sort_by(|a, b| b.rest.total_cmp(&a.rest));
         let (Some(worst), Some(second)) = (fits.pop(), fits.pop()) else { continue };
+        if control.stopped() {
+            return Ok(None);
+        }
         if worst.own > 10.0 * worst.rest && second.rest > 2.5 * worst.rest {
             return Ok(Some(Contradiction { without: worst }));
         }
@@ -247,7 +248,7 @@ fn without(
     control: &Control,
 ) -> Result<Without, ObjectiveError> {
     let set = fitter.fit.set();
-    let kept = fitter.on(fitter.fit.with_frfs(|frf| !left.concern(set, frf)));
+    let kept = fitter.on(fitter.fit.with_frfs(|frf| !left.contain(set, frf)));
     let objective = kept.objective(nominal)?;
     // The records may have led the joints far astray.
     let described = at_start(nominal);
@@ -255,7 +256,7 @@ fn without(
     ends.push(kept.multistart(nominal, &described, 0, control)?);
     ends.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
     let fitted = ends.swap_remove(0);
-    let own = fitter.on(fitter.fit.with_frfs(|frf| left.concern(set, frf)));
+    let own = fitter.on(fitter.fit.with_frfs(|frf| left.contain(set, frf)));
     let count = own.objective(nominal)?.observations() as f64;
     let (rest, own) = (fitted.chi_square / objective.observations() as f64, own.loss(nominal, &fitted)? / count);
     Ok(Without { records: left, fitted, rest, own })
@@ -267,6 +268,21 @@ impl Contradiction {
         self.without.rest
     }
 
+    /// Whether a fault of the measuring chain that no effect imitates makes the records agree with a model of the others.
+    pub fn is_corrected_wholly(&self, fitter: &Fitter<'_>, nominal: &Hypothesis) -> bool {
+        self.cause(fitter, nominal).is_ok_and(|cause| cause.is_some_and(|cause| !cause.is_gradual()))
+    }
+
+    /// Returns the fault of the measuring chain with which the records agree with a model of the others.
+    ///
+    /// # Errors  as [`Fitter::objective`].
+    fn cause(&self, fitter: &Fitter<'_>, nominal: &Hypothesis) -> Result<Option<ChainFault>, ObjectiveError> {
+        let (Without { records, fitted, .. }, set) = (&self.without, fitter.fit.set());
+        let kept = fitter.on(fitter.fit.with_frfs(|frf| !records.contain(set, frf)));
+        let limits = GapLimits::of(&kept.gaps(nominal, fitted, &kept.fit.to_predict())?);
+        fault_of_some(&kept, &fitter.fit.to_predict(), (nominal, fitted), *records, limits)
+    }
+
     /// Returns the fault, with its cause where one of the measuring chain is found.
     fn fault(
         &self,
@@ -275,23 +291,12 @@ impl Contradiction {
         null: &NullDistribution,
         control: &Control,
     ) -> Result<Fault, ObjectiveError> {
-        let (Without { records, fitted, .. }, set) = (&self.without, fitter.fit.set());
-        let kept = fitter.on(fitter.fit.with_frfs(|frf| !records.concern(set, frf)));
-        let limits = GapLimits::beside(&kept.gaps(nominal, fitted, &kept.fit.to_predict())?);
-        let alone = fault_of_some(&kept, &fitter.fit.to_predict(), (nominal, fitted), *records, limits)?;
-        let cause = match alone {
+        let Without { records, fitted, .. } = &self.without;
+        let cause = match self.cause(fitter, nominal)? {
             None => fault_of_some_with_others(fitter, (nominal, fitted), *records, |misfit| null.excess(misfit) <= AGREES, control)?,
             cause => cause,
         };
         Ok(cause.map_or(Fault::Contradicts(*records), |fault| Fault::OfSome(fault, *records)))
-    }
-}
-
-impl GapLimits {
-    /// Returns the limits beside the gaps of other records.
-    fn beside(others: &[PartialGap]) -> Self {
-        let middle = quantile(others.iter().map(|p| p.gap), 0.5).unwrap_or(0.0);
-        GapLimits { ordinary: OUTLIER.1 * middle, outlier: OUTLIER.0 * middle }
     }
 }
 
@@ -373,7 +378,8 @@ pub(super) fn held_out_fault(
     }
     let Some(frf) = contradicting(gaps) else { return Ok(None) };
     let one = Records::One(frf);
-    let cause = fault_of_some(fitter, held_out, (nominal, base), one, GapLimits::beside(gaps))?;
+    let others: Vec<PartialGap> = gaps.iter().filter(|part| part.frf != Some(frf)).cloned().collect();
+    let cause = fault_of_some(fitter, held_out, (nominal, base), one, GapLimits::of(&others))?;
     Ok(Some(cause.map_or(Fault::Contradicts(one), |fault| Fault::OfSome(fault, one))))
 }
 

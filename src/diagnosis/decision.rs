@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::confirmation::{Confirmation, confirmation};
 use super::cross_validation::cross_validation;
-use super::data_fault::{Fault, chain_fault, contradiction, fault, fault_of_records, held_out_fault};
+use super::data_fault::{Contradiction, Fault, chain_fault, contradiction, fault, fault_of_records, held_out_fault};
 use super::evidence::{Domain, PartialGap, closed};
 use super::fit::{Ablation, Fitted, Fitter, values_of};
 use super::hypothesis::{Hypothesis, HypothesisKind};
@@ -136,11 +136,12 @@ pub fn diagnose(
     let shown = fault_of_records(fitter, held_out);
     let objective = fitter.objective(&start)?;
     let (count, large) = (objective.observations() as f64, large_misfit(&objective));
-    let early = if shown.is_none() && bases[0].chi_square > large { fault_of_all(fitter, (&start, &bases[0]), control)? } else { None };
+    let is_open = shown.is_none() && bases[0].chi_square > large;
+    let early = if is_open { fault_of_all(fitter, (&start, &bases[0]), control)? } else { None };
     let mut is_chain = shown.is_some() || early.is_some_and(|found| !found.fault.is_gradual() && found.chi_square <= large);
-    let contradiction = if is_chain || bases[0].chi_square <= large { None } else { contradiction(fitter, (&start, &bases[0]), control)? };
-    let contradiction = contradiction.filter(|found| found.rest() * count <= large);
-    is_chain |= contradiction.is_some();
+    let sought = if is_open && !is_chain { Some(contradiction(fitter, (&start, &bases[0]), control)?) } else { None };
+    let corrected = |found: &Contradiction| found.rest() * count <= large && found.is_corrected_wholly(fitter, &start);
+    is_chain |= sought.iter().flatten().any(corrected);
     let effort = Effort { located: (LOCATIONS, GENERIC_PARAMETERS), searches: if is_chain { 0 } else { SEARCHES }, seed: settings.seed };
     let first = bases[0].chi_square;
     // Generic impedances locate the discrepancy. They also show whether an effect of the library fits as well as any impedance can.
@@ -203,8 +204,7 @@ pub fn diagnose(
             Some(found) if restored.is_none_or(|still| still == Some(found)) => Some(found),
             _ => match of_all()? {
                 None if !agrees && needs_explanation => {
-                    let known = contradiction.filter(|_| base.chi_square == first);
-                    fault(fitter, held_out, as_described, known, &null, control)?
+                    fault(fitter, held_out, as_described, sought.filter(|_| base.chi_square == first), &null, control)?
                 }
                 found => found,
             },

@@ -91,14 +91,6 @@ impl ChainFault {
         }
     }
 
-    /// Whether another fault differs from it by the size of its parameters alone.
-    pub fn is_kind_of(self, other: Self) -> bool {
-        match (self, other) {
-            (ChainFault::FrequencyScale(_), _) | (ChainFault::Quantity(_), _) => self == other,
-            _ => std::mem::discriminant(&self) == std::mem::discriminant(&other),
-        }
-    }
-
     /// Whether it changes the values gradually along the frequency, as some effects do.
     pub fn is_gradual(self) -> bool {
         matches!(self, ChainFault::LowPass(_) | ChainFault::HighPass(_) | ChainFault::Delay(_) | ChainFault::MountResonance(..))
@@ -239,6 +231,10 @@ pub(super) fn fault_of_all(
     let filters: Result<Vec<ChainCandidate>, ObjectiveError> =
         filters.into_par_iter().map(|(made, corners)| filter(fitter, (nominal, base), (made, corners), control)).or_first_error();
     found.extend(filters?);
+    // A fit that was stopped has the χ² of other lines.
+    if control.stopped() {
+        return Ok(None);
+    }
     Ok(found.into_iter().min_by(|a, b| a.chi_square.total_cmp(&b.chi_square)))
 }
 

@@ -5,7 +5,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use super::gap::{MotionPart, part, square};
 use super::noise_floor::non_systematic;
 use super::residual_bootstrap::ResidualBootstrap;
-use dynamics::inverse_dynamics::{LinearForce, MotionSignal, Rigid};
+use dynamics::inverse_dynamics::{LinearForce, MotionSignal, Rigid, shifted_earlier};
 use identification::motion::{ForceFit, intervals};
 use machine::Machine;
 use numeric::filter::central_differences;
@@ -28,8 +28,8 @@ pub struct RecordShift {
     pub gap: f64,
     /// Gap with its own delay and factor.
     pub gap_own: f64,
-    /// Reduction of the squared gap by delay and factor. The lesser of two: of the residual, and of the residual after the model moved within its
-    /// covariance.
+    /// Reduction of the squared gap by delay and factor. The least of three: of the residual by a small delay, by the delay as it is, and of the residual
+    /// after the model moved within its covariance.
     pub gap_reduction: f64,
     /// Gap due to noise.
     pub floor: f64,
@@ -101,7 +101,8 @@ fn shift(model: Model<'_>, motion: &MotionSignal, covariance: Option<&Covariance
     }
     // A delay that the record really has removes the residual when it is applied, whatever the slope of the force promises.
     let (delay_s, factor) = (fit.coefficients[0], 1.0 + fit.coefficients[1]);
-    let change: Vec<f64> = (0..force.len()).map(|at| factor * at_time(&force, at as f64 + delay_s / motion.step_s) - force[at]).collect();
+    let shifted = shifted_earlier(&force, delay_s / motion.step_s);
+    let change: Vec<f64> = shifted.iter().zip(&force).map(|(there, here)| factor * there - here).collect();
     let applied = &left - DVector::from_vec(motion.thinned(&change)?);
     taken = taken.min(left.norm_squared() - applied.norm_squared());
     let scale = predicted.recorded.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -116,15 +117,6 @@ fn shift(model: Model<'_>, motion: &MotionSignal, covariance: Option<&Covariance
         gap_own: applied.norm() / scale,
         gap_reduction: taken / (scale * scale),
     })
-}
-
-/// Returns a sampled value at a time in steps, interpolated; the ends continue.
-fn at_time(samples: &[f64], time: f64) -> f64 {
-    let last = samples.len() - 1;
-    let time = time.clamp(0.0, last as f64);
-    let before = (time as usize).min(last.saturating_sub(1));
-    let after = (before + 1).min(last);
-    samples[before] + (time - before as f64) * (samples[after] - samples[before])
 }
 
 /// Root mean square of standard deviations by which uncertain parameters of the model may move.
@@ -218,16 +210,4 @@ pub(super) fn faulty(shifts: &[RecordShift], before: &[MotionPart], step_s: f64)
         contradictions(&others, std::slice::from_ref(&shifts[at]), step_s).into_iter().filter(move |_| much)
     };
     (0..shifts.len()).flat_map(against_others).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn limit_samples_between_and_beyond() {
-        let samples = [1.0, 3.0, 2.0];
-        assert_eq!([-4.0, 0.0, 0.25, 1.5, 2.0, 9.0].map(|time| at_time(&samples, time)), [1.0, 1.0, 1.5, 2.5, 2.0, 2.0]);
-        assert_eq!(at_time(&[5.0], 0.3), 5.0);
-    }
 }

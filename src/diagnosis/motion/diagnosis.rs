@@ -149,9 +149,10 @@ fn nominal_fit(
     free: &[usize],
     motions: &[&MotionSignal],
     spring: impl Fn(usize) -> bool + Copy,
+    control: &Control,
 ) -> Result<ForceFit, InverseError> {
     let near = estimate_identifiable(rigid, machine, &machine.start(), free, motions, spring)?;
-    let anywhere = estimate_identifiable_globally(rigid, machine, free, motions, spring)?;
+    let anywhere = estimate_identifiable_globally(rigid, machine, free, motions, spring, control)?;
     Ok(if near.squares > OTHER_MINIMUM * anywhere.squares { anywhere } else { near })
 }
 
@@ -180,7 +181,7 @@ pub fn diagnose_motion(
     let spring = |parameter: usize| is_linear_in_inverse(machine, &[parameter])[0];
     let fit_of = |all: &mut [MotionSignal]| {
         weigh(&rigid, machine, &free, spring, all, fitted)?;
-        nominal_fit(&rigid, machine, &free, &all[..fitted].iter().collect::<Vec<_>>(), spring)
+        nominal_fit(&rigid, machine, &free, &all[..fitted].iter().collect::<Vec<_>>(), spring, control)
     };
     let fit = fit_of(&mut all)
         .and_then(|first| if mask_backlash_crossings(&mut all, &rigid, machine, &first.values) { fit_of(&mut all) } else { Ok(first) });

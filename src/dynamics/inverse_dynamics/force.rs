@@ -156,7 +156,7 @@ pub(super) struct Balance {
 }
 
 /// Shifts a signal earlier by a number of samples, with linear interpolation.
-fn shifted_earlier(x: &[f64], samples: f64) -> Vec<f64> {
+pub fn shifted_earlier(x: &[f64], samples: f64) -> Vec<f64> {
     if samples == 0.0 {
         return x.to_vec();
     }

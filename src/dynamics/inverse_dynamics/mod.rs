@@ -23,6 +23,7 @@ pub use curve::{CurvePoint, friction_curve};
 pub use error::InverseError;
 pub use extra_channel::{EncoderEstimate, ExtraChannel};
 pub use extra_column::{mask_backlash_crossings, weights};
+pub use force::shifted_earlier;
 pub use phase::Phase;
 pub use prediction::{LinearForce, derivatives, free_parameters, is_linear_in_inverse, parameters_without_influence, prediction, recorded};
 pub use preprocessing::{MotionSignal, Preprocessing, phases};

@@ -11,7 +11,7 @@ use dynamics::inverse_dynamics::{
 use machine::{Machine, ParameterValues};
 use numeric::halton::halton_point;
 use numeric::linear_fit::LinearFit;
-use optimizer::{Coordinate, GaussNewton, GaussNewtonError, GaussNewtonFit, PredictionFunction, nonzero_columns};
+use optimizer::{Control, Coordinate, GaussNewton, GaussNewtonError, GaussNewtonFit, PredictionFunction, nonzero_columns};
 
 /// Result of a fit.
 #[derive(Debug, Clone, PartialEq)]
@@ -86,58 +86,68 @@ pub fn estimate(
     })
 }
 
-/// Most starts all over the ranges of the parameters, those of one batch, and how often the least sum of squares has to be found.
-const STARTS: (usize, usize, usize) = (32, 8, 3);
-/// Relative difference of sums of squares within which two fits have found one minimum (1).
+/// Most starts all over the ranges of the parameters, and those of one batch.
+const STARTS: usize = 32;
+const BATCH: usize = 8;
+/// Number of fits that have to end in the least sum of squares, and the relative difference of two sums within which they are one minimum (1).
+const WANTED: usize = 3;
 const SAME_MINIMUM: f64 = 1e-3;
-/// Share of its change by which a prediction may depart from a straight line (1).
+/// Share of its change by which a linear prediction may depart from a straight line (1).
 const STRAIGHT: f64 = 1e-6;
 
 /// Fits as [`estimate`] from a machine's start values and, where the force is not linear in its parameters, from starts all over their ranges until
-/// the least sum of squares was found several times.
+/// the least sum of squares was found several times, or the work is stopped.
 ///
 /// # Errors  as [`estimate`], from the start values.
-pub fn estimate_globally(rigid: &Rigid, machine: &Machine, free: &[usize], motions: &[&MotionSignal]) -> Result<ForceFit, InverseError> {
+pub fn estimate_globally(
+    rigid: &Rigid,
+    machine: &Machine,
+    free: &[usize],
+    motions: &[&MotionSignal],
+    control: &Control,
+) -> Result<ForceFit, InverseError> {
     let start = machine.start();
-    let mut best = estimate(rigid, machine, &start, free, motions)?;
-    if is_straight(rigid, machine, &best, &start, motions) {
-        return Ok(best);
-    }
-    let (most, batch, wanted) = STARTS;
-    let from = |at: usize| {
+    let values_of = |at: usize| {
         let mut values = start.clone();
         for (&index, unit) in free.iter().zip(halton_point(at, free.len())) {
             values[index] = machine.parameters[index].from_unit(unit);
         }
-        estimate(rigid, machine, &values, free, motions).ok()
+        values
     };
+    let mut best = estimate(rigid, machine, &start, free, motions)?;
+    if is_linear(rigid, machine, &best, &values_of(1), motions) {
+        return Ok(best);
+    }
     let (mut found, mut evaluations) = (1, best.evaluations);
-    for first in (1..=most).step_by(batch) {
-        let ends: Vec<Option<ForceFit>> = (first..first + batch).into_par_iter().map(from).collect();
+    for first in (1..=STARTS).step_by(BATCH).take_while(|_| !control.stopped()) {
+        let fit = |at: usize| estimate(rigid, machine, &values_of(at), free, motions).ok();
+        let ends: Vec<Option<ForceFit>> = (first..first + BATCH).into_par_iter().map(fit).collect();
         for end in ends.into_iter().flatten() {
             evaluations += end.evaluations;
             let ratio = end.squares / best.squares;
-            found = if ratio < 1.0 - SAME_MINIMUM { 1 } else { found + usize::from(ratio < 1.0 + SAME_MINIMUM) };
-            if ratio < 1.0 {
-                best = end;
+            if ratio < 1.0 - SAME_MINIMUM {
+                (best, found) = (end, 1);
+            } else {
+                found += usize::from(ratio < 1.0 + SAME_MINIMUM);
             }
         }
-        if found >= wanted {
+        if found >= WANTED {
             break;
         }
     }
     Ok(ForceFit { evaluations, ..best })
 }
 
-/// Whether the prediction is linear in the coordinates of a fit between its start and its end.
-fn is_straight(rigid: &Rigid, machine: &Machine, fit: &ForceFit, start: &ParameterValues, motions: &[&MotionSignal]) -> bool {
+/// Whether the prediction at values all of which differ from those of a fit follows from its derivatives.
+fn is_linear(rigid: &Rigid, machine: &Machine, fit: &ForceFit, other: &ParameterValues, motions: &[&MotionSignal]) -> bool {
     let inverse = is_linear_in_inverse(machine, &fit.free);
+    // Derivatives are those by the parameters; d/d(1/p) = −p²·d/dp.
     let change = fit.free.iter().zip(&inverse).map(|(&index, &inverse)| {
-        let of = |value: f64| if inverse { 1.0 / value } else { value };
-        of(start[index]) - of(fit.values[index])
+        let (here, there) = (fit.values[index], other[index]);
+        if inverse { -here * here * (1.0 / there - 1.0 / here) } else { there - here }
     });
     let straight = &fit.derivatives * DVector::from_iterator(fit.free.len(), change);
-    let moved = prediction(rigid, machine, start, motions) - (recorded(motions) - &fit.residual);
+    let moved = prediction(rigid, machine, other, motions) - (recorded(motions) - &fit.residual);
     (&moved - straight).norm() <= STRAIGHT * moved.norm()
 }
 
@@ -185,8 +195,9 @@ pub fn estimate_identifiable_globally(
     free: &[usize],
     motions: &[&MotionSignal],
     may_stay: impl Fn(usize) -> bool,
+    control: &Control,
 ) -> Result<ForceFit, InverseError> {
-    identifiable(free, may_stay, |free| estimate_globally(rigid, machine, free, motions))
+    identifiable(free, may_stay, |free| estimate_globally(rigid, machine, free, motions, control))
 }
 
 fn identifiable(
@@ -218,13 +229,14 @@ pub fn estimate_weighted(
     free: &[usize],
     motions: &mut [MotionSignal],
     fitted: &[usize],
+    control: &Control,
 ) -> Result<ForceFit, InverseError> {
     let mut values = machine.start();
     let mut evaluations = 0;
     for round in 0.. {
         let own: Vec<&MotionSignal> = fitted.iter().map(|i| &motions[*i]).collect();
         let mut fit = match round {
-            0 => estimate_globally(rigid, machine, free, &own)?,
+            0 => estimate_globally(rigid, machine, free, &own, control)?,
             _ => estimate(rigid, machine, &values, free, &own)?,
         };
         evaluations += fit.evaluations;

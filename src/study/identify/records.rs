@@ -40,7 +40,7 @@ impl Study {
         if free.is_empty() {
             return Err(StudyError::setting("freeze", "", "holds every parameter of the machine; leave one free"));
         }
-        let mut found = estimate_weighted(&rigid, machine, &free, &mut motions, fit)?;
+        let mut found = estimate_weighted(&rigid, machine, &free, &mut motions, fit, &self.control)?;
         let (mut complete, mut depends, mut tolerances) = (true, false, BTreeMap::new());
         let mut estimates;
         let fitted: Vec<&MotionSignal> = fit.iter().map(|i| &motions[*i]).collect();

@@ -40,7 +40,7 @@ impl Study {
         let modes = self.natural_modes(&found)?;
         if whole {
             warnings.extend(document_rows::noise_warnings(&self.set));
-            warnings.extend(self.modeless_warning(&modes)?);
+            warnings.extend(self.modeless_warning(&modes));
         }
         warnings.splice(0..0, renumbered.iter().map(|r| r.warning(found.cost)));
         let mut derived = document_rows::derived(&positions, &frfs, leave_one_out);

@@ -6,6 +6,8 @@ use super::evaluate::Evaluation;
 use crate::{Study, StudyResult};
 use identification::Identification;
 use machine::Operating;
+use measurement::Frf;
+use numeric::statistics::extremes;
 use report::prediction::NaturalMode;
 
 impl Study {
@@ -24,16 +26,19 @@ impl Study {
         Ok(self.set.positions.iter().map(|p| (p.name.clone(), of(p.nut_m))).collect())
     }
 
-    /// Returns a warning where no natural frequency lies in the band of the FRFs.
-    pub(crate) fn modeless_warning(&self, modes: &BTreeMap<String, Vec<NaturalMode>>) -> StudyResult<Option<String>> {
-        let (from, to) = self.predicted_band(None)?;
-        let inside = modes.values().flatten().any(|mode| (from..=to).contains(&mode.frequency_hz));
-        let warning = || {
-            format!(
-                "no natural frequency of the fitted machine lies in the band of the FRFs, {from:.4} to {to:.4} Hz: stiffness and damping of the joints \
-                 show at resonances; measure a band that holds some"
-            )
-        };
-        Ok((!inside).then(warning))
+    /// Returns a warning where no natural frequency lies in the band of any FRF; `None` for FRFs of one line.
+    pub(crate) fn modeless_warning(&self, modes: &BTreeMap<String, Vec<NaturalMode>>) -> Option<String> {
+        let within = self.settings.band_hz.unwrap_or((0.0, f64::INFINITY));
+        let band = |frf: &Frf| extremes(frf.lines.iter().map(|line| &line.frequency_hz).filter(|hz| (within.0..=within.1).contains(*hz)));
+        let bands: Vec<(f64, f64)> = self.set.frfs.iter().map(band).filter(|(from, to)| to > from).collect();
+        let inside = |mode: &NaturalMode| bands.iter().any(|(from, to)| (*from..=*to).contains(&mode.frequency_hz));
+        if bands.is_empty() || modes.values().flatten().any(inside) {
+            return None;
+        }
+        let (from, to) = extremes(bands.iter().flat_map(|(from, to)| [from, to]));
+        Some(format!(
+            "no natural frequency of the fitted machine lies in the band of the FRFs, {from:.1} to {to:.1} Hz: stiffness and damping of the joints show \
+             at resonances; measure a band that holds some"
+        ))
     }
 }
