@@ -13,7 +13,7 @@ use numeric::unit::omega_rad_s;
 use serde_json::{Value, json};
 
 use crate::support::Draws;
-use crate::support::command::{json as run_json, refused};
+use crate::support::command::{json as run_json, refused, run};
 
 const SERVO: &str = "configs/servo-axis.toml";
 
@@ -129,6 +129,33 @@ fn recover_stiffness_and_gain_from_bode_diagrams() {
     assert!(warnings.contains("screw-friction") && warnings.contains("closed-loop FRFs are linear"), "{warnings}");
     let held_out = found["frfs"].as_array().unwrap().iter().find(|f| f["role"] == "held_out").unwrap();
     assert!(held_out["gap"].as_f64().unwrap() < 0.02, "{held_out:#}");
+}
+
+/// Bode diagrams as controllers export them, decibels and degrees, go through `import`; the stiffness that differs from the description follows.
+#[test]
+fn recover_stiffness_from_imported_bode_diagrams() {
+    let truth = machine(&servo_text(), &["parameter.k_support.start=1.5e8"]);
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    for (name, nut_m) in [("a", 0.2), ("b", 0.8)] {
+        let mut text = "frequency_hz,magnitude_db,phase_deg\n".to_string();
+        for line in 0..150 {
+            let hz = 10.0 * 35.0_f64.powf(f64::from(line) / 149.0);
+            let h = sampled(&truth, Some(nut_m), "slide", hz);
+            text += &format!("{hz},{:.4},{:.3}\n", 20.0 * h.norm().log10(), h.arg().to_degrees());
+        }
+        std::fs::write(path(&format!("{name}.csv")), text).unwrap();
+    }
+    let set = path("set");
+    let (a, b) = (path("a.csv"), path("b.csv"));
+    let whole = ["--quantity", "receptance", "--excitation", "command", "--response", "slide", "--pattern", "{}", "--nut-m", "a=0.2,b=0.8"];
+    let (code, _, err) = run(&[&["import", a.as_str(), b.as_str(), "--out", set.as_str()], &whole[..]].concat());
+    assert_eq!(code, Some(0), "{err}");
+    assert!(std::fs::read_to_string(path("set/manifest.toml")).unwrap().contains("excitation_unit = \"m\""));
+    let options = ["--freeze", "k_12a,k_12t,k_23a,k_23t", "--tolerances", "none"];
+    let found = run_json(&[&["identify", "--config", SERVO, "--measurements", set.as_str()], &options[..]].concat());
+    let stiffness = found["parameters"]["k_support"]["value"].as_f64().unwrap();
+    assert!((stiffness / 1.5e8 - 1.0).abs() < 0.01, "{stiffness}");
 }
 
 /// The real axis of Fig. 7 showed two peaks where the model has one. Here the metal support is a mass on a spring, which the description lacks: the

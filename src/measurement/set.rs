@@ -378,7 +378,7 @@ fn gain(manifest_path: &str, manifest: &Manifest, warnings: &mut Vec<String>) ->
 }
 
 /// Excitation that is the command of a position loop.
-const COMMAND: &str = "command";
+pub(crate) const COMMAND: &str = "command";
 
 /// Whether every excitation of a set is the command of the position loop.
 fn is_commanded(manifest: &Manifest) -> bool {

@@ -264,7 +264,7 @@ fn group(
     };
     if kind.is_none() {
         notes.push(if form == Form::Decibels {
-            format!("decibels without reference; taken as relative to 1 {}", quantity.unit())
+            "decibels without reference; taken as relative to one SI unit".into()
         } else {
             "the values have no unit; taken as SI".into()
         });

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
+use crate::set::COMMAND;
 use file_access::{MOST_TEXT_BYTES, read_text};
 
 use super::ImportedFrf;
@@ -71,7 +72,14 @@ pub fn set_files(
     nuts_m: &BTreeMap<String, f64>,
     averages: Option<u32>,
 ) -> impl Iterator<Item = (String, String)> {
-    let unit = if frfs.iter().all(|(frf, _)| frf.by_torque) && !frfs.is_empty() { "N*m" } else { "N" };
+    let all = |holds: fn(&(ImportedFrf, Placement)) -> bool| !frfs.is_empty() && frfs.iter().all(holds);
+    let unit = if all(|(frf, placement)| placement.excitation.as_ref().unwrap_or(&frf.excitation) == COMMAND) {
+        "m"
+    } else if all(|(frf, _)| frf.by_torque) {
+        "N*m"
+    } else {
+        "N"
+    };
     let mut manifest = format!("title = {}\ngain = 1.0\nexcitation_unit = \"{unit}\"\n", quoted(title));
     if let Some(averages) = averages {
         let _ = writeln!(manifest, "averages = {averages}");
