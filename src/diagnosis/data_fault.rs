@@ -165,7 +165,7 @@ pub(super) fn fault(
         None => contradiction(fitter, nominal, control)?,
         Some(found) => found,
     };
-    found.filter(|found| null.excess(found.rest()) <= AGREES).map(|found| found.fault(fitter, nominal.0, null, control)).transpose()
+    found.filter(|found| null.excess(found.rest) <= AGREES).map(|found| found.fault(fitter, nominal.0, null, control)).transpose()
 }
 
 /// Returns the fault of the measuring chain of all records that explains the misfit of the nominal machine: the corrected data agree with it, and no
@@ -192,18 +192,14 @@ pub(super) fn chain_fault(
     simpler.then_some(best)
 }
 
-/// A fit without some records.
-struct Without {
+/// A fit without some records, which contradict it.
+pub(super) struct Contradiction {
     records: Records,
     fitted: Fitted,
-    /// Misfit of the others, and of these records, per compared number.
-    rest: f64,
+    /// Misfit of the others per compared number.
+    pub rest: f64,
+    /// Misfit of these records per compared number.
     own: f64,
-}
-
-/// Records that contradict all others.
-pub(super) struct Contradiction {
-    without: Without,
 }
 
 /// Returns the record, or the channel, without which the others agree with the model best by far, though it does not; whether they agree is not asked.
@@ -225,7 +221,7 @@ pub(super) fn contradiction(
         own > 1 && frfs.len() > own + 1
     };
     for candidates in [single, channels.filter(several).collect()] {
-        let fits: Result<Vec<Without>, ObjectiveError> =
+        let fits: Result<Vec<Contradiction>, ObjectiveError> =
             candidates.par_iter().map(|left| without(fitter, nominal, *left, control)).or_first_error();
         let mut fits = fits?;
         fits.sort_by(|a, b| b.rest.total_cmp(&a.rest));
@@ -234,7 +230,7 @@ pub(super) fn contradiction(
             return Ok(None);
         }
         if worst.own > 10.0 * worst.rest && second.rest > 2.5 * worst.rest {
-            return Ok(Some(Contradiction { without: worst }));
+            return Ok(Some(worst));
         }
     }
     Ok(None)
@@ -246,7 +242,7 @@ fn without(
     (nominal, base): (&Hypothesis, &Fitted),
     left: Records,
     control: &Control,
-) -> Result<Without, ObjectiveError> {
+) -> Result<Contradiction, ObjectiveError> {
     let set = fitter.fit.set();
     let kept = fitter.on(fitter.fit.with_frfs(|frf| !left.contain(set, frf)));
     let objective = kept.objective(nominal)?;
@@ -259,15 +255,10 @@ fn without(
     let own = fitter.on(fitter.fit.with_frfs(|frf| left.contain(set, frf)));
     let count = own.objective(nominal)?.observations() as f64;
     let (rest, own) = (fitted.chi_square / objective.observations() as f64, own.loss(nominal, &fitted)? / count);
-    Ok(Without { records: left, fitted, rest, own })
+    Ok(Contradiction { records: left, fitted, rest, own })
 }
 
 impl Contradiction {
-    /// Returns χ² per compared number of the other records.
-    pub fn rest(&self) -> f64 {
-        self.without.rest
-    }
-
     /// Whether a fault of the measuring chain that no effect imitates makes the records agree with a model of the others.
     pub fn is_corrected_wholly(&self, fitter: &Fitter<'_>, nominal: &Hypothesis) -> bool {
         self.cause(fitter, nominal).is_ok_and(|cause| cause.is_some_and(|cause| !cause.is_gradual()))
@@ -277,7 +268,7 @@ impl Contradiction {
     ///
     /// # Errors  as [`Fitter::objective`].
     fn cause(&self, fitter: &Fitter<'_>, nominal: &Hypothesis) -> Result<Option<ChainFault>, ObjectiveError> {
-        let (Without { records, fitted, .. }, set) = (&self.without, fitter.fit.set());
+        let (Contradiction { records, fitted, .. }, set) = (self, fitter.fit.set());
         let kept = fitter.on(fitter.fit.with_frfs(|frf| !records.contain(set, frf)));
         let limits = GapLimits::of(&kept.gaps(nominal, fitted, &kept.fit.to_predict())?);
         fault_of_some(&kept, &fitter.fit.to_predict(), (nominal, fitted), *records, limits)
@@ -291,7 +282,7 @@ impl Contradiction {
         null: &NullDistribution,
         control: &Control,
     ) -> Result<Fault, ObjectiveError> {
-        let Without { records, fitted, .. } = &self.without;
+        let Contradiction { records, fitted, .. } = self;
         let cause = match self.cause(fitter, nominal)? {
             None => fault_of_some_with_others(fitter, (nominal, fitted), *records, |misfit| null.excess(misfit) <= AGREES, control)?,
             cause => cause,

@@ -140,7 +140,7 @@ pub fn diagnose(
     let early = if is_open { fault_of_all(fitter, (&start, &bases[0]), control)? } else { None };
     let mut is_chain = shown.is_some() || early.is_some_and(|found| !found.fault.is_gradual() && found.chi_square <= large);
     let sought = if is_open && !is_chain { Some(contradiction(fitter, (&start, &bases[0]), control)?) } else { None };
-    let corrected = |found: &Contradiction| found.rest() * count <= large && found.is_corrected_wholly(fitter, &start);
+    let corrected = |found: &Contradiction| found.rest * count <= large && found.is_corrected_wholly(fitter, &start);
     is_chain |= sought.iter().flatten().any(corrected);
     let effort = Effort { located: (LOCATIONS, GENERIC_PARAMETERS), searches: if is_chain { 0 } else { SEARCHES }, seed: settings.seed };
     let first = bases[0].chi_square;

@@ -20,7 +20,7 @@ use dynamics::inverse_dynamics::{
     InverseError, LinearForce, MotionSignal, Phase, Rigid, free_parameters, is_linear_in_inverse, mask_backlash_crossings,
     parameters_without_influence,
 };
-use identification::motion::{ForceFit, estimate_identifiable, estimate_identifiable_globally};
+use identification::motion::{ForceFit, best_anywhere, estimate_identifiable};
 use machine::{Effect, EffectIds, Machine, ParameterValues};
 use numeric::linear_fit::LinearFit;
 use optimizer::Control;
@@ -148,11 +148,11 @@ fn nominal_fit(
     machine: &Machine,
     free: &[usize],
     motions: &[&MotionSignal],
-    spring: impl Fn(usize) -> bool + Copy,
+    spring: impl Fn(usize) -> bool,
     control: &Control,
 ) -> Result<ForceFit, InverseError> {
     let near = estimate_identifiable(rigid, machine, &machine.start(), free, motions, spring)?;
-    let anywhere = estimate_identifiable_globally(rigid, machine, free, motions, spring, control)?;
+    let anywhere = best_anywhere(rigid, machine, near.clone(), motions, control);
     Ok(if near.squares > OTHER_MINIMUM * anywhere.squares { anywhere } else { near })
 }
 

@@ -95,18 +95,10 @@ const SAME_MINIMUM: f64 = 1e-3;
 /// Share of its change by which a linear prediction may depart from a straight line (1).
 const STRAIGHT: f64 = 1e-6;
 
-/// Fits as [`estimate`] from a machine's start values and, where the force is not linear in its parameters, from starts all over their ranges until
-/// the least sum of squares was found several times, or the work is stopped.
-///
-/// # Errors  as [`estimate`], from the start values.
-pub fn estimate_globally(
-    rigid: &Rigid,
-    machine: &Machine,
-    free: &[usize],
-    motions: &[&MotionSignal],
-    control: &Control,
-) -> Result<ForceFit, InverseError> {
-    let start = machine.start();
+/// Returns the best of a fit and of further ones from starts all over the ranges of its parameters, where the force is not linear in these. The search
+/// ends once the least sum of squares was found several times, or the work is stopped.
+pub fn best_anywhere(rigid: &Rigid, machine: &Machine, near: ForceFit, motions: &[&MotionSignal], control: &Control) -> ForceFit {
+    let (start, free) = (machine.start(), near.free.clone());
     let values_of = |at: usize| {
         let mut values = start.clone();
         for (&index, unit) in free.iter().zip(halton_point(at, free.len())) {
@@ -114,13 +106,13 @@ pub fn estimate_globally(
         }
         values
     };
-    let mut best = estimate(rigid, machine, &start, free, motions)?;
-    if is_linear(rigid, machine, &best, &values_of(1), motions) {
-        return Ok(best);
+    if is_linear(rigid, machine, &near, &values_of(1), motions) {
+        return near;
     }
-    let (mut found, mut evaluations) = (1, best.evaluations);
+    let (mut found, mut evaluations) = (1, near.evaluations);
+    let mut best = near;
     for first in (1..=STARTS).step_by(BATCH).take_while(|_| !control.stopped()) {
-        let fit = |at: usize| estimate(rigid, machine, &values_of(at), free, motions).ok();
+        let fit = |at: usize| estimate(rigid, machine, &values_of(at), &free, motions).ok();
         let ends: Vec<Option<ForceFit>> = (first..first + BATCH).into_par_iter().map(fit).collect();
         for end in ends.into_iter().flatten() {
             evaluations += end.evaluations;
@@ -135,7 +127,7 @@ pub fn estimate_globally(
             break;
         }
     }
-    Ok(ForceFit { evaluations, ..best })
+    ForceFit { evaluations, ..best }
 }
 
 /// Whether the prediction at values all of which differ from those of a fit follows from its derivatives.
@@ -183,31 +175,9 @@ pub fn estimate_identifiable(
     motions: &[&MotionSignal],
     may_stay: impl Fn(usize) -> bool,
 ) -> Result<ForceFit, InverseError> {
-    identifiable(free, may_stay, |free| estimate(rigid, machine, start, free, motions))
-}
-
-/// Fits as [`estimate_globally`], but holds unidentifiable parameters as [`estimate_identifiable`].
-///
-/// # Errors  as [`estimate_identifiable`].
-pub fn estimate_identifiable_globally(
-    rigid: &Rigid,
-    machine: &Machine,
-    free: &[usize],
-    motions: &[&MotionSignal],
-    may_stay: impl Fn(usize) -> bool,
-    control: &Control,
-) -> Result<ForceFit, InverseError> {
-    identifiable(free, may_stay, |free| estimate_globally(rigid, machine, free, motions, control))
-}
-
-fn identifiable(
-    free: &[usize],
-    may_stay: impl Fn(usize) -> bool,
-    fit: impl Fn(&[usize]) -> Result<ForceFit, InverseError>,
-) -> Result<ForceFit, InverseError> {
     let mut free = free.to_vec();
     loop {
-        match fit(&free) {
+        match estimate(rigid, machine, start, &free, motions) {
             Err(InverseError::Unidentifiable { parameter, .. }) if may_stay(parameter) => free.retain(|i| *i != parameter),
             found => return found,
         }
@@ -217,7 +187,7 @@ fn identifiable(
 /// Number of updates of the channel weights.
 const ROUNDS: usize = 4;
 
-/// Fits as [`estimate_globally`] to the `fitted` motions, and updates the channel weights of all motions.
+/// Fits to the `fitted` motions, first as [`best_anywhere`], and updates the channel weights of all motions.
 ///
 /// After each fit the residuals of a channel set its weight, so that each channel counts in units of its own misfit. Samples during backlash
 /// crossings are masked from the first fit on.
@@ -235,10 +205,10 @@ pub fn estimate_weighted(
     let mut evaluations = 0;
     for round in 0.. {
         let own: Vec<&MotionSignal> = fitted.iter().map(|i| &motions[*i]).collect();
-        let mut fit = match round {
-            0 => estimate_globally(rigid, machine, free, &own, control)?,
-            _ => estimate(rigid, machine, &values, free, &own)?,
-        };
+        let mut fit = estimate(rigid, machine, &values, free, &own)?;
+        if round == 0 {
+            fit = best_anywhere(rigid, machine, fit, &own, control);
+        }
         evaluations += fit.evaluations;
         if round == ROUNDS || own.iter().all(|m| m.extra_channels.is_empty()) {
             fit.evaluations = evaluations;

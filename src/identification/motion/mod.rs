@@ -12,9 +12,7 @@ mod residual_noise;
 mod small_print;
 mod tolerant_fit;
 
-pub use force_fit::{
-    Estimated, ForceFit, correlation, estimate, estimate_globally, estimate_identifiable, estimate_identifiable_globally, estimate_weighted,
-};
+pub use force_fit::{Estimated, ForceFit, best_anywhere, correlation, estimate, estimate_identifiable, estimate_weighted};
 pub use interval::{CoefficientInterval, intervals};
 pub use marginal::ToleranceSize;
 pub use output_error::{OutputError, output_error, simulated_gaps};
