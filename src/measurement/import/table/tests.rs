@@ -40,7 +40,7 @@ fn all_forms_of_a_value_agree() {
         assert!((frf.values[0] - truth).norm() < 1e-12, "{text}: {:?}", frf.values);
         assert!(frf.coherence.as_ref().is_none_or(|c| c == &[0.99]), "{text}");
     }
-    assert!(one("f,mag (dB),phase_deg\n10,6,-90\n").warnings[0].contains("1 m/N"));
+    assert!(one("f,mag (dB),phase_deg\n10,6,-90\n").warnings[0].contains("one SI unit"));
 }
 
 #[test]
