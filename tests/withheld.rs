@@ -596,6 +596,36 @@ fn cases_of_layouts_are_sealed_and_what_cannot_be_made_is_counted() {
     }
 }
 
+/// Driven axes of all layouts are sealed with the loops of each stated, in files that the commands read.
+#[test]
+fn cases_of_motion_layouts_state_their_loops() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("blind");
+    let out = out.to_str().unwrap();
+    let arguments = ["withheld", "--arm", "motion", "--out", out, "--cases", "5", "--seed", "2", "--layout", "all", "--cases-only"];
+    assert!(jointid().args(arguments).output().unwrap().status.success());
+    let (seal, labels) = Seal::verified(Path::new(out)).unwrap();
+    assert_eq!((seal.generator.layout.as_deref(), labels.len() + seal.not_made.len()), (Some("all"), 5));
+    assert!(labels.len() >= 4, "{:?}", seal.not_made);
+    for label in &labels {
+        let case = format!("{out}/cases/{}", label.case);
+        let set = measurement::read_set(&case).unwrap();
+        let machine = config::read_machine(&format!("{case}/machine.toml"), &[], &[]).unwrap().machine;
+        let drive = machine.drive.unwrap();
+        let number =
+            |value: &machine::Value| value.at(&machine.parameters.iter().map(|p| p.start).collect::<Vec<f64>>(), &Operating::default());
+        let (feed_forward, integral_time_s) = (number(&drive.position.feed_forward), number(&drive.velocity.integral_time_s));
+        assert!(set.motions.len() >= 3);
+        match label.layout.as_deref().unwrap() {
+            "indirect-encoder" | "belt-driven" => assert!(feed_forward == 0.0 && integral_time_s.is_infinite()),
+            "feed-forward" => assert!(feed_forward > 0.0 && integral_time_s.is_infinite()),
+            "pid-loop" => assert!(feed_forward == 1.0 && integral_time_s < 1.0),
+            "direct-encoder" => assert!(feed_forward == 0.0 && integral_time_s < 1.0),
+            other => panic!("{other}"),
+        }
+    }
+}
+
 /// Ctrl-C during the generation of cases ends with exit code 3; the same command resumes with the cases generated so far.
 #[cfg(unix)]
 #[test]
@@ -632,7 +662,8 @@ fn refuse_invalid_arguments() {
     assert!(refused(&["--cases", "some"]).contains("quick, full or a number"));
     assert!(refused(&["--cases", "100000"]).contains("the full plan has"));
     assert!(refused(&["--layout", "lathe"]).contains("short-axis, medium-axis, gantry"));
-    assert!(refused(&["--layout", "all", "--arm", "motion"]).contains("--layout all"));
+    let other_arm = refused(&["--layout", "gantry", "--arm", "motion"]);
+    assert!(other_arm.contains("gantry") && other_arm.contains("direct-encoder"), "{other_arm}");
     assert!(refused(&["--ablation", "--seed 3"]).contains("--seed is given by the case"));
 }
 

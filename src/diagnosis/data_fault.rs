@@ -27,6 +27,8 @@ pub(super) enum Fault {
     Copied(usize, usize),
     /// The measuring chain of all FRFs has a fault.
     OfAll(ChainCandidate),
+    /// The machine as described agrees with the records, and a fault of the measuring chain of all FRFs accounts for the little that an effect reduces.
+    Possible(ChainCandidate),
     /// The measuring chain of these FRFs has a fault.
     OfSome(ChainFault, Records),
     /// These FRFs contradict the others.
@@ -46,6 +48,11 @@ const MOST_LIKELY: usize = 3;
 const RESTORED: (f64, f64) = (0.2, 0.01);
 
 impl Fault {
+    /// Whether it is stated, and not only as likely as an effect.
+    pub fn is_certain(self) -> bool {
+        !matches!(self, Fault::Possible(_))
+    }
+
     /// Returns the ids of what is wrong, each with its record where it is one; none for a contradiction without a known cause.
     pub fn ids(self, set: &MeasurementSet) -> Vec<String> {
         let name = |frf: usize| Records::One(frf).name(set);
@@ -54,6 +61,7 @@ impl Fault {
             Fault::Noise(frf) => vec![format!("noise@{}", name(frf))],
             Fault::Copied(_, copy) => vec![format!("copied-record@{}", name(copy))],
             Fault::OfAll(found) => vec![found.fault.id().into()],
+            Fault::Possible(_) => Vec::new(),
             Fault::OfSome(fault, records) => vec![format!("{}@{}", fault.id(), records.name(set))],
             Fault::Contradicts(_) => Vec::new(),
             Fault::Exchanged(a, b) => [a, b].map(|frf| format!("swapped-records@{}", name(frf))).into(),
@@ -77,7 +85,7 @@ impl Fault {
                 format!("{} is a copy of {}, though at another position: all their values are equal", source(copy), source(first)),
                 "check which of both was measured where, and measure the other".into(),
             ),
-            Fault::OfAll(fault) => (
+            Fault::OfAll(fault) | Fault::Possible(fault) => (
                 format!("{}; corrected for it, the records agree with the model", fault.text()),
                 "correct the files, or measure one record again with a known chain".into(),
             ),
@@ -169,27 +177,32 @@ pub(super) fn fault(
 }
 
 /// Returns the fault of the measuring chain of all records that explains the misfit of the nominal machine: the corrected data agree with it, and no
-/// effect explains the data as they are with as few parameters. `rival`: χ² and number of parameters of the best significant effect.
+/// effect explains the data as they are with as few parameters. Where the records agree nearly as they are, a fault is certain only if no effect explains
+/// as much: every chain has some corner far from its band, and small effects resemble it. `rival`: χ² and number of parameters of the best significant
+/// effect.
 pub(super) fn chain_fault(
     best: ChainCandidate,
     base: f64,
     rival: Option<(f64, usize)>,
     count: f64,
     null: &NullDistribution,
-) -> Option<ChainCandidate> {
+) -> Option<Fault> {
     let reach = AGREES + RESTORED.1 * null.excess(base / count);
     if null.excess(best.chi_square / count) > reach {
         return None;
     }
-    let simpler = match rival {
-        None => best.chi_square <= RESTORED.0 * base,
+    let (explains, is_certain) = match rival {
+        None => (best.chi_square <= RESTORED.0 * base, true),
         // Of two explanations that the data cannot tell apart, the simpler one is named.
         Some((chi_square, added)) => {
             let margin = EQUIVALENT * null.excess(chi_square / count);
-            best.chi_square <= chi_square + if best.fault.parameters() < added { margin } else { -margin }
+            let is_better = best.chi_square <= chi_square - margin;
+            let is_simpler = best.fault.parameters() < added && best.chi_square <= chi_square + margin;
+            (is_better || is_simpler, is_better || null.excess(base / count) > AGREES)
         }
     };
-    simpler.then_some(best)
+    let fault = if is_certain { Fault::OfAll } else { Fault::Possible };
+    explains.then(|| fault(best))
 }
 
 /// A fit without some records, which contradict it.

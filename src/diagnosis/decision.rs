@@ -18,7 +18,7 @@ use super::ranking::{EQUIVALENT, SHORTFALL, TriedEffect, TriedLocation, indistin
 use super::screening::{Candidate, Screening, Status, hypotheses, nominal, nominal_fits};
 use super::search::{Effort, large_misfit, search};
 use super::thresholds::Thresholds;
-use super::verdict::{Verdict, VerdictKind, impedance_of, nothing_fitted, p_value_text, percent_text};
+use super::verdict::{NEXT_AT_LOCATION, Verdict, VerdictKind, impedance_of, nothing_fitted, p_value_text, percent_text};
 use identification::ToleranceEstimate;
 use identification::objective::ObjectiveError;
 use machine::{Effect, EffectIds, Machine, Parameter};
@@ -110,9 +110,6 @@ const PREDICTION: (f64, f64) = (1.02, 0.65);
 /// Largest excess with which a released parameter is the only error.
 const RELEASE_EXCESS: f64 = 4.0;
 
-/// Next measurement where an effect is missing at a known location.
-const NEXT_AT_LOCATION: &str = "mount an accelerometer at that location and strike there, too";
-
 /// Diagnoses FRFs or modes. Of several effects with one id the one for FRFs is used ([`Effect::for_data`]).
 ///
 /// # Errors  as [`Fitter::objective`].
@@ -196,7 +193,7 @@ pub fn diagnose(
             None if needs_explanation => fault_of_all(fitter, as_described, control)?,
             None => None,
         };
-        Ok(chain.and_then(|found| chain_fault(found, base.chi_square, rival, count, &null)).map(Fault::OfAll))
+        Ok(chain.and_then(|found| chain_fault(found, base.chi_square, rival, count, &null)))
     };
     let faulty = match shown {
         Some(shown) => Some(shown),
@@ -331,7 +328,8 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
         let next = Some("measure more modes, more positions, or a whole FRF at each position".to_string());
         return Ok((state(VerdictKind::Insufficient, Vec::new(), reason, next), nominal));
     }
-    if let Some(fault) = inputs.faulty {
+    let (possible, certain) = (inputs.faulty.filter(|fault| !fault.is_certain()), inputs.faulty.filter(|fault| fault.is_certain()));
+    if let Some(fault) = certain {
         let (reason, next) = fault.fault_text(inputs.fitter.fit.set());
         let faults = fault.ids(inputs.fitter.fit.set());
         return Ok((Verdict { faults, ..state(VerdictKind::Measurement, Vec::new(), reason, Some(next)) }, nominal));
@@ -461,7 +459,8 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
             .and_then(|e| e.discriminating_test.clone());
         state(VerdictKind::Ambiguous, alternatives, reason, next)
     };
-    Ok((verdict, chosen))
+    let other = possible.map(|fault| fault.fault_text(inputs.fitter.fit.set()).0);
+    Ok((verdict.or_else(other), chosen))
 }
 
 /// Returns id, hypothesis and fit of the effect that explains most of the residual, if significant.

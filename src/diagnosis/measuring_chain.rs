@@ -53,9 +53,9 @@ const SCALES: [(f64, &str); 6] = [
     (4.448_222, "lbf for N"),
 ];
 /// Relative distance within which a factor is taken for one of [`SCALES`] (1).
-const SAME_SCALE: f64 = 0.05;
+pub(super) const SAME_SCALE: f64 = 0.05;
 /// Least factor, or its inverse, that is a wrong unit (1): smaller ones are the effect of a gain.
-const LEAST_SCALE: f64 = 2.0;
+pub(super) const LEAST_SCALE: f64 = 2.0;
 /// Trial corners of low and high passes as shares of the highest and multiples of the lowest frequency, and steps of the search between two of them.
 const CORNERS: [f64; 8] = [0.3, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
 const CORNER_STEPS: usize = 12;
@@ -191,7 +191,7 @@ impl ChainCandidate {
 }
 
 /// Writes a number with three significant figures.
-fn figures(x: f64) -> String {
+pub(super) fn figures(x: f64) -> String {
     let decade = x.abs().max(f64::MIN_POSITIVE).log10().floor() as i32;
     let unit = 10_f64.powi(decade - 2);
     format!("{:.*}", (2 - decade).clamp(0, 9) as usize, (x / unit).round() * unit)

@@ -4,6 +4,9 @@ use super::hypothesis::HypothesisKind;
 use super::screening::Candidate;
 use machine::EffectIds;
 
+/// Next measurement where an effect is missing at a known location.
+pub(super) const NEXT_AT_LOCATION: &str = "mount an accelerometer at that location and strike there, too";
+
 /// Kind of a verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum VerdictKind {
@@ -68,6 +71,16 @@ impl Verdict {
             effects: Vec::new(),
             reason: format!("{reason} ({})", self.reason),
             next_measurement: Some(next_measurement.into()),
+            ..self
+        }
+    }
+
+    /// Returns the verdict «ambiguous» in place of one effect that something else, in words, explains as well.
+    pub(super) fn or_else(self, other: Option<String>) -> Verdict {
+        let Some(other) = other.filter(|_| self.kind == VerdictKind::Effect) else { return self };
+        Verdict {
+            kind: VerdictKind::Ambiguous,
+            reason: format!("{}; these data cannot distinguish it from another cause: {other}", self.reason),
             ..self
         }
     }

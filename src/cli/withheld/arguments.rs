@@ -3,7 +3,7 @@
 use clap::{Args, ValueEnum};
 
 use crate::arguments::OutputArguments;
-use study::blind_check::{CaseCount, Layout, Layouts};
+use study::blind_check::{Arm, CaseCount, Layouts};
 
 /// Origins of the cases, by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -28,8 +28,8 @@ fn case_count(text: &str) -> Result<CaseCount, String> {
 
 /// Reads the name of a layout, or `all`.
 fn layouts(text: &str) -> Result<Layouts, String> {
-    let names: Vec<&str> = Layout::ALL.iter().map(|layout| layout.name()).collect();
-    Layouts::named(text).ok_or_else(|| format!("write all or one of {}", names.join(", ")))
+    let names = |arm| Layouts::names(arm).join(", ");
+    Layouts::named(text).ok_or_else(|| format!("write all or one of {}; in motion one of {}", names(Arm::Frf), names(Arm::Motion)))
 }
 
 /// Kinds of data of the cases.
@@ -53,8 +53,8 @@ pub struct WithheldArguments {
     /// Seed of the cases and of every diagnosis; 1 by default
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
-    /// Layout of the machines: all in turn, or one of short-axis, medium-axis, gantry, fixed-floating, belt-driven, vertical; machines of the
-    /// catalogue by default
+    /// Layout of the machines: all in turn, or one of short-axis, medium-axis, gantry, fixed-floating, belt-driven, vertical; in motion one of
+    /// indirect-encoder, direct-encoder, belt-driven, pid-loop, feed-forward; machines of the catalogue by default
     #[arg(long, value_name = "all|NAME", value_parser = layouts)]
     pub layout: Option<Layouts>,
     /// Origin of the cases; independent by default

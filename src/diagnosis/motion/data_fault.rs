@@ -5,6 +5,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use super::gap::{MotionPart, part, square};
 use super::noise_floor::non_systematic;
 use super::residual_bootstrap::ResidualBootstrap;
+use crate::measuring_chain::ChainFault;
 use dynamics::inverse_dynamics::{LinearForce, MotionSignal, Rigid, shifted_earlier};
 use identification::motion::{ForceFit, intervals};
 use machine::Machine;
@@ -40,6 +41,8 @@ pub struct RecordShift {
 pub struct Contradiction {
     /// Name of the record.
     pub name: String,
+    /// Ids of what is wrong, with the record.
+    pub faults: Vec<String>,
     /// Description in words.
     pub description: String,
 }
@@ -173,8 +176,10 @@ pub(super) fn contradictions(fit: &[RecordShift], others: &[RecordShift], step_s
             if !much || !(delayed || scaled) {
                 return None;
             }
-            let mut what = Vec::new();
+            let (mut what, mut faults) = (Vec::new(), Vec::new());
+            let mut id = |fault: ChainFault| faults.push(format!("{}@{}", fault.id(), record.name));
             if delayed {
+                id(ChainFault::Delay(record.delay_s));
                 what.push(format!(
                     "its position lags its force by {:.2} ms, that of the others by {:.2} ms",
                     1e3 * record.delay_s,
@@ -182,6 +187,7 @@ pub(super) fn contradictions(fit: &[RecordShift], others: &[RecordShift], step_s
                 ));
             }
             if scaled {
+                id(ChainFault::Scale(more.exp()));
                 what.push(format!("its force is {:.3} times that of the fitted records", more.exp()));
             }
             let description = format!(
@@ -191,7 +197,7 @@ pub(super) fn contradictions(fit: &[RecordShift], others: &[RecordShift], step_s
                 100.0 * record.gap_own,
                 100.0 * record.gap
             );
-            Some(Contradiction { name: record.name.clone(), description })
+            Some(Contradiction { name: record.name.clone(), faults, description })
         })
         .collect()
 }

@@ -33,24 +33,55 @@ pub(super) struct MotionDecisionInputs<'e> {
     pub faulty: Vec<Contradiction>,
     /// Held-out records that contradict the fitted ones.
     pub contradictions: &'e [Contradiction],
+    /// 95 % interval of the share that the chosen effects close of the gap of the held-out records.
+    pub closed95: Option<(f64, f64)>,
+    /// Whether records are held out.
+    pub holds_out: bool,
 }
 
-/// Decides on the verdict.
+/// Decides on the verdict. What is named on the fitted records stands as an effect where the held-out ones speak for it.
 pub(super) fn decide(inputs: &MotionDecisionInputs<'_>) -> Verdict {
-    let MotionDecisionInputs {
-        context,
-        first,
-        base,
-        chosen,
-        names,
-        loss: chosen_loss,
-        full_fits,
-        named,
-        same,
-        located,
-        faulty,
-        contradictions,
-    } = inputs;
+    if !inputs.faulty.is_empty() {
+        return at_fault(&inputs.faulty);
+    }
+    let verdict = explanation(inputs);
+    let contradictions = inputs.contradictions;
+    if !verdict.kind.explains() {
+        // A record that contradicts the others is reported where no effect is missing.
+        let is_fault = verdict.kind == VerdictKind::None && !contradictions.is_empty();
+        return if is_fault { at_fault(contradictions) } else { verdict };
+    }
+    let confirmed = inputs.holds_out.then(|| inputs.closed95.is_some_and(|(low, _)| low > 0.0));
+    let verdict = Verdict { confirmed, faults: ids(contradictions), ..verdict };
+    match (confirmed, verdict.kind) {
+        (Some(false), _) if !contradictions.is_empty() => at_fault(contradictions),
+        (Some(false), VerdictKind::Effect) => verdict
+            .unnamed("the held-out records do not surely speak for the best effect", "record more motions with other speeds and loads"),
+        _ => verdict,
+    }
+}
+
+fn ids(records: &[Contradiction]) -> Vec<String> {
+    records.iter().flat_map(|record| record.faults.iter().cloned()).collect()
+}
+
+fn at_fault(records: &[Contradiction]) -> Verdict {
+    let reason = records.iter().map(|f| f.description.clone()).collect::<Vec<_>>().join("; ");
+    let which = records.iter().map(|f| f.name.as_str()).collect::<Vec<_>>().join(" or ");
+    let next = format!("record {which} again with force and position on one clock; exclude it until then");
+    Verdict {
+        confirmed: None,
+        kind: VerdictKind::Measurement,
+        effects: Vec::new(),
+        faults: ids(records),
+        reason,
+        next_measurement: Some(next),
+    }
+}
+
+/// Returns the verdict that the fitted records give.
+fn explanation(inputs: &MotionDecisionInputs<'_>) -> Verdict {
+    let MotionDecisionInputs { context, first, base, chosen, names, loss: chosen_loss, full_fits, named, same, located, .. } = inputs;
     let state = |kind: VerdictKind, effects: Vec<EffectIds>, reason: String, next: Option<String>| Verdict {
         confirmed: None,
         kind,
@@ -59,20 +90,7 @@ pub(super) fn decide(inputs: &MotionDecisionInputs<'_>) -> Verdict {
         reason,
         next_measurement: next,
     };
-    let at_fault = |records: &[Contradiction]| {
-        let reason = records.iter().map(|f| f.description.clone()).collect::<Vec<_>>().join("; ");
-        let which = records.iter().map(|f| f.name.as_str()).collect::<Vec<_>>().join(" or ");
-        let next = Some(format!("record {which} again with force and position on one clock; exclude it until then"));
-        state(VerdictKind::Measurement, Vec::new(), reason, next)
-    };
-    if !faulty.is_empty() {
-        return at_fault(faulty);
-    }
-    // A record that contradicts the others is reported where no effect is missing.
-    let no_effect = |reason: String| match contradictions.is_empty() {
-        true => state(VerdictKind::None, Vec::new(), reason, None),
-        false => at_fault(contradictions),
-    };
+    let no_effect = |reason: String| state(VerdictKind::None, Vec::new(), reason, None);
     let left = |of: &ForceFit| of.squares / base.1.squares;
     let free = first.best_free();
     let free_loss = free.map_or(f64::INFINITY, |f| 1.0 - f.gain);

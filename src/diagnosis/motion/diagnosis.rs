@@ -8,6 +8,7 @@ use super::data::{MotionData, side_by_side};
 use super::data_fault::{Contradiction, Covariance, RecordShift, contradictions, faulty, shifts};
 use super::decision::{MotionDecisionInputs, amount, decide};
 use super::design::INDEPENDENT;
+use super::force_fault::{Nominal, correct, with_force_faults};
 use super::free_function::{ForceLocations, FreeFunction, free_functions};
 use super::gap::{MotionPart, closed_interval, gap_of, part};
 use super::misfit_map::{MisfitCell, largest_phase, misfit_map};
@@ -179,6 +180,7 @@ pub fn diagnose_motion(
     let free: Vec<usize> = asked.into_iter().filter(|i| !unseen.contains(i)).collect();
     // The data do not distinguish springs in series with equal wind-up, and no verdict depends on their distinction.
     let spring = |parameter: usize| is_linear_in_inverse(machine, &[parameter])[0];
+    let force_faults = correct(&Nominal { rigid: &rigid, machine, free: &free, may_stay: spring }, &mut all, fitted);
     let fit_of = |all: &mut [MotionSignal]| {
         weigh(&rigid, machine, &free, spring, all, fitted)?;
         nominal_fit(&rigid, machine, &free, &all[..fitted].iter().collect::<Vec<_>>(), spring, control)
@@ -339,7 +341,10 @@ pub fn diagnose_motion(
         located: &located,
         faulty,
         contradictions: &contradictions,
+        closed95,
+        holds_out: !held_out.is_empty(),
     });
+    let verdict = with_force_faults(verdict, &force_faults);
     let remark = || common_cause(&context, &first, (&full_fits, base.1.squares), (&base_held_out, held_out));
     let verdict = match (verdict.kind == VerdictKind::None).then(remark).flatten() {
         Some(remark) => Verdict { reason: format!("{}; {remark}", verdict.reason), ..verdict },

@@ -13,6 +13,7 @@ mod data_fault;
 mod decision;
 mod design;
 mod diagnosis;
+mod force_fault;
 mod free_function;
 mod gap;
 mod grid;

@@ -45,6 +45,12 @@ pub struct Belief {
     pub position_gain_1_s: f64,
     /// Gain of the velocity loop, N·s/m.
     pub velocity_gain_n_s_m: f64,
+    /// Gain of the velocity feed-forward.
+    pub feed_forward: f64,
+    /// Integral time of the velocity loop, s; infinite for a proportional loop.
+    pub integral_time_s: f64,
+    /// Encoder of the position loop.
+    pub outer: Side,
     /// Period of both loops, s.
     pub period_s: f64,
     /// Largest force, N.
@@ -96,11 +102,19 @@ impl Belief {
             constant_n_v: round_to(drive.limit_n / 10.0, 2),
             position_gain_1_s: drive.position_gain_1_s,
             velocity_gain_n_s_m: drive.velocity_gain_n_s_m,
+            feed_forward: drive.feed_forward,
+            integral_time_s: drive.integral_time_s,
+            outer: drive.outer,
             period_s: drive.period_s,
             limit_n: drive.limit_n,
             quantum_m: drive.quantum_m,
             parameters: parameters.into_iter().filter(|parameter| !without.contains(&parameter.id)).collect(),
         }
+    }
+
+    /// Whether the drive's force follows from command and encoder alone, so that the reading of an encoder that was not recorded follows from the force.
+    pub fn gives_encoder(&self) -> bool {
+        self.outer == Side::Motor && self.integral_time_s.is_infinite()
     }
 
     /// Whether the description has the parameter, one of [`IDS`].
@@ -140,11 +154,25 @@ impl Belief {
         );
         let _ = writeln!(
             out,
-            "[drive.position]\nencoder_step = {:e}\ngain_per_s = {:e}\nperiod_s = {:e}\n",
+            "[drive.position]\nencoder_step = {:e}\ngain_per_s = {:e}\nperiod_s = {:e}",
             self.quantum_m, self.position_gain_1_s, self.period_s
         );
+        let has_two_encoders = self.outer == Side::Table && self.motor_kg.is_some();
+        if has_two_encoders {
+            out.push_str("at = \"table\"\n");
+        }
+        if self.feed_forward != 0.0 {
+            let _ = writeln!(out, "feed_forward = {:e}", self.feed_forward);
+        }
         let _ =
-            writeln!(out, "[drive.velocity]\ngain = {:e}\nperiod_s = {:e}\n", self.velocity_gain_n_s_m / self.constant_n_v, self.period_s);
+            writeln!(out, "\n[drive.velocity]\ngain = {:e}\nperiod_s = {:e}", self.velocity_gain_n_s_m / self.constant_n_v, self.period_s);
+        if has_two_encoders {
+            let _ = writeln!(out, "at = \"motor\"\nencoder_step = {:e}", self.quantum_m);
+        }
+        if self.integral_time_s.is_finite() {
+            let _ = writeln!(out, "integral_time_s = {:e}", self.integral_time_s);
+        }
+        out.push('\n');
         for parameter in &self.parameters {
             let _ = writeln!(
                 out,

@@ -2,6 +2,8 @@
 
 use std::collections::VecDeque;
 
+use super::run::Side;
+
 /// Parameters of a drive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drive {
@@ -11,6 +13,10 @@ pub struct Drive {
     pub velocity_gain_n_s_m: f64,
     /// Gain of the velocity feed-forward; 1 feeds the full reference speed forward.
     pub feed_forward: f64,
+    /// Integral time of the velocity loop, s; infinite for a proportional loop.
+    pub integral_time_s: f64,
+    /// Encoder of the position loop; that of the velocity loop is the motor's.
+    pub outer: Side,
     /// Period of both loops, s.
     pub period_s: f64,
     /// Largest demanded force, N.
@@ -35,6 +41,7 @@ pub fn quantised(value: f64, quantum: f64) -> f64 {
 pub struct Loops {
     reading_m: f64,
     reference_m: f64,
+    integral_m: f64,
     pending: VecDeque<(f64, f64)>,
     applied_demand_n: f64,
     current_n: f64,
@@ -44,17 +51,23 @@ impl Loops {
     /// Creates the state at rest at a position.
     pub fn at_rest(drive: &Drive, position_m: f64) -> Self {
         let reading_m = quantised(position_m, drive.quantum_m);
-        Self { reading_m, reference_m: position_m, pending: VecDeque::new(), applied_demand_n: 0.0, current_n: 0.0 }
+        Self { reading_m, reference_m: position_m, integral_m: 0.0, pending: VecDeque::new(), applied_demand_n: 0.0, current_n: 0.0 }
     }
 
-    /// Samples both loops and returns the demand u = k_v (k_p (r − x) + f ṙ − ẋ), with speeds as differences over one period.
-    pub fn sample(&mut self, drive: &Drive, time_s: f64, reference_m: f64, position_m: f64) -> f64 {
+    /// Samples both loops and returns the demand u = k_v (e + ∫ e dt / T_i) with e = k_p (r − x_o) + f ṙ − ẋ, speeds as differences over one period.
+    /// x is the motor's position and x_o that of the outer encoder. The integral stands still while the demand is limited.
+    pub fn sample(&mut self, drive: &Drive, time_s: f64, reference_m: f64, position_m: f64, table_m: f64) -> f64 {
         let reading_m = quantised(position_m, drive.quantum_m);
         let speed = (reading_m - self.reading_m) / drive.period_s;
         let ahead = drive.feed_forward * (reference_m - self.reference_m) / drive.period_s;
         (self.reading_m, self.reference_m) = (reading_m, reference_m);
-        let demand = drive.velocity_gain_n_s_m * (drive.position_gain_1_s * (reference_m - reading_m) + ahead - speed);
-        let demand = demand.clamp(-drive.limit_n, drive.limit_n);
+        let outer_m = if drive.outer == Side::Table { quantised(table_m, drive.quantum_m) } else { reading_m };
+        let error = drive.position_gain_1_s * (reference_m - outer_m) + ahead - speed;
+        let wanted = drive.velocity_gain_n_s_m * (error + self.integral_m / drive.integral_time_s);
+        let demand = wanted.clamp(-drive.limit_n, drive.limit_n);
+        if demand == wanted {
+            self.integral_m += error * drive.period_s;
+        }
         self.pending.push_back((time_s + drive.dead_time_s, demand));
         demand
     }

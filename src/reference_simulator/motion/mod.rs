@@ -7,6 +7,7 @@
 //! drive     the sampled cascade of position and velocity loop, dead time, lag of the current
 //! run       a motion of the axis, and its record by encoder and force channel
 //! catalogue random axes, nuisance parameters
+//! layout    encoders, belts, loops and commands beside those of the catalogue
 //! belief    the engineer's description of an axis
 //! phase     dwell, breakaway, reversal …, from the reference alone
 //! effect    effects that may be missing from the engineer's model, in this crate's own parametrisation
@@ -20,12 +21,14 @@ pub mod case;
 pub mod catalogue;
 pub mod drive;
 pub mod effect;
+pub mod layout;
 pub mod path;
 pub mod phase;
 pub mod plant;
 pub mod run;
 
 pub use case::{Case, FULL, Plan, QUICK, generate, generate_one, write_case, write_quiet};
+pub use layout::MotionLayout;
 
 #[cfg(test)]
 mod tests;

@@ -58,8 +58,8 @@ impl Machine {
         let (mut demand, mut motor_noise_n) = (0.0, 0.0);
         for k in 0..=(count - 1) * steps_per_record {
             if k.is_multiple_of(steps_per_period) {
-                let reading = read(chain.position_m[0]);
-                demand = loops.sample(&self.drive, k as f64 * step_s, reference[k / steps_per_period], reading);
+                let (motor_m, table_m) = (read(chain.position_m[0]), read(self.axis.scale_m(chain.position_m[2], chain.time_s)));
+                demand = loops.sample(&self.drive, k as f64 * step_s, reference[k / steps_per_period], motor_m, table_m);
                 if let Some((sd, corner_hz, draw)) = &mut motor_noise {
                     let keep = (-std::f64::consts::TAU * *corner_hz * self.drive.period_s).exp();
                     motor_noise_n = keep * motor_noise_n + *sd * (1.0 - keep * keep).sqrt() * draw.normal();
@@ -85,9 +85,9 @@ impl Machine {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Side {
-    /// The motor encoder, which closes the loops.
+    /// The motor encoder, which closes the velocity loop.
     Motor,
-    /// A scale at the table outside the loops.
+    /// A scale at the table.
     Table,
 }
 

@@ -12,7 +12,8 @@ use super::own_cases::own_case;
 use crate::{StudyError, StudyResult};
 use numeric::parallel::OrFirstError;
 use optimizer::Control;
-use reference_simulator::{Counts, Label, Plan, SimulatorError, generate_one, labels_json, motion, write_case};
+use reference_simulator::motion::MotionLayout;
+use reference_simulator::{Counts, Label, Layout, Plan, SimulatorError, generate_one, labels_json, motion, write_case};
 use report::{OutputFolder, to_json};
 use withheld::{CASES, Generator, QUIET, Seal, SealedCase, folder_digest};
 
@@ -32,13 +33,13 @@ pub enum CasePlan {
 }
 
 impl CasePlan {
-    /// Builds the plan of an arm.
+    /// Builds the plan of an arm, on layouts of that arm.
     pub fn new(arm: &str, layouts: Option<Layouts>, counts: &Counts, seed: u64) -> Self {
         match (arm, layouts) {
-            ("motion", _) => Self::Motion(motion::Plan::from_counts(counts, seed)),
+            ("motion", None) => Self::Motion(motion::Plan::from_counts(counts, seed)),
+            ("motion", Some(layouts)) => Self::Motion(motion::Plan::on_layouts(counts, seed, MotionLayout::named(layouts.name()))),
             (_, None) => Self::Frf(Plan::from_counts(counts, seed)),
-            (_, Some(Layouts::All)) => Self::Frf(Plan::on_layouts(counts, seed, None)),
-            (_, Some(Layouts::One(layout))) => Self::Frf(Plan::on_layouts(counts, seed, Some(layout))),
+            (_, Some(layouts)) => Self::Frf(Plan::on_layouts(counts, seed, Layout::named(layouts.name()))),
         }
     }
 

@@ -13,6 +13,5 @@ pub use check::BlindCheck;
 pub use diagnose_cases::CaseAnswers;
 pub use layouts::Layouts;
 pub use page::page;
-pub use reference_simulator::Layout;
 pub use request::{Arm, BlindCheckRequest, CaseCount, CaseOrigin, Program};
 pub use withheld::{Seal, WithheldDocument, withheld_text};

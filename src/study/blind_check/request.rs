@@ -103,9 +103,12 @@ impl BlindCheckRequest {
             let fault = "the models' own cases are hammer tests only; choose the arm of FRFs, or leave the truth out";
             return Err(StudyError::setting("truth", "own", fault));
         }
-        if let (Some(Arm::Motion), Some(layout)) = (self.arm, self.layout) {
-            let fault = "layouts are those of hammer tests; choose the arm of FRFs, or leave the layout out";
-            return Err(StudyError::setting("layout", layout.name(), fault));
+        let names = Layouts::names(self.arm.unwrap_or(Arm::Frf));
+        if let Some(Layouts::One(name)) = self.layout
+            && !names.contains(&name)
+        {
+            let fault = format!("is no layout of the arm {}; write all or one of {}", self.arm_name(), names.join(", "));
+            return Err(StudyError::setting("layout", name, fault));
         }
         self.planned().map(|_| ())
     }

@@ -98,12 +98,7 @@ fn to_document(
         },
         misfit_over_null: found.excess[0],
         null: None,
-        verdict: document::VerdictRow {
-            phase: found.phase.map(|phase| phase.word().into()),
-            // The interval of the closed share at held-out records excludes «nothing».
-            confirmed: after.filter(|_| is_named && !held_out.is_empty()).map(|_| found.closed95.is_some_and(|(low, _)| low > 0.0)),
-            ..verdict_row(&found.verdict, place)
-        },
+        verdict: document::VerdictRow { phase: found.phase.map(|phase| phase.word().into()), ..verdict_row(&found.verdict, place) },
         places,
         ratio: Vec::new(),
         residual_map: Vec::new(),

@@ -31,6 +31,12 @@ pub fn generate(seed: u64, plan: &Plan) -> impl Iterator<Item = Result<(Case, La
 /// Generates one case of a plan.
 pub fn generate_one(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label), SimulatorError> {
     let slot = plan.slots.get(index).ok_or(SimulatorError::NoSuchCase { index, count: plan.len() })?;
+    if let Some(layout) = slot.layout {
+        let refused = slot.effects.iter().chain(&slot.partner).find_map(|effect| Some((*effect, layout.refusal(*effect)?)));
+        if let Some((effect, reason)) = refused {
+            return Err(SimulatorError::NotOnLayout { index, effect: effect.id(), layout: layout.name(), reason });
+        }
+    }
     let draw = Draw::new(seed).branch(0x6178_6973).branch(index as u64);
     first_accepted(index, &draw, |attempt, draw| attempted(slot, index, attempt, draw))
 }
@@ -48,7 +54,11 @@ pub struct Choice {
 impl Choice {
     /// Draws axis, test and effects of a slot.
     pub fn random(slot: &Slot, attempt: usize, draw: &mut Draw) -> Self {
-        let mut drawn = random_axis(if slot.tour == Tour::Flat { [2.5, 4.0] } else { [0.3, 1.2] }, draw);
+        let viscous = if slot.tour == Tour::Flat { [2.5, 4.0] } else { [0.3, 1.2] };
+        let mut drawn = match slot.layout {
+            None => random_axis(viscous, draw),
+            Some(layout) => layout.axis(viscous, draw),
+        };
         let has = |kind| slot.effects.contains(&kind);
         let surfaces = [&mut drawn.machine.axis.bearing, &mut drawn.machine.axis.guide];
         for surface in surfaces {
@@ -256,6 +266,7 @@ fn labelled(slot: &Slot, index: usize, attempt: usize, choice: &Choice, gauge: &
         values: choice.effects.iter().map(values).collect(),
         places: slot.effects.iter().map(|effect| effect.place()).collect(),
         joints: known.map(|(id, value)| (id.to_owned(), value)).collect(),
+        layout: slot.layout.map(|layout| layout.name().to_owned()),
         ..Label::new(index, slot.kind, slot.strength, attempt)
     }
 }

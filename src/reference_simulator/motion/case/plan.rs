@@ -6,6 +6,7 @@ use super::tour::Tour;
 use crate::case::{Counts, Kind, Strength};
 use crate::draw::Draw;
 use crate::motion::effect::EffectKind;
+use crate::motion::layout::MotionLayout;
 use crate::motion::run::Side;
 
 /// The full check: about 700 cases.
@@ -47,6 +48,8 @@ pub struct Slot {
     pub side: Side,
     /// Motions of the first measurement.
     pub tour: Tour,
+    /// Layout of the axis; that of the catalogue if absent.
+    pub layout: Option<MotionLayout>,
 }
 
 /// Cases to generate, in random order.
@@ -59,7 +62,7 @@ pub struct Plan {
 impl Slot {
     /// Specifies a case of one kind without effects.
     pub fn plain(kind: Kind, side: Side) -> Self {
-        Self { kind, effects: Vec::new(), partner: None, strength: None, side, tour: Tour::Usual }
+        Self { kind, effects: Vec::new(), partner: None, strength: None, side, tour: Tour::Usual, layout: None }
     }
 
     /// Specifies a case of one library effect.
@@ -116,6 +119,22 @@ impl Plan {
         }
         draw.shuffle(&mut slots);
         Self { slots }
+    }
+
+    /// Plans cases of one layout, or of all in turn, every second turn with random motions. In a turn an effect goes to the next layout that can have it;
+    /// on one layout alone the cases of effects that it cannot have stay in the plan and are refused.
+    pub fn on_layouts(counts: &Counts, seed: u64, layout: Option<MotionLayout>) -> Self {
+        let mut plan = Self::from_counts(counts, seed);
+        let count = MotionLayout::ALL.len();
+        for (index, slot) in plan.slots.iter_mut().enumerate() {
+            let can_have = |layout: &MotionLayout| slot.effects.iter().chain(&slot.partner).all(|effect| layout.refusal(*effect).is_none());
+            let mut turn = MotionLayout::ALL.into_iter().cycle().skip(index % count).take(count);
+            slot.layout = layout.or_else(|| turn.find(can_have));
+            if slot.tour == Tour::Usual && index / count % 2 == 1 {
+                slot.tour = Tour::Random;
+            }
+        }
+        plan
     }
 
     /// Returns the number of cases.

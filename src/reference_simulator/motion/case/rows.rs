@@ -45,8 +45,8 @@ fn kernels() -> [Vec<f64>; 3] {
     [kernel, first, second]
 }
 
-/// Computes the rows of the recorded force. For a scale at the table it adds rows of the force that the drive gives for the scale's
-/// reading: k_v (k_p (r − x) − ẋ), with x transferred to the motor by the stiffness of the described nut.
+/// Computes the rows of the recorded force. For a scale at the table it adds, where the loops are proportional, rows of the force that the drive gives
+/// for the scale's reading: k_v (k_p (r − x) + f ṙ − ẋ), with x transferred to the motor by the stiffness of the described nut.
 pub fn rows(log: &Log, belief: &Belief) -> Vec<Rows> {
     let kernels = kernels();
     let count = log.command_m.len();
@@ -58,6 +58,7 @@ pub fn rows(log: &Log, belief: &Belief) -> Vec<Rows> {
     let directions: Vec<f64> = speeds.iter().map(|speed| if speed.abs() < still { 0.0 } else { speed.signum() }).collect();
     let phases = phases(&log.command_m, RECORD_S);
     let motor_kg = belief.motor_kg.unwrap_or(0.0);
+    let compares_tracking = belief.side == Side::Table && belief.gives_encoder();
     let (mut force, mut tracking) = (Rows::default(), Rows::default());
     for k in (2 * REACH..count.saturating_sub(2 * REACH)).step_by(THIN) {
         let acceleration = apply(&kernels[2], &log.position_m, k) / (RECORD_S * RECORD_S);
@@ -69,18 +70,19 @@ pub fn rows(log: &Log, belief: &Belief) -> Vec<Rows> {
         force.columns.push(columns);
         force.phases.push(phases[k]);
         force.moves.push(directions[k] != 0.0);
-        if belief.side == Side::Table {
+        if compares_tracking {
             let error = apply(&kernels[0], &log.command_m, k) - apply(&kernels[0], &log.position_m, k);
             let windup_m = (measured_n - motor_kg * acceleration) / belief.nut[0];
             let stiffness = belief.velocity_gain_n_s_m * belief.position_gain_1_s;
-            tracking.values.push(stiffness * (error - windup_m) - belief.velocity_gain_n_s_m * speed - motor_kg * acceleration);
+            let ahead = belief.feed_forward * apply(&kernels[1], &log.command_m, k) / RECORD_S;
+            tracking.values.push(stiffness * (error - windup_m) + belief.velocity_gain_n_s_m * (ahead - speed) - motor_kg * acceleration);
             tracking.scale.push(stiffness * error);
             tracking.columns.push(columns);
             tracking.phases.push(phases[k]);
             tracking.moves.push(directions[k] != 0.0);
         }
     }
-    if belief.side == Side::Table { vec![force, tracking] } else { vec![force] }
+    if compares_tracking { vec![force, tracking] } else { vec![force] }
 }
 
 impl Rows {

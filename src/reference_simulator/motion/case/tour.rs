@@ -10,6 +10,8 @@ use crate::motion::path::{Path, Piece};
 pub enum Tour {
     /// Strokes at several speeds, reversals and sines; other strokes are held out.
     Usual,
+    /// Moves between random positions, a stepped sweep of sines, a creep with pauses; other moves and a sine are held out.
+    Random,
     /// Slow reversals at very low acceleration.
     Gentle,
     /// Strokes at 0.3 to 0.6 of the rapid speed and 0.2 of the largest acceleration.
@@ -23,6 +25,7 @@ pub const HELD_OUT: [&str; 2] = ["mixed", "slow-mixed"];
 pub fn tour(which: Tour, limits: &MotionLimits, draw: &mut Draw) -> Vec<(&'static str, Path)> {
     match which {
         Tour::Usual => usual(limits, draw),
+        Tour::Random => random(limits, draw),
         Tour::Gentle => gentle(limits, draw),
         Tour::Flat => flat(limits, draw),
     }
@@ -70,6 +73,39 @@ fn usual(limits: &MotionLimits, draw: &mut Draw) -> Vec<(&'static str, Path)> {
     ];
     let from = |start: f64, pieces| Path { start_m: start * limits.stroke_m, pieces };
     vec![("strokes", from(0.03, strokes)), ("reversals", from(0.5, reversals)), ("sines", from(0.5, sines)), ("mixed", from(0.05, mixed))]
+}
+
+/// Moves at random, and sines of half to three times the frequency that reaches both limits.
+fn random(limits: &MotionLimits, draw: &mut Draw) -> Vec<(&'static str, Path)> {
+    let moves = |count: usize, least_speed: f64, draw: &mut Draw| {
+        let mut at = 0.5;
+        let mut pieces = Vec::new();
+        for _ in 0..count {
+            // At least a tenth of the stroke away.
+            at = 0.05 + (at - 0.05 + draw.between(0.1, 0.8)) % 0.9;
+            pieces.push(stroke(limits, at, draw.log_between(least_speed, 1.0), draw.between(0.3, 1.0)));
+            if draw.chance(0.3) {
+                pieces.push(Piece::Dwell(draw.between(0.05, 0.2)));
+            }
+        }
+        pieces
+    };
+    let sine = |faster: f64, share: f64| {
+        let omega = 0.8 * faster * limits.acceleration_m_s2 / limits.speed_m_s;
+        let amplitude_m = (share * limits.speed_m_s / faster.max(1.0) / omega).min(0.4 * limits.stroke_m);
+        Piece::Sine { amplitude_m, frequency_hz: omega / std::f64::consts::TAU, cycles: 2 }
+    };
+    let sweep: Vec<Piece> = [0.5, 1.0, 1.7, 3.0].map(|faster| sine(faster, draw.between(0.4, 0.9))).into();
+    let mut creep = Vec::new();
+    for _ in 0..4 {
+        let speed = draw.log_between(0.04, 0.25);
+        creep.extend([stroke(limits, 0.5 + 0.15 * speed, speed, 0.4), Piece::Dwell(0.06), stroke(limits, 0.5, speed, 0.4)]);
+    }
+    let first = moves(6, 0.1, draw);
+    let mut held_out = moves(5, 0.05, draw);
+    held_out.extend([stroke(limits, 0.5, 0.5, 0.5), sine(0.8, 0.7)]);
+    let from_middle = |pieces| Path { start_m: 0.5 * limits.stroke_m, pieces };
+    vec![("moves", from_middle(first)), ("sweep", from_middle(sweep)), ("creep", from_middle(creep)), ("mixed", from_middle(held_out))]
 }
 
 fn gentle(limits: &MotionLimits, draw: &mut Draw) -> Vec<(&'static str, Path)> {

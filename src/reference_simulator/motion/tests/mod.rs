@@ -6,7 +6,7 @@ mod servo;
 
 use super::drive::Drive;
 use super::plant::{Axis, Contact, Friction, Spring, ThermalExpansion};
-use super::run::Machine;
+use super::run::{Machine, Side};
 
 /// An ideal axis of 100 kg: no friction, no backlash, no dashpots.
 fn ideal_axis() -> Axis {
@@ -32,6 +32,8 @@ fn drive() -> Drive {
         position_gain_1_s: 60.0,
         velocity_gain_n_s_m: 12_000.0,
         feed_forward: 0.0,
+        integral_time_s: f64::INFINITY,
+        outer: Side::Motor,
         period_s: 1e-3,
         limit_n: 1e6,
         quantum_m: 0.0,

@@ -2,7 +2,7 @@
 
 use super::{drive, ideal_axis, machine};
 use crate::draw::Draw;
-use crate::motion::drive::quantised;
+use crate::motion::drive::{Drive, Loops, quantised};
 use crate::motion::path::{Path, Piece};
 use crate::motion::plant::Friction;
 use crate::motion::run::{Machine, RECORD_S, STEP_S, Sensors, Side};
@@ -51,6 +51,43 @@ fn limit_following_error_is_speed_over_gain_and_friction_over_stiffness() {
         let guide = if friction { 15.0 + 0.2 * 120.0 / 1.01 } else { 0.0 };
         assert!((behind - guide * (1.0 / 3e7 + 1.0 / 1e8)).abs() < 2e-8, "{behind}");
     }
+}
+
+/// Full velocity feed-forward and an integral velocity loop are a PID controller: u = k_v·((k_p + 1/T_i)·e + ė + (k_p/T_i)·∫e dt).
+#[test]
+fn limit_cascade_with_feed_forward_and_integral_is_a_pid_controller() {
+    let integral_time_s = 0.05;
+    let drive = Drive { feed_forward: 1.0, integral_time_s, ..drive() };
+    let (mut loops, mut draw) = (Loops::at_rest(&drive, 0.0), Draw::new(1));
+    let (mut sum, mut before) = (0.0, 0.0);
+    for k in 0..200 {
+        let (reference, position) = (draw.within(1e-3), draw.within(1e-3));
+        let error = reference - position;
+        let found = loops.sample(&drive, 1e-3 * f64::from(k), reference, position, 0.0);
+        let proportional = drive.position_gain_1_s * error + before / integral_time_s;
+        let expected = drive.velocity_gain_n_s_m
+            * (proportional + (error - before) / drive.period_s + drive.position_gain_1_s / integral_time_s * sum);
+        assert!((found - expected).abs() < 1e-9 * drive.velocity_gain_n_s_m, "{found} for {expected}");
+        sum += error * drive.period_s;
+        before = error;
+    }
+}
+
+/// A scale in the position loop with an integral velocity loop holds the table against a pull; the motor's encoder leaves the deflection.
+#[test]
+fn limit_a_scale_in_the_loop_removes_the_deflection_at_the_table() {
+    let mut axis = ideal_axis();
+    axis.pull_n = 300.0;
+    (axis.coupling.damping_n_s_m, axis.nut.damping_n_s_m) = (2e3, 2e3);
+    let error_m = |outer: Side| {
+        let machine = Machine { axis: axis.clone(), drive: Drive { outer, integral_time_s: 0.05, ..drive() } };
+        let path = Path { start_m: 0.1, pieces: vec![Piece::Dwell(3.0)] };
+        let track = machine.run(&path, STEP_S, None);
+        track.command_m.last().unwrap() - track.table_m.last().unwrap()
+    };
+    let deflection = 300.0 * (1.0 / 3e7 + 1.0 / 1e8);
+    assert!((error_m(Side::Motor) - deflection).abs() < 0.02 * deflection, "{}", error_m(Side::Motor));
+    assert!(error_m(Side::Table).abs() < 0.02 * deflection, "{}", error_m(Side::Table));
 }
 
 /// The force at constant speed is the friction curve, stated here independently: level, Stribeck fall, asymmetry, thinning.
