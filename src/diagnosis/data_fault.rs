@@ -53,6 +53,12 @@ impl Fault {
         !matches!(self, Fault::Possible(_))
     }
 
+    /// Returns id, reason and proposed measurement of a fault that is only as likely as an effect.
+    pub fn possible(self, set: &MeasurementSet) -> Option<(String, (String, String))> {
+        let Fault::Possible(found) = self else { return None };
+        Some((found.fault.id().into(), self.fault_text(set)))
+    }
+
     /// Returns the ids of what is wrong, each with its record where it is one; none for a contradiction without a known cause.
     pub fn ids(self, set: &MeasurementSet) -> Vec<String> {
         let name = |frf: usize| Records::One(frf).name(set);

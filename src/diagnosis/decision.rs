@@ -257,6 +257,7 @@ pub fn diagnose(
             verdict = Verdict { confirmed: None, ..verdict.unnamed(&reason, next) };
         }
     }
+    let verdict = verdict.or_else(faulty.and_then(|fault| fault.possible(fitter.fit.set())));
     let place = Location::of(&verdict, fitter, as_described, (&chosen.0, &chosen.1), (effects, &located))?;
     let all = fitter.fit.to_predict();
     control.begin("5/6 gaps of the machine as described");
@@ -328,8 +329,7 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
         let next = Some("measure more modes, more positions, or a whole FRF at each position".to_string());
         return Ok((state(VerdictKind::Insufficient, Vec::new(), reason, next), nominal));
     }
-    let (possible, certain) = (inputs.faulty.filter(|fault| !fault.is_certain()), inputs.faulty.filter(|fault| fault.is_certain()));
-    if let Some(fault) = certain {
+    if let Some(fault) = inputs.faulty.filter(|fault| fault.is_certain()) {
         let (reason, next) = fault.fault_text(inputs.fitter.fit.set());
         let faults = fault.ids(inputs.fitter.fit.set());
         return Ok((Verdict { faults, ..state(VerdictKind::Measurement, Vec::new(), reason, Some(next)) }, nominal));
@@ -459,8 +459,7 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
             .and_then(|e| e.discriminating_test.clone());
         state(VerdictKind::Ambiguous, alternatives, reason, next)
     };
-    let other = possible.map(|fault| fault.fault_text(inputs.fitter.fit.set()).0);
-    Ok((verdict.or_else(other), chosen))
+    Ok((verdict, chosen))
 }
 
 /// Returns id, hypothesis and fit of the effect that explains most of the residual, if significant.

@@ -64,6 +64,12 @@ pub struct Verdict {
 }
 
 impl Verdict {
+    /// Returns the verdict «insufficient».
+    pub(super) fn insufficient(reason: String, next_measurement: Option<String>) -> Verdict {
+        let kind = VerdictKind::Insufficient;
+        Verdict { kind, effects: Vec::new(), faults: Vec::new(), confirmed: None, reason, next_measurement }
+    }
+
     /// Returns the verdict «unknown» in place of a name, for a reason that is added.
     pub(super) fn unnamed(self, reason: &str, next_measurement: &str) -> Verdict {
         Verdict {
@@ -75,14 +81,13 @@ impl Verdict {
         }
     }
 
-    /// Returns the verdict «ambiguous» in place of one effect that something else, in words, explains as well.
-    pub(super) fn or_else(self, other: Option<String>) -> Verdict {
-        let Some(other) = other.filter(|_| self.kind == VerdictKind::Effect) else { return self };
-        Verdict {
-            kind: VerdictKind::Ambiguous,
-            reason: format!("{}; these data cannot distinguish it from another cause: {other}", self.reason),
-            ..self
-        }
+    /// Returns the verdict «ambiguous» where something else explains as much as the named effects: its id, a reason and the next measurement.
+    pub(super) fn or_else(self, other: Option<(String, (String, String))>) -> Verdict {
+        let names_effects = matches!(self.kind, VerdictKind::Effect | VerdictKind::Ambiguous);
+        let Some((id, (text, next))) = other.filter(|_| names_effects) else { return self };
+        let effects = self.effects.into_iter().chain([EffectIds::single(&id)]).collect();
+        let reason = format!("{}; these data cannot distinguish it from another cause: {text}", self.reason);
+        Verdict { kind: VerdictKind::Ambiguous, effects, reason, next_measurement: Some(next), ..self }
     }
 
     /// Returns the first effect that the verdict names.

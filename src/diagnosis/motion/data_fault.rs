@@ -102,8 +102,9 @@ fn shift(model: Model<'_>, motion: &MotionSignal, covariance: Option<&Covariance
         let left = projection.without(&DMatrix::from_columns(std::slice::from_ref(&left))).column(0).into_owned();
         taken = taken.min(left.norm_squared() - LinearFit::new(&projection.without(&columns), &left)?.residual.norm_squared());
     }
-    // A delay that the record really has removes the residual when it is applied, whatever the slope of the force promises.
-    let (delay_s, factor) = (fit.coefficients[0], 1.0 + fit.coefficients[1]);
+    // g·F(t − τ) ≈ g·F − g·τ·Ḟ. A delay that the record really has removes the residual when it is applied, whatever the slope of the force promises.
+    let factor = 1.0 + fit.coefficients[1];
+    let delay_s = fit.coefficients[0] / factor;
     let shifted = shifted_earlier(&force, delay_s / motion.step_s);
     let change: Vec<f64> = shifted.iter().zip(&force).map(|(there, here)| factor * there - here).collect();
     let applied = &left - DVector::from_vec(motion.thinned(&change)?);
@@ -112,9 +113,9 @@ fn shift(model: Model<'_>, motion: &MotionSignal, covariance: Option<&Covariance
     Some(RecordShift {
         name: motion.name.clone(),
         delay_s,
-        delay_half95_s: half[0].half95,
+        delay_half95_s: (half[0].half95 / factor).abs(),
         gain: factor.max(1e-6).ln(),
-        gain_half95: half[1].half95,
+        gain_half95: (half[1].half95 / factor).abs(),
         gap: predicted.own_gap(),
         floor: non_systematic(&predicted, motion).first().map_or(0.0, |n| square(n).sqrt() / scale),
         gap_own: applied.norm() / scale,
@@ -200,6 +201,17 @@ pub(super) fn contradictions(fit: &[RecordShift], others: &[RecordShift], step_s
             Some(Contradiction { name: record.name.clone(), faults, description })
         })
         .collect()
+}
+
+/// Returns those contradictions that explain a share of the gap of the machine as described (`before`), too: the residual of an imperfectly modelled
+/// large effect is not a fault of a record.
+pub(super) fn beyond_effects(found: &[Contradiction], shifts: &[RecordShift], before: &[MotionPart]) -> Vec<Contradiction> {
+    let explains = |contradiction: &&Contradiction| {
+        let taken = shifts.iter().find(|shift| shift.name == contradiction.name).map_or(0.0, |s| s.gap.powi(2) - s.gap_own.powi(2));
+        let gap = before.iter().find(|part| part.name == contradiction.name).map_or(0.0, MotionPart::own_gap);
+        taken > LEAST_REDUCTION_NOMINAL * gap.powi(2)
+    };
+    found.iter().filter(explains).cloned().collect()
 }
 
 /// Returns the fitted records that contradict the others; of two, both. Delay and factor must also explain a share of the gap of the machine as

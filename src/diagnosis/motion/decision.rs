@@ -33,7 +33,9 @@ pub(super) struct MotionDecisionInputs<'e> {
     pub faulty: Vec<Contradiction>,
     /// Held-out records that contradict the fitted ones.
     pub contradictions: &'e [Contradiction],
-    /// 95 % interval of the share that the chosen effects close of the gap of the held-out records.
+    /// Those of them that no imperfectly modelled effect explains.
+    pub stated: &'e [Contradiction],
+    /// 95 % interval of the share that the chosen effects close of the gap of the held-out records, without those if others remain.
     pub closed95: Option<(f64, f64)>,
     /// Whether records are held out.
     pub holds_out: bool,
@@ -42,19 +44,28 @@ pub(super) struct MotionDecisionInputs<'e> {
 /// Decides on the verdict. What is named on the fitted records stands as an effect where the held-out ones speak for it.
 pub(super) fn decide(inputs: &MotionDecisionInputs<'_>) -> Verdict {
     if !inputs.faulty.is_empty() {
-        return at_fault(&inputs.faulty);
+        // Which of two that contradict each other is wrong, is open.
+        let faults = if inputs.faulty.len() == 1 { ids(&inputs.faulty) } else { Vec::new() };
+        return Verdict { faults, ..at_fault(&inputs.faulty) };
     }
     let verdict = explanation(inputs);
     let contradictions = inputs.contradictions;
     if !verdict.kind.explains() {
-        // A record that contradicts the others is reported where no effect is missing.
-        let is_fault = verdict.kind == VerdictKind::None && !contradictions.is_empty();
-        return if is_fault { at_fault(contradictions) } else { verdict };
+        return match verdict.kind {
+            VerdictKind::None if !contradictions.is_empty() => at_fault(contradictions),
+            VerdictKind::Unknown if !inputs.stated.is_empty() => {
+                let fault = at_fault(inputs.stated);
+                Verdict { reason: format!("{}; besides, {}", fault.reason, verdict.reason), ..fault }
+            }
+            _ => verdict,
+        };
     }
     let confirmed = inputs.holds_out.then(|| inputs.closed95.is_some_and(|(low, _)| low > 0.0));
-    let verdict = Verdict { confirmed, faults: ids(contradictions), ..verdict };
+    let stated = inputs.stated;
+    let beside: String = stated.iter().map(|record| format!("; {}", record.description)).collect();
+    let verdict = Verdict { confirmed, faults: ids(stated), reason: verdict.reason.clone() + &beside, ..verdict };
     match (confirmed, verdict.kind) {
-        (Some(false), _) if !contradictions.is_empty() => at_fault(contradictions),
+        (Some(false), _) if !stated.is_empty() => at_fault(stated),
         (Some(false), VerdictKind::Effect) => verdict
             .unnamed("the held-out records do not surely speak for the best effect", "record more motions with other speeds and loads"),
         _ => verdict,

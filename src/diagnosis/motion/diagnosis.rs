@@ -5,14 +5,15 @@ use rayon::prelude::*;
 use super::channel_weight::weigh;
 use super::context::{Chosen, Context};
 use super::data::{MotionData, side_by_side};
-use super::data_fault::{Contradiction, Covariance, RecordShift, contradictions, faulty, shifts};
+use super::data_fault::{Contradiction, Covariance, RecordShift, beyond_effects, contradictions, faulty, shifts};
 use super::decision::{MotionDecisionInputs, amount, decide};
 use super::design::INDEPENDENT;
-use super::force_fault::{Nominal, correct, with_force_faults};
+use super::force_fault::{ForceFault, Nominal, correct, texts, with_force_faults};
 use super::free_function::{ForceLocations, FreeFunction, free_functions};
 use super::gap::{MotionPart, closed_interval, gap_of, part};
 use super::misfit_map::{MisfitCell, largest_phase, misfit_map};
 use super::noise_floor::{floor_of, noise_of};
+use super::nominal_fit::nominal_fit;
 use super::null_distribution::MotionNullDistribution;
 use super::selection::SelectionStep;
 use crate::evidence::share_closed;
@@ -21,7 +22,6 @@ use dynamics::inverse_dynamics::{
     InverseError, LinearForce, MotionSignal, Phase, Rigid, free_parameters, is_linear_in_inverse, mask_backlash_crossings,
     parameters_without_influence,
 };
-use identification::motion::{ForceFit, best_anywhere, estimate_identifiable};
 use machine::{Effect, EffectIds, Machine, ParameterValues};
 use numeric::linear_fit::LinearFit;
 use optimizer::Control;
@@ -107,6 +107,8 @@ pub struct MotionDiagnosis {
     pub shifts: Vec<RecordShift>,
     /// Held-out records that contradict the fitted ones.
     pub contradictions: Vec<Contradiction>,
+    /// Wrong signs and units of the force, in words; all figures are those of the corrected records.
+    pub force_faults: Vec<String>,
     /// The verdict.
     pub verdict: Verdict,
     /// Phase of the motion in which the named effect, or the unknown one, is largest.
@@ -138,24 +140,6 @@ const MAX_EFFECTS: usize = 3;
 const LEAST_CONFIDENT: f64 = 0.2;
 /// Draws of the bootstrap of `closed`.
 const BOOTSTRAP: usize = 400;
-
-/// Squared misfit of a fit near the description, as a multiple of the least, above which it is a minimum of its own and not the described machine.
-const OTHER_MINIMUM: f64 = 2.0;
-
-/// Fits the machine near its description. Its best fit anywhere is used only where it leaves far less: elsewhere in their ranges parameters in which the
-/// force is not linear may imitate a missing effect.
-fn nominal_fit(
-    rigid: &Rigid,
-    machine: &Machine,
-    free: &[usize],
-    motions: &[&MotionSignal],
-    spring: impl Fn(usize) -> bool,
-    control: &Control,
-) -> Result<ForceFit, InverseError> {
-    let near = estimate_identifiable(rigid, machine, &machine.start(), free, motions, spring)?;
-    let anywhere = best_anywhere(rigid, machine, near.clone(), motions, control);
-    Ok(if near.squares > OTHER_MINIMUM * anywhere.squares { anywhere } else { near })
-}
 
 /// Diagnoses motions of a drive by the force of its rigid motion and, where recorded, by the transmission errors of extra measuring points. Of
 /// several effects with one id the one for motion is used ([`Effect::for_data`]).
@@ -194,7 +178,7 @@ pub fn diagnose_motion(
     let fit = match fit {
         Ok(fit) => fit,
         Err(InverseError::Data(why) | InverseError::Unidentifiable { why, .. }) => {
-            return Ok(insufficient(&rigid, nominal, fit_motions, held_out, why));
+            return Ok(insufficient(&rigid, nominal, (fit_motions, held_out), &force_faults, why));
         }
         Err(other) => return Err(other),
     };
@@ -205,11 +189,14 @@ pub fn diagnose_motion(
     let Some(first) = context.screen(&base, &EffectIds::default()) else {
         let why =
             "with any part left out, these records do not determine the machine's parameters; record longer or more motions".to_string();
-        return Ok(insufficient(&context.rigid, nominal, fit_motions, held_out, why));
+        return Ok(insufficient(&context.rigid, nominal, (fit_motions, held_out), &force_faults, why));
     };
     if control.stopped() {
         let why = "stopped before the candidates were compared".to_string();
-        return Ok(MotionDiagnosis { complete: false, ..insufficient(&context.rigid, nominal, fit_motions, held_out, why) });
+        return Ok(MotionDiagnosis {
+            complete: false,
+            ..insufficient(&context.rigid, nominal, (fit_motions, held_out), &force_faults, why)
+        });
     }
     let mut names = EffectIds::default();
     let mut chosen = base.clone();
@@ -328,6 +315,16 @@ pub fn diagnose_motion(
     let without_delay = without_added_delay(&chosen).map(|values| shifts((&context.rigid, &chosen.0.machine, &values), fit_motions, None));
     let faulty = faulty(without_delay.as_ref().unwrap_or(&fit_shifts), &base_fit, step_s);
     let contradictions = contradictions(&fit_shifts, &other_shifts, step_s);
+    let stated = beyond_effects(&contradictions, &other_shifts, &base_held_out);
+    let sound = |motion: &&&MotionSignal| stated.iter().all(|record| record.name != motion.name);
+    let sound: Vec<&MotionSignal> = held_out.iter().filter(sound).copied().collect();
+    let confirming95 = match sound.len() {
+        some if some == 0 || some == held_out.len() => closed95,
+        _ => {
+            let [before, after] = [&base, &chosen].map(|(hypothesis, fit)| parts((hypothesis, &fit.values), &sound));
+            closed_interval(&before, &after, &noise_of(&after, &sound), BOOTSTRAP, settings.seed)
+        }
+    };
     let verdict = decide(&MotionDecisionInputs {
         context: &context,
         first: &first,
@@ -341,7 +338,8 @@ pub fn diagnose_motion(
         located: &located,
         faulty,
         contradictions: &contradictions,
-        closed95,
+        stated: &stated,
+        closed95: confirming95,
         holds_out: !held_out.is_empty(),
     });
     let verdict = with_force_faults(verdict, &force_faults);
@@ -352,14 +350,7 @@ pub fn diagnose_motion(
     };
     let verdict = if control.stopped() {
         let reason = "stopped before enough null simulations were drawn to decide on significance".to_string();
-        Verdict {
-            kind: VerdictKind::Insufficient,
-            effects: Vec::new(),
-            faults: Vec::new(),
-            confirmed: None,
-            reason,
-            next_measurement: None,
-        }
+        with_force_faults(Verdict::insufficient(reason, None), &force_faults)
     } else {
         verdict
     };
@@ -387,6 +378,7 @@ pub fn diagnose_motion(
         closed95,
         shifts: fit_shifts.into_iter().chain(other_shifts).collect(),
         contradictions,
+        force_faults: texts(&force_faults),
         verdict,
         loss,
         complete: !control.stopped(),
@@ -461,7 +453,13 @@ fn gap_with(function: &FreeFunction, (hypothesis, fit): &Chosen, (context, held_
 }
 
 /// Returns the verdict «insufficient» for records that do not determine the machine's own parameters.
-fn insufficient(rigid: &Rigid, nominal: Hypothesis, fit: &[&MotionSignal], held_out: &[&MotionSignal], why: String) -> MotionDiagnosis {
+fn insufficient(
+    rigid: &Rigid,
+    nominal: Hypothesis,
+    (fit, held_out): (&[&MotionSignal], &[&MotionSignal]),
+    force_faults: &[ForceFault],
+    why: String,
+) -> MotionDiagnosis {
     let values = nominal.machine.start();
     let parts = |motions: &[&MotionSignal]| motions.iter().map(|m| part(rigid, &nominal.machine, &values, m)).collect::<Vec<_>>();
     let (fit, held_out) = (parts(fit), parts(held_out));
@@ -483,14 +481,8 @@ fn insufficient(rigid: &Rigid, nominal: Hypothesis, fit: &[&MotionSignal], held_
         cells: Vec::new(),
         shifts: Vec::new(),
         contradictions: Vec::new(),
-        verdict: Verdict {
-            kind: VerdictKind::Insufficient,
-            effects: Vec::new(),
-            faults: Vec::new(),
-            confirmed: None,
-            reason: why,
-            next_measurement: next,
-        },
+        force_faults: texts(force_faults),
+        verdict: with_force_faults(Verdict::insufficient(why, next), force_faults),
         phase: None,
         loss: 1.0,
         complete: true,

@@ -7,12 +7,12 @@ use dynamics::inverse_dynamics::{InverseError, MotionSignal, Rigid};
 use identification::motion::{ForceFit, estimate_identifiable};
 use machine::Machine;
 
-/// Factors between units of force or torque, and what was mistaken.
-const UNITS: [(f64, &str); 3] = [(1e3, "N for kN"), (9.80665, "N for kgf"), (4.448_222, "N for lbf")];
+/// Factors between units of force or torque, what is recorded and what was meant.
+const UNITS: [(f64, &str, &str); 3] = [(1e3, "N", "kN"), (9.80665, "N", "kgf"), (4.448_222, "N", "lbf")];
 /// Share of the squared force that the machine as described leaves at least where its sign or unit is wrong in all records (1).
 const UNEXPLAINED: f64 = 0.5;
-/// Largest share of a squared deviation that remains once its sign or unit is corrected (1): one number accounts for nine tenths of it. No effect
-/// multiplies the force by one number throughout a record.
+/// Largest share of the squared force of other records that the machine leaves where it judges a record, and largest share of a squared deviation that
+/// remains once its sign or unit is corrected (1): nine tenths are explained.
 const REMAINS: f64 = 0.1;
 /// Largest ratio of what two factors leave of the squared force at which they explain it equally well (1).
 const SAME: f64 = 2.0;
@@ -38,21 +38,38 @@ impl ForceFault {
     /// Describes the fault in words.
     pub fn text(&self) -> String {
         let of = self.record.as_ref().map_or("all records".into(), |record| format!("record {record}"));
-        let factor = self.factor.abs();
-        let near = |unit: f64| (factor / unit - 1.0).abs() < SAME_SCALE || (factor * unit - 1.0).abs() < SAME_SCALE;
-        let cause = UNITS.iter().find(|(unit, _)| near(*unit)).map_or(String::new(), |(_, cause)| format!(", as of {cause}"));
-        match (self.factor < 0.0, is_scale(factor)) {
-            (true, false) => format!("the sign of the force of {of} is reversed"),
-            (true, true) => format!("the force of {of} has the wrong sign and is {} times too large{cause}", figures(factor)),
-            (false, _) => format!("the force of {of} is {} times too large{cause}", figures(factor)),
+        let size = self.factor.abs();
+        let cause = |factor: f64| {
+            let [of, by] = [factor, 1.0 / factor].map(|factor| UNITS.iter().find(|(unit, ..)| (factor / unit - 1.0).abs() < SAME_SCALE));
+            let words = of.map(|(_, recorded, meant)| (recorded, meant)).or(by.map(|(_, recorded, meant)| (meant, recorded)));
+            words.map_or(String::new(), |(recorded, meant)| format!(", as of {recorded} for {meant}"))
+        };
+        let times = match size {
+            _ if !is_scale(size) => None,
+            x if x < 1.0 => Some(format!("{} times too small{}", figures(1.0 / x), cause(x))),
+            x => Some(format!("{} times too large{}", figures(x), cause(x))),
+        };
+        match (self.factor < 0.0, times) {
+            (true, None) => format!("the sign of the force of {of} is reversed"),
+            (true, Some(times)) => format!("the force of {of} has the wrong sign and is {times}"),
+            (false, times) => format!("the force of {of} is {}", times.unwrap_or_default()),
         }
     }
 
     /// Corrects the records that it concerns.
     fn correct(&self, motions: &mut [MotionSignal]) {
         let concerned = |motion: &&mut MotionSignal| self.record.as_ref().is_none_or(|record| *record == motion.name);
-        motions.iter_mut().filter(concerned).for_each(|motion| multiply(motion, 1.0 / self.factor));
+        motions.iter_mut().filter(concerned).for_each(|motion| {
+            multiply(motion, 1.0 / self.factor);
+            // A reading that was reconstructed from the force is wrong with it.
+            motion.extra_channels.retain(|channel| channel.encoder_estimate.is_none());
+        });
     }
+}
+
+/// Returns faults in words.
+pub(super) fn texts(found: &[ForceFault]) -> Vec<String> {
+    found.iter().map(ForceFault::text).collect()
 }
 
 fn is_scale(factor: f64) -> bool {
@@ -68,14 +85,14 @@ pub(super) fn with_force_faults(verdict: Verdict, found: &[ForceFault]) -> Verdi
     if found.is_empty() {
         return verdict;
     }
-    let what = found.iter().map(ForceFault::text).collect::<Vec<_>>().join("; ");
+    let what = texts(found).join("; ");
     let faults = found.iter().flat_map(ForceFault::ids).chain(verdict.faults).collect();
     let reason = format!("{what}; corrected for this, {}", verdict.reason);
-    if verdict.kind.explains() {
+    if verdict.kind.explains() || verdict.kind == VerdictKind::Insufficient {
         return Verdict { faults, reason, ..verdict };
     }
     let next = "correct the files, or check sign and range of the force channel and record again".to_string();
-    Verdict { kind: VerdictKind::Measurement, faults, reason, next_measurement: Some(next), ..verdict }
+    Verdict { kind: VerdictKind::Measurement, faults, reason, next_measurement: Some(next), confirmed: None, ..verdict }
 }
 
 /// A rigid drive, its machine, the free parameters and those of them that may keep their start values.
@@ -100,10 +117,10 @@ impl<S: Fn(usize) -> bool> Nominal<'_, S> {
 
 /// Finds wrong signs and units of the force and corrects the records for them. The first `fitted` motions are the fitted ones.
 pub(super) fn correct(nominal: &Nominal<'_, impl Fn(usize) -> bool>, motions: &mut [MotionSignal], fitted: usize) -> Vec<ForceFault> {
-    // The channels of extra points do not depend on the force.
+    // The force alone is compared.
     let mut forces = motions.to_vec();
     forces.iter_mut().for_each(|motion| motion.extra_channels.clear());
-    let mut found: Vec<ForceFault> = of_all(nominal, &forces[..fitted]).into_iter().collect();
+    let mut found: Vec<ForceFault> = of_all(nominal, &forces).into_iter().collect();
     found.iter().for_each(|fault| fault.correct(&mut forces));
     for _ in 1..forces.len() {
         let Some(fault) = of_one(nominal, &forces, fitted) else { break };
@@ -115,15 +132,15 @@ pub(super) fn correct(nominal: &Nominal<'_, impl Fn(usize) -> bool>, motions: &m
 }
 
 /// Returns the sign or unit of all records with which the machine explains them, where it does not as they are.
-fn of_all(nominal: &Nominal<'_, impl Fn(usize) -> bool>, fitted: &[MotionSignal]) -> Option<ForceFault> {
-    let as_recorded = nominal.left(fitted);
+fn of_all(nominal: &Nominal<'_, impl Fn(usize) -> bool>, motions: &[MotionSignal]) -> Option<ForceFault> {
+    let as_recorded = nominal.left(motions);
     if !(as_recorded > UNEXPLAINED) || !as_recorded.is_finite() {
         return None;
     }
-    let units = UNITS.iter().flat_map(|(unit, _)| [*unit, 1.0 / unit]);
+    let units = UNITS.iter().flat_map(|(unit, ..)| [*unit, 1.0 / unit]);
     let factors = std::iter::once(1.0).chain(units).flat_map(|factor| [-factor, factor]).filter(|factor| *factor != 1.0);
     let left = |factor: f64| {
-        let mut corrected = fitted.to_vec();
+        let mut corrected = motions.to_vec();
         corrected.iter_mut().for_each(|motion| multiply(motion, 1.0 / factor));
         (factor, nominal.left(&corrected))
     };
@@ -141,11 +158,13 @@ fn of_one(nominal: &Nominal<'_, impl Fn(usize) -> bool>, motions: &[MotionSignal
     let against_others = |at: usize| {
         let others: Vec<&MotionSignal> = motions.iter().enumerate().filter(|(i, _)| *i != at).map(|(_, motion)| motion).collect();
         let fit = nominal.fit(&others).ok()?;
+        let others_left = fit.squares / others.iter().map(|motion| square(&motion.load)).sum::<f64>();
         let record: MotionPart = part(nominal.rigid, nominal.machine, &fit.values, &motions[at]);
         let (factor, deviation, left) = factor_of(&record)?;
-        let is_wrong = (factor < 0.0 || is_scale(factor)) && left < REMAINS * deviation;
-        let unexplained = left / square(&record.recorded) + fit.squares / others.iter().map(|motion| square(&motion.load)).sum::<f64>();
-        is_wrong.then(|| (at, unexplained, ForceFault { record: Some(motions[at].name.clone()), factor: rounded(factor) }))
+        let factor = sign_and_unit(factor);
+        let is_wrong = factor != 1.0 && others_left < REMAINS && left < REMAINS * deviation;
+        let unexplained = left / square(&record.recorded) + others_left;
+        is_wrong.then(|| (at, unexplained, ForceFault { record: Some(motions[at].name.clone()), factor }))
     };
     let claims: Vec<(usize, f64, ForceFault)> = (0..motions.len()).filter_map(against_others).collect();
     let is_mutual = motions.len() == 2 && claims.len() == 2;
@@ -162,10 +181,9 @@ fn factor_of(record: &MotionPart) -> Option<(f64, f64, f64)> {
     (own > 0.0 && factor != 0.0).then(|| (factor, deviation, square(&record.recorded) - product * factor))
 }
 
-/// Returns the factor of a sign or a known unit that a factor is near, else the factor itself.
-fn rounded(factor: f64) -> f64 {
-    let size = factor.abs();
-    let known = UNITS.iter().flat_map(|(unit, _)| [*unit, 1.0 / unit]).find(|unit| (size / unit - 1.0).abs() < SAME_SCALE);
-    let size = if is_scale(size) { known.unwrap_or(size) } else { 1.0 };
-    size.copysign(factor)
+/// Returns the sign of a factor, with the unit that it is near: other factors may be those of a missing effect in a record at one speed.
+fn sign_and_unit(factor: f64) -> f64 {
+    let units = UNITS.iter().flat_map(|(unit, ..)| [*unit, 1.0 / unit]);
+    let near = units.into_iter().find(|unit| (factor.abs() / unit - 1.0).abs() < SAME_SCALE);
+    near.unwrap_or(1.0).copysign(factor)
 }

@@ -19,6 +19,7 @@ mod gap;
 mod grid;
 mod misfit_map;
 mod noise_floor;
+mod nominal_fit;
 mod nuisance;
 mod null_distribution;
 mod residual_bootstrap;

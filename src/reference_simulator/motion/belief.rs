@@ -49,8 +49,8 @@ pub struct Belief {
     pub feed_forward: f64,
     /// Integral time of the velocity loop, s; infinite for a proportional loop.
     pub integral_time_s: f64,
-    /// Encoder of the position loop.
-    pub outer: Side,
+    /// Whether a scale at the table closes the position loop.
+    pub is_direct: bool,
     /// Period of both loops, s.
     pub period_s: f64,
     /// Largest force, N.
@@ -104,7 +104,7 @@ impl Belief {
             velocity_gain_n_s_m: drive.velocity_gain_n_s_m,
             feed_forward: drive.feed_forward,
             integral_time_s: drive.integral_time_s,
-            outer: drive.outer,
+            is_direct: drive.is_direct,
             period_s: drive.period_s,
             limit_n: drive.limit_n,
             quantum_m: drive.quantum_m,
@@ -114,7 +114,7 @@ impl Belief {
 
     /// Whether the drive's force follows from command and encoder alone, so that the reading of an encoder that was not recorded follows from the force.
     pub fn gives_encoder(&self) -> bool {
-        self.outer == Side::Motor && self.integral_time_s.is_infinite()
+        !self.is_direct && self.integral_time_s.is_infinite()
     }
 
     /// Whether the description has the parameter, one of [`IDS`].
@@ -157,7 +157,7 @@ impl Belief {
             "[drive.position]\nencoder_step = {:e}\ngain_per_s = {:e}\nperiod_s = {:e}",
             self.quantum_m, self.position_gain_1_s, self.period_s
         );
-        let has_two_encoders = self.outer == Side::Table && self.motor_kg.is_some();
+        let has_two_encoders = self.is_direct && self.motor_kg.is_some();
         if has_two_encoders {
             out.push_str("at = \"table\"\n");
         }

@@ -2,7 +2,7 @@
 
 use super::drive::Drive;
 use super::plant::{Axis, Contact, Friction, Spring, ThermalExpansion, Wave};
-use super::run::{Machine, Side};
+use super::run::Machine;
 use crate::draw::Draw;
 use crate::machine::catalogue::round_to;
 
@@ -63,7 +63,7 @@ pub fn random_axis(viscous: [f64; 2], draw: &mut Draw) -> DrawnAxis {
         velocity_gain_n_s_m: round_to(velocity * mass, 3),
         feed_forward: 0.0,
         integral_time_s: f64::INFINITY,
-        outer: Side::Motor,
+        is_direct: false,
         period_s: [2.5e-4, 5e-4][draw.index(2)],
         limit_n: round_to(6.0 * (mass * acceleration_m_s2 + dry + film * speed_m_s), 2),
         quantum_m: round_to(draw.log_between(8e-9, 3e-8), 2),

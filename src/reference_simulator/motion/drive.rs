@@ -2,8 +2,6 @@
 
 use std::collections::VecDeque;
 
-use super::run::Side;
-
 /// Parameters of a drive.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drive {
@@ -15,8 +13,8 @@ pub struct Drive {
     pub feed_forward: f64,
     /// Integral time of the velocity loop, s; infinite for a proportional loop.
     pub integral_time_s: f64,
-    /// Encoder of the position loop; that of the velocity loop is the motor's.
-    pub outer: Side,
+    /// Whether a scale at the table closes the position loop; the motor's encoder always closes the velocity loop.
+    pub is_direct: bool,
     /// Period of both loops, s.
     pub period_s: f64,
     /// Largest demanded force, N.
@@ -61,7 +59,7 @@ impl Loops {
         let speed = (reading_m - self.reading_m) / drive.period_s;
         let ahead = drive.feed_forward * (reference_m - self.reference_m) / drive.period_s;
         (self.reading_m, self.reference_m) = (reading_m, reference_m);
-        let outer_m = if drive.outer == Side::Table { quantised(table_m, drive.quantum_m) } else { reading_m };
+        let outer_m = if drive.is_direct { quantised(table_m, drive.quantum_m) } else { reading_m };
         let error = drive.position_gain_1_s * (reference_m - outer_m) + ahead - speed;
         let wanted = drive.velocity_gain_n_s_m * (error + self.integral_m / drive.integral_time_s);
         let demand = wanted.clamp(-drive.limit_n, drive.limit_n);

@@ -4,7 +4,6 @@ use serde::{Deserialize, Serialize};
 
 use super::catalogue::{DrawnAxis, random_axis, stiffness_for};
 use super::effect::EffectKind;
-use super::run::Side;
 use crate::draw::Draw;
 use crate::machine::catalogue::round_to;
 
@@ -75,7 +74,7 @@ impl MotionLayout {
         match self {
             Self::IndirectEncoder => {}
             Self::DirectEncoder => {
-                drive.outer = Side::Table;
+                drive.is_direct = true;
                 drive.integral_time_s = integral_time_s(draw);
             }
             Self::BeltDriven => {

@@ -1,8 +1,16 @@
-//! Choice of the layouts of machines.
+//! Kinds of data of the cases, and choice of the layouts of machines.
 
-use super::Arm;
 use reference_simulator::Layout;
 use reference_simulator::motion::MotionLayout;
+
+/// Kind of data of the cases.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Arm {
+    /// Hammer tests.
+    Frf,
+    /// Time records of a driven axis.
+    Motion,
+}
 
 /// Layouts of the machines of an arm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -11,7 +11,7 @@ mod request;
 
 pub use check::BlindCheck;
 pub use diagnose_cases::CaseAnswers;
-pub use layouts::Layouts;
+pub use layouts::{Arm, Layouts};
 pub use page::page;
-pub use request::{Arm, BlindCheckRequest, CaseCount, CaseOrigin, Program};
+pub use request::{BlindCheckRequest, CaseCount, CaseOrigin, Program};
 pub use withheld::{Seal, WithheldDocument, withheld_text};

@@ -3,19 +3,10 @@
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-use super::layouts::Layouts;
+use super::layouts::{Arm, Layouts};
 use super::make_cases::CasePlan;
 use crate::{StudyError, StudyResult};
 use reference_simulator::{Counts, motion};
-
-/// Kind of data of the cases.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Arm {
-    /// Hammer tests.
-    Frf,
-    /// Time records of a driven axis.
-    Motion,
-}
 
 /// Origin of the cases.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

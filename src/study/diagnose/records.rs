@@ -52,6 +52,8 @@ fn to_document(
 ) -> StudyResult<document::DiagnosisDocument> {
     let (before, after) = (gap_of(&found.held_out), gap_of(&found.chosen_held_out));
     let mut warnings: Vec<String> = found.contradictions.iter().map(|c| c.description.clone()).collect();
+    let corrected = found.force_faults.iter().map(|fault| format!("{fault}; gaps and values are those of the corrected records"));
+    warnings.extend(corrected);
     if held_out.is_empty() {
         warnings.push("nothing is held out, so that the closed share of the gap is unknown; hold records out".into());
     }

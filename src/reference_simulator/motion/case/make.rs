@@ -18,6 +18,7 @@ use crate::machine::catalogue::round_to;
 use crate::motion::belief::{Belief, IDS};
 use crate::motion::catalogue::{DrawnAxis, MotionLimits, random_axis};
 use crate::motion::effect::{Effect, EffectKind};
+use crate::motion::layout::MotionLayout;
 use crate::motion::path::Path;
 use crate::motion::phase::Phase;
 use crate::motion::run::{Machine, STEP_S, Sensors, Side};
@@ -72,7 +73,8 @@ impl Choice {
             (Side::Table, true) | (Side::Motor, false) => Side::Motor,
         };
         let one_mass = draw.chance(0.5);
-        let is_rigid = side == Side::Motor && !has(EffectKind::Backlash) && slot.kind != Kind::LookAlike && one_mass;
+        let belt = slot.layout == Some(MotionLayout::BeltDriven);
+        let is_rigid = side == Side::Motor && !has(EffectKind::Backlash) && slot.kind != Kind::LookAlike && one_mass && !belt;
         let weighing = draw.chance(0.3);
         let is_weighed = weighing || slot.effects.iter().any(|effect| effect.needs_weighing());
         let lacks = [(EffectKind::CoulombFriction, IDS[2]), (EffectKind::ViscousFriction, IDS[1])];

@@ -6,7 +6,7 @@ mod servo;
 
 use super::drive::Drive;
 use super::plant::{Axis, Contact, Friction, Spring, ThermalExpansion};
-use super::run::{Machine, Side};
+use super::run::Machine;
 
 /// An ideal axis of 100 kg: no friction, no backlash, no dashpots.
 fn ideal_axis() -> Axis {
@@ -33,7 +33,7 @@ fn drive() -> Drive {
         velocity_gain_n_s_m: 12_000.0,
         feed_forward: 0.0,
         integral_time_s: f64::INFINITY,
-        outer: Side::Motor,
+        is_direct: false,
         period_s: 1e-3,
         limit_n: 1e6,
         quantum_m: 0.0,
