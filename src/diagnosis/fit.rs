@@ -31,8 +31,6 @@ pub(super) const IMPROVEMENT: f64 = 0.5;
 /// Starts that are followed: a number, and a further number per added parameter. Least distance between them in the unit interval of some parameter,
 /// and largest step for which a linear prediction of χ² is trusted.
 const FOLLOWED: (usize, usize) = (2, 2);
-/// Starts, as a multiple of those, that are compared on coarse lines after all were compared on the few lines of a multistart.
-const PROMISING: usize = 4;
 const LEAST_DISTANCE: f64 = 0.045;
 pub(super) const TRUST_RADIUS: f64 = 0.1;
 /// Lines of all FRFs together on which starts are evaluated, and least and largest number per FRF.
@@ -179,12 +177,7 @@ impl<'s> Fitter<'s> {
         let coarse = objective.coarse(self.lines_of_one(COARSE));
         let few = coarse.as_ref().unwrap_or(&objective);
         let without_effect = start_of(hypothesis, &bases[0], &[]);
-        let (all, most) = (trial_starts(hypothesis, bases).collect(), FOLLOWED.0 + FOLLOWED.1 * hypothesis.added.len());
-        let promising = match objective.coarse(self.lines_of_one(MULTISTART_LINES)) {
-            Some(thin) => best_starts((&thin, true), all, PROMISING * most),
-            None => all,
-        };
-        let followed = best_starts((few, coarse.is_some()), promising, most);
+        let followed = best_starts((few, coarse.is_some()), hypothesis, bases, FOLLOWED.0 + FOLLOWED.1 * hypothesis.added.len());
         let mut ends: Vec<Fitted> = followed.iter().map(|start| self.descend(few, start, COARSE_STEPS, control)).collect();
         let near = self.descend(few, &without_effect, COARSE_STEPS, control);
         ends.push(near);
@@ -218,8 +211,7 @@ impl<'s> Fitter<'s> {
             let coarse = objective.coarse(self.lines_of_one(COARSE));
             let few = coarse.as_ref().unwrap_or(&objective);
             let thin = objective.coarse(self.lines_of_one(MULTISTART_LINES));
-            let all = trial_starts(hypothesis, joints).collect();
-            let ends = best_starts((thin.as_ref().unwrap_or(few), coarse.is_some()), all, FOLLOWED.0);
+            let ends = best_starts((thin.as_ref().unwrap_or(few), coarse.is_some()), hypothesis, joints, FOLLOWED.0);
             let ends = ends.iter().map(|start| self.descend(few, start, COARSE_STEPS, control));
             let Some(best) = ends.min_by(|a, b| a.chi_square.total_cmp(&b.chi_square)) else { return Ok(None) };
             let there = self.descend(few, known, COARSE_STEPS, control);
@@ -396,13 +388,14 @@ fn trial_starts<'j>(hypothesis: &'j Hypothesis, joints: &'j [Fitted]) -> impl It
     joints.iter().flat_map(move |base| trials.clone().into_iter().map(move |added| start_of(hypothesis, base, &added)))
 }
 
-/// Returns the most promising starts: the distinct ones of the least χ², predicted by one linear step where derivatives are cheap, else evaluated.
-fn best_starts((few, is_linear): (&DomainObjective<'_>, bool), starts: Vec<Fitted>, most: usize) -> Vec<Fitted> {
+/// Returns the most promising starts of a hypothesis from some joints: of all amplitudes the distinct ones of the least χ², predicted by one linear
+/// step where derivatives are cheap, else evaluated.
+fn best_starts((few, is_linear): (&DomainObjective<'_>, bool), hypothesis: &Hypothesis, joints: &[Fitted], most: usize) -> Vec<Fitted> {
     let cost = |start: &Fitted| {
         let place = coordinates_of(few, start);
         few.squares(|squares| if is_linear { squares.normal(&place).cost_after_step(TRUST_RADIUS) } else { squares.chi_square(&place) })
     };
-    let mut starts: Vec<(f64, Fitted)> = starts.into_iter().map(|start| (cost(&start), start)).collect();
+    let mut starts: Vec<(f64, Fitted)> = trial_starts(hypothesis, joints).map(|start| (cost(&start), start)).collect();
     starts.sort_by(|a, b| a.0.total_cmp(&b.0));
     // Neighbouring starts end in the same minimum.
     let mut followed: Vec<Fitted> = Vec::new();
