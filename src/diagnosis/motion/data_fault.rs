@@ -207,11 +207,15 @@ pub(super) fn contradictions(fit: &[RecordShift], others: &[RecordShift], step_s
 /// large effect is not a fault of a record.
 pub(super) fn beyond_effects(found: &[Contradiction], shifts: &[RecordShift], before: &[MotionPart]) -> Vec<Contradiction> {
     let explains = |contradiction: &&Contradiction| {
-        let taken = shifts.iter().find(|shift| shift.name == contradiction.name).map_or(0.0, |s| s.gap.powi(2) - s.gap_own.powi(2));
-        let gap = before.iter().find(|part| part.name == contradiction.name).map_or(0.0, MotionPart::own_gap);
-        taken > LEAST_REDUCTION_NOMINAL * gap.powi(2)
+        shifts.iter().find(|shift| shift.name == contradiction.name).is_some_and(|shift| exceeds_effects(shift, before))
     };
     found.iter().filter(explains).cloned().collect()
+}
+
+/// Whether a record's delay and factor explain a share of the gap of the machine as described.
+fn exceeds_effects(shift: &RecordShift, before: &[MotionPart]) -> bool {
+    let gap = before.iter().find(|part| part.name == shift.name).map_or(0.0, MotionPart::own_gap);
+    shift.gap.powi(2) - shift.gap_own.powi(2) > LEAST_REDUCTION_NOMINAL * gap.powi(2)
 }
 
 /// Returns the fitted records that contradict the others; of two, both. Delay and factor must also explain a share of the gap of the machine as
@@ -223,8 +227,7 @@ pub(super) fn faulty(shifts: &[RecordShift], before: &[MotionPart], step_s: f64)
     let against_others = |at: usize| {
         let others: Vec<RecordShift> = shifts.iter().enumerate().filter(|(i, _)| *i != at).map(|(_, s)| s.clone()).collect();
         let taken = shifts[at].gap.powi(2) - shifts[at].gap_own.powi(2);
-        let gap = before.iter().find(|part| part.name == shifts[at].name).map_or(0.0, MotionPart::own_gap);
-        let much = taken > 0.5 * shifts[at].gap.powi(2) && taken > LEAST_REDUCTION_NOMINAL * gap.powi(2);
+        let much = taken > 0.5 * shifts[at].gap.powi(2) && exceeds_effects(&shifts[at], before);
         contradictions(&others, std::slice::from_ref(&shifts[at]), step_s).into_iter().filter(move |_| much)
     };
     (0..shifts.len()).flat_map(against_others).collect()

@@ -318,12 +318,11 @@ pub fn diagnose_motion(
     let stated = beyond_effects(&contradictions, &other_shifts, &base_held_out);
     let sound = |motion: &&&MotionSignal| stated.iter().all(|record| record.name != motion.name);
     let sound: Vec<&MotionSignal> = held_out.iter().filter(sound).copied().collect();
-    let confirming95 = match sound.len() {
-        some if some == 0 || some == held_out.len() => closed95,
-        _ => {
-            let [before, after] = [&base, &chosen].map(|(hypothesis, fit)| parts((hypothesis, &fit.values), &sound));
-            closed_interval(&before, &after, &noise_of(&after, &sound), BOOTSTRAP, settings.seed)
-        }
+    let confirming95 = if sound.is_empty() || sound.len() == held_out.len() {
+        closed95
+    } else {
+        let [before, after] = [&base, &chosen].map(|(hypothesis, fit)| parts((hypothesis, &fit.values), &sound));
+        closed_interval(&before, &after, &noise_of(&after, &sound), BOOTSTRAP, settings.seed)
     };
     let verdict = decide(&MotionDecisionInputs {
         context: &context,
