@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use config::effect_library;
 use diagnosis::{Hypothesis, at_start, is_plausible, largest_loss_factor};
-use dynamics::model::{RodModel, Structure, undamped_modes};
+use dynamics::model::{Complexes, Frequencies, Reals, RodModel, Structure, undamped_modes};
 use machine::{Data, Effect, Machine, Mechanism, Operating, PeriodAlong, Role};
 
 use crate::support::{config, table_structure};
@@ -307,8 +307,8 @@ damping = 4e3
             network.update(&machine, &values, &Operating::default());
             let columns: Vec<Option<usize>> = (0..values.len()).map(Some).collect();
             let sensitivity = network.sensitivity(&machine, &values, &Operating::default(), &columns, None);
-            let mut slopes = vec![dynamics::model::Complexes::ZERO; values.len()];
-            network.gradient(&[dynamics::model::Reals::splat(omega)], &sensitivity, &mut structure.workspace(), &mut slopes);
+            let mut slopes = vec![Complexes::ZERO; values.len()];
+            network.gradient(Frequencies::any(&[Reals::splat(omega)]), &sensitivity, &mut structure.workspace(), &mut slopes);
             for (id, x) in rocking {
                 let at = machine.parameter(id).unwrap();
                 let step = 1e-5 * x;

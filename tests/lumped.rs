@@ -1,7 +1,7 @@
 //! The lumped models of the papers: matrices, contacts in a machine, operating condition, strain energy, convergence.
 
 use config::{read_machine, read_machine_text};
-use dynamics::model::{Complexes, Matrices, Reals, RodModel, Structure, elastic_frequencies_hz, matrices, undamped_modes};
+use dynamics::model::{Complexes, Frequencies, Matrices, Reals, RodModel, Structure, elastic_frequencies_hz, matrices, undamped_modes};
 use machine::contact::{Rule, published};
 use machine::{Machine, Operating};
 use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
@@ -305,7 +305,7 @@ fn limit_derivatives_through_a_series_of_contacts() {
     let mut found = vec![Complexes::ZERO; column.len()];
     network.update(&machine, &machine.start(), &here);
     let sensitivity = network.sensitivity(&machine, &machine.start(), &here, &column, None);
-    network.gradient(&[Reals::splat(omega)], &sensitivity, &mut work, &mut found);
+    network.gradient(Frequencies::any(&[Reals::splat(omega)]), &sensitivity, &mut work, &mut found);
     let exact: Vec<_> = found.iter().map(|d| d.lanes()[0]).collect();
     for index in 0..column.len() {
         let mut at = |factor: f64| {

@@ -126,7 +126,7 @@ pub fn diagnose(
     let limits = Thresholds::of(domain);
     control.begin("1/6 fit of the nominal machine");
     let start = nominal(machine, fitter)?;
-    let bases = nominal_fits(machine, fitter, &start, settings.seed, control)?;
+    let bases = nominal_fits(fitter, &start, settings.seed, control)?;
     let candidates = hypotheses(fitter, machine, &start, effects, &fitter.frozen);
     control.begin(&format!("2/6 {} candidates", candidates.0.len()));
     // Where the records themselves, or a fault of their chain that no effect imitates, account for all that is missing, effects need no search.
@@ -263,7 +263,7 @@ pub fn diagnose(
     control.begin("5/6 gaps of the machine as described");
     let refit = NominalRefit::new(machine, effects, fitter, as_described, control)?;
     let gaps_with = |candidate: &Candidate| -> Result<Vec<PartialGap>, ObjectiveError> {
-        let Some((hypothesis, fitted)) = &candidate.fitted else { return Ok(Vec::new()) };
+        let Some((hypothesis, fitted)) = candidate.fitted.as_ref().filter(|_| !held_out.is_empty()) else { return Ok(Vec::new()) };
         refit.of((hypothesis, fitted), control)?.map_or(Ok(Vec::new()), |found| refit.gaps(&found, held_out))
     };
     let each: Vec<Vec<PartialGap>> = tried.par_iter().map(|t| gaps_with(&t.candidate)).or_first_error()?;

@@ -1,5 +1,6 @@
 //! Fits of hypotheses, jointly with the nominal parameters and the nuisance parameters.
 
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +8,7 @@ use super::amplitudes::amplitudes;
 use super::evidence::{Domain, DomainObjective, PartialGap, gaps};
 use super::hypothesis::Hypothesis;
 use identification::objective::{ObjectiveError, operating};
-use identification::{Place, Tail, ToleranceEstimate, mode_search_end, tolerances_at};
+use identification::{CHI_SQUARE_95, Place, Tail, ToleranceEstimate, mode_search_end, tolerances_at};
 use machine::{OperatingVariable, ParameterValues, UnitValues};
 use measurement::{FitSet, HoldOutSet};
 use numeric::halton::halton_point;
@@ -32,11 +33,13 @@ pub(super) const IMPROVEMENT: f64 = 0.5;
 /// and largest step for which a linear prediction of χ² is trusted.
 const FOLLOWED: (usize, usize) = (2, 2);
 const LEAST_DISTANCE: f64 = 0.045;
+/// Amplitudes tried from further joints, as a multiple of the starts that are followed.
+const PROMISING: usize = 4;
 pub(super) const TRUST_RADIUS: f64 = 0.1;
 /// Lines of all FRFs together on which starts are evaluated, and least and largest number per FRF.
-const COARSE: (usize, usize, usize) = (800, 40, 80);
+const COARSE: (usize, usize, usize) = (400, 40, 80);
 /// Steps on the coarse lines and on all lines.
-const COARSE_STEPS: u64 = 40;
+pub(super) const COARSE_STEPS: u64 = 40;
 const STEPS: u64 = 40;
 /// Relative decrease of χ² per step at which a descent ends.
 const TOLERANCE: f64 = 1e-4;
@@ -73,7 +76,7 @@ pub struct Fitter<'s> {
 
 impl<'s> Fitter<'s> {
     /// Returns the number of lines per FRF, given that of all FRFs and the least and largest number per FRF.
-    fn lines_of_one(&self, (all, least, most): (usize, usize, usize)) -> usize {
+    pub(super) fn lines_of_one(&self, (all, least, most): (usize, usize, usize)) -> usize {
         (all / self.fit.frfs().len().max(1)).clamp(least, most)
     }
 
@@ -141,6 +144,11 @@ impl<'s> Fitter<'s> {
         self.frozen.iter().filter(|id| !released.contains(id)).cloned().collect()
     }
 
+    /// Returns an objective on the few lines of first fits; `None` for modes.
+    pub(super) fn coarse<'h>(&self, objective: &DomainObjective<'h>) -> Option<DomainObjective<'h>> {
+        objective.coarse(self.lines_of_one(COARSE))
+    }
+
     /// Minimises χ² from given coordinates.
     pub fn descend(&self, objective: &DomainObjective<'_>, from: &Fitted, steps: u64, control: &Control) -> Fitted {
         self.descend_until(objective, from, (steps, TOLERANCE), control)
@@ -174,13 +182,12 @@ impl<'s> Fitter<'s> {
             return Err(ObjectiveError::Data("stopped before this candidate was fitted".into()));
         }
         let objective = self.objective(hypothesis)?;
-        let coarse = objective.coarse(self.lines_of_one(COARSE));
+        let coarse = self.coarse(&objective);
         let few = coarse.as_ref().unwrap_or(&objective);
         let without_effect = start_of(hypothesis, &bases[0], &[]);
         let followed = best_starts((few, coarse.is_some()), hypothesis, bases, FOLLOWED.0 + FOLLOWED.1 * hypothesis.added.len());
-        let mut ends: Vec<Fitted> = followed.iter().map(|start| self.descend(few, start, COARSE_STEPS, control)).collect();
-        let near = self.descend(few, &without_effect, COARSE_STEPS, control);
-        ends.push(near);
+        let starts = followed.iter().chain(std::iter::once(&without_effect));
+        let mut ends: Vec<Fitted> = starts.map(|start| self.descend(few, start, COARSE_STEPS, control)).collect();
         ends.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
         let mut best = ends.swap_remove(0);
         let found = 1 + ends.iter().filter(|end| close(&end.units, &best.units) || end.chi_square < best.chi_square + IMPROVEMENT).count();
@@ -208,7 +215,7 @@ impl<'s> Fitter<'s> {
         let bases: Vec<Fitted> = std::iter::once(known).chain(joints).cloned().collect();
         control.try_cached(&self.cache_key("improved", hypothesis, &bases), || {
             let objective = self.objective(hypothesis)?;
-            let coarse = objective.coarse(self.lines_of_one(COARSE));
+            let coarse = self.coarse(&objective);
             let few = coarse.as_ref().unwrap_or(&objective);
             let thin = objective.coarse(self.lines_of_one(MULTISTART_LINES));
             let ends = best_starts((thin.as_ref().unwrap_or(few), coarse.is_some()), hypothesis, joints, FOLLOWED.0);
@@ -304,10 +311,11 @@ impl<'s> Fitter<'s> {
     /// # Errors  as [`DomainObjective::new`].
     pub fn predicted_cost(&self, hypothesis: &Hypothesis, bases: &[Fitted], control: &Control) -> Result<f64, ObjectiveError> {
         let objective = self.objective(hypothesis)?;
-        let coarse = objective.coarse(self.lines_of_one(COARSE));
+        let coarse = self.coarse(&objective);
         let few = coarse.as_ref().unwrap_or(&objective);
         let cost = |start: Fitted| few.squares(|squares| squares.normal(&coordinates_of(few, &start)).cost_after_step(TRUST_RADIUS));
-        Ok(trial_starts(hypothesis, bases).take_while(|_| !control.stopped()).map(cost).fold(f64::INFINITY, f64::min))
+        let starts = bases.iter().flat_map(|joints| trial_starts(hypothesis, joints));
+        Ok(starts.take_while(|_| !control.stopped()).map(cost).fold(f64::INFINITY, f64::min))
     }
 
     /// Returns χ² of other data of the set with the parameters of a fit and nut positions as stated.
@@ -382,33 +390,60 @@ pub(super) fn read_back(objective: &DomainObjective<'_>, from: &Fitted, place: &
     Fitted { units, tail: Tail(place[objective.free().len()..].to_vec()), chi_square, found: from.found }
 }
 
-/// Returns a start of a hypothesis for each of some joints with each trial amplitude.
-fn trial_starts<'j>(hypothesis: &'j Hypothesis, joints: &'j [Fitted]) -> impl Iterator<Item = Fitted> + use<'j> {
-    let trials = amplitudes(hypothesis);
-    joints.iter().flat_map(move |base| trials.clone().into_iter().map(move |added| start_of(hypothesis, base, &added)))
+/// Returns a start of a hypothesis from some joints with each trial amplitude.
+fn trial_starts(hypothesis: &Hypothesis, joints: &Fitted) -> impl Iterator<Item = Fitted> {
+    amplitudes(hypothesis).into_iter().map(move |added| start_of(hypothesis, joints, &added))
 }
 
 /// Returns the most promising starts of a hypothesis from some joints: of all amplitudes the distinct ones of the least χ², predicted by one linear
-/// step where derivatives are cheap, else evaluated.
+/// step where derivatives are cheap, else evaluated. From all joints but the first only the amplitudes that are promising there are tried.
 fn best_starts((few, is_linear): (&DomainObjective<'_>, bool), hypothesis: &Hypothesis, joints: &[Fitted], most: usize) -> Vec<Fitted> {
     let cost = |start: &Fitted| {
         let place = coordinates_of(few, start);
         few.squares(|squares| if is_linear { squares.normal(&place).cost_after_step(TRUST_RADIUS) } else { squares.chi_square(&place) })
     };
-    let mut starts: Vec<(f64, Fitted)> = trial_starts(hypothesis, joints).map(|start| (cost(&start), start)).collect();
+    let [first, others @ ..] = joints else { return Vec::new() };
+    let mut starts: Vec<(f64, Fitted)> = trial_starts(hypothesis, first).map(|start| (cost(&start), start)).collect();
+    let promising = if others.is_empty() { Vec::new() } else { distinct(&mut starts, PROMISING * most) };
+    let added = |start: &Fitted| hypothesis.added.iter().map(|at| start.units[*at]).collect::<Vec<f64>>();
+    let from_others = others.iter().flat_map(|joints| promising.iter().map(move |start| start_of(hypothesis, joints, &added(start))));
+    starts.extend(from_others.map(|start| (cost(&start), start)));
+    distinct(&mut starts, most)
+}
+
+/// Returns the starts of the least χ², as many as asked: neighbouring ones end in the same minimum.
+fn distinct(starts: &mut [(f64, Fitted)], most: usize) -> Vec<Fitted> {
     starts.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // Neighbouring starts end in the same minimum.
     let mut followed: Vec<Fitted> = Vec::new();
-    for (_, start) in starts {
+    for (_, start) in starts.iter() {
         let distant = |other: &Fitted| other.units.iter().zip(&start.units).any(|(a, b)| (a - b).abs() > LEAST_DISTANCE);
         if followed.iter().all(distant) {
-            followed.push(start);
+            followed.push(start.clone());
         }
         if followed.len() == most {
             break;
         }
     }
     followed
+}
+
+/// Returns the distinct minima among fits in rising order of χ². Two fits are one minimum where the parabola about the better one rises by less than
+/// the 95 % quantile of χ² to the other: coordinates that the data do not determine separate none.
+pub(super) fn distinct_minima(objective: &DomainObjective<'_>, fits: Vec<Fitted>) -> Vec<Fitted> {
+    let mut distinct: Vec<(Fitted, DMatrix<f64>)> = Vec::new();
+    for fit in fits {
+        let place = coordinates_of(objective, &fit);
+        let is_known = |(other, information): &(Fitted, DMatrix<f64>)| {
+            let from = coordinates_of(objective, other);
+            let by = DVector::from_iterator(place.len(), place.iter().zip(&from).map(|(a, b)| a - b));
+            by.dot(&(information * &by)) <= CHI_SQUARE_95
+        };
+        if !distinct.iter().any(is_known) {
+            let information = objective.squares(|squares| squares.normal(&place).information);
+            distinct.push((fit, information));
+        }
+    }
+    distinct.into_iter().map(|(fit, _)| fit).collect()
 }
 
 /// Whether two fits are one minimum: the largest difference of a coordinate is below 2 % of its range.

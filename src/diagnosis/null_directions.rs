@@ -37,7 +37,7 @@ impl Projection {
     }
 
     fn of(slopes: DMatrix<f64>) -> Projection {
-        let mut information = slopes.transpose() * &slopes;
+        let mut information = slopes.tr_mul(&slopes);
         let largest = (0..information.nrows()).map(|d| information[(d, d)]).fold(f64::MIN_POSITIVE, f64::max);
         for d in 0..information.nrows() {
             information[(d, d)] += 1e-12 * largest + 1e-9;
@@ -48,7 +48,7 @@ impl Projection {
     }
 
     pub fn apply(&self, change: &DVector<f64>) -> DVector<f64> {
-        change - &self.slopes * (&self.inverse * (self.slopes.transpose() * change))
+        change - &self.slopes * (&self.inverse * self.slopes.tr_mul(change))
     }
 }
 

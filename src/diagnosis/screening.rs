@@ -3,10 +3,10 @@
 use rayon::prelude::*;
 
 use super::evidence::{Domain, DomainObjective};
-use super::fit::{Ablation, Fitted, Fitter, at_start, close, values_of};
+use super::fit::{Ablation, COARSE_STEPS, Fitted, Fitter, at_start, distinct_minima, read_back, values_of};
 use super::hypothesis::Hypothesis;
+use identification::frf_search_minima;
 use identification::objective::{FrfSettings, ObjectiveError};
-use identification::{IdentificationSettings, identify};
 use machine::{Base, Data, Effect, Lever, Machine, Mechanism, Operating, Parameter, Value};
 use measurement::FitSet;
 use optimizer::Control;
@@ -61,6 +61,8 @@ pub struct Screening {
 
 /// Steps of the nominal fits and the relative decrease of χ² at which they end: for FRFs, which have long and well defined valleys, and for modes.
 const NOMINAL_STEPS: [(u64, f64); 2] = [(400, 1e-7), (120, 1e-4)];
+/// Lines of all FRFs together on which the nominal machine is searched, and least and largest number per FRF.
+const SEARCHED_LINES: (usize, usize, usize) = (360, 40, 120);
 /// Starts of the nominal fit of FRFs all over the parameter ranges, and the number that continue.
 const NOMINAL_MULTISTART: (usize, usize) = (48, 4);
 /// Least distance of a power of iω from 0 that counts as another measured quantity.
@@ -94,47 +96,52 @@ pub fn nominal(machine: &Machine, fitter: &Fitter<'_>) -> Result<Hypothesis, Obj
 
 /// Fits the nominal machine from global searches and from its start values; best first.
 ///
-/// # Errors  as [`identify`].
-pub fn nominal_fits(
-    machine: &Machine,
-    fitter: &Fitter<'_>,
-    nominal: &Hypothesis,
-    seed: u64,
-    control: &Control,
-) -> Result<Vec<Fitted>, ObjectiveError> {
-    let none = fitter.fit.nothing_to_predict();
-    let mut plan =
-        IdentificationSettings { frozen: fitter.frozen.clone(), seed, repeats: 1, profile: false, ..IdentificationSettings::default() };
-    match fitter.domain {
-        Domain::Frf(settings) => (plan.frf, plan.tolerances) = (Some(settings.as_stated()), fitter.has_nuisances()),
-        Domain::Modes(settings) => plan.settings = settings,
-    }
-    let mut starts = vec![at_start(nominal)];
-    // With every parameter frozen there is nothing to search.
-    if let Ok(found) = identify(machine, &fitter.fit, &none, &plan, control) {
-        for basin in &found.basins {
-            let mut start = at_start(nominal);
-            for (&index, &u) in found.varied_parameters.iter().zip(&basin.place) {
-                start.units[index] = u;
-            }
-            starts.push(start);
-        }
-    }
+/// # Errors  as [`Fitter::objective`].
+pub fn nominal_fits(fitter: &Fitter<'_>, nominal: &Hypothesis, seed: u64, control: &Control) -> Result<Vec<Fitted>, ObjectiveError> {
     let objective = fitter.objective(nominal)?;
-    let mut fits: Vec<Fitted> = starts.par_iter().map(|s| descend_to_minimum(fitter, &objective, s, control)).collect();
-    fits.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
-    // Basins that are indistinguishable on few lines are distinct on all. An error here would look like a missing effect.
-    let ends = match fitter.domain {
-        Domain::Frf(_) => fitter.multistart_ends(&objective, nominal, &fits[0], (NOMINAL_MULTISTART, 0), control),
-        Domain::Modes(_) => vec![fitter.search_globally(nominal, &fits[0], (seed, 0), control)?],
+    let start = at_start(nominal);
+    let mut starts = match &objective {
+        DomainObjective::Frf(frfs) => {
+            let few = frfs.thinned(fitter.lines_of_one(SEARCHED_LINES));
+            let minima = frf_search_minima(&few, seed, &control.within(&fitter.cache_key("nominal", nominal, &[])));
+            minima.iter().map(|place| read_back(&objective, &start, place, f64::INFINITY)).collect()
+        }
+        DomainObjective::Modes(_) => vec![fitter.search_globally(nominal, &start, (seed, 0), control)?],
     };
-    fits.par_extend(ends.par_iter().map(|end| descend_to_minimum(fitter, &objective, end, control)));
-    fits.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
-    // A search that ended far above the best fit is no start for candidates.
-    let best = fits[0].chi_square;
-    fits.retain(|f| f.chi_square <= 1.5 * best + 10.0);
-    fits.dedup_by(|a, b| close(&a.units, &b.units));
-    Ok(fits)
+    starts.push(start);
+    let mut fits = fitter.minima(&objective, &starts, control);
+    if matches!(objective, DomainObjective::Frf(_)) {
+        // Basins that are indistinguishable on few lines are distinct on all. An error here would look like a missing effect.
+        let ends = fitter.multistart_ends(&objective, nominal, &fits[0], (NOMINAL_MULTISTART, 0), control);
+        fits.extend(fitter.minima(&objective, &ends, control));
+        fits.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
+    }
+    fits.truncate(near_least(&fits));
+    Ok(distinct_minima(&objective, fits))
+}
+
+/// Returns the number of fits, in rising order of χ², that ended near the best one: others are no start for candidates.
+fn near_least(fits: &[Fitted]) -> usize {
+    fits.iter().take_while(|fit| fit.chi_square <= 1.5 * fits[0].chi_square + 10.0).count()
+}
+
+impl Fitter<'_> {
+    /// Returns the minima of a nominal machine to which some starts lead on few lines, refined on all where they ended near the best one; best first.
+    fn minima(&self, objective: &DomainObjective<'_>, starts: &[Fitted], control: &Control) -> Vec<Fitted> {
+        let coarse = self.coarse(objective);
+        let mut near: Vec<Fitted> = match &coarse {
+            Some(few) => starts.par_iter().map(|start| self.descend(few, start, COARSE_STEPS, control)).collect(),
+            None => starts.to_vec(),
+        };
+        if let Some(few) = &coarse {
+            near.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
+            near.truncate(near_least(&near));
+            near = distinct_minima(few, near);
+        }
+        let mut fits: Vec<Fitted> = near.par_iter().map(|start| descend_to_minimum(self, objective, start, control)).collect();
+        fits.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
+        fits
+    }
 }
 
 /// Minimises χ² of a nominal machine from given coordinates.

@@ -6,7 +6,9 @@ use rayon::prelude::*;
 use super::evidence::{Domain, DomainObjective};
 use super::fit::{Ablation, Fitted, Fitter, IMPROVEMENT, close};
 use super::hypothesis::{Hypothesis, interfaces};
+use super::null_distribution::LEAST_SCALE;
 use super::screening::{Candidate, Screening, Status, descend_to_minimum, is_plausible};
+use identification::CHI_SQUARE_95;
 use identification::objective::ObjectiveError;
 use machine::UnitValues;
 use optimizer::Control;
@@ -20,6 +22,8 @@ const RESTARTS: usize = 5;
 const SETTLED: f64 = 0.02;
 /// Largest χ² of a rival as a multiple of the least: a candidate that leaves more than twice as much does not explain the data.
 const RIVAL: f64 = 2.0;
+/// Number of fits, of those that the data do not distinguish from the best, whose joints all of these share.
+const SHARED: usize = 3;
 /// χ² per compared number above which every hypothesis is fitted from more starts: a multiple of the noise's share, plus a constant.
 const LARGE_MISFIT: (f64, f64) = (1.5, 0.1);
 
@@ -46,6 +50,8 @@ struct Search<'f, 's> {
     fits: Vec<Result<Fitted, ObjectiveError>>,
     /// Nominal parameters from which all hypotheses were fitted.
     used: Vec<UnitValues>,
+    /// Reduction of χ² that a candidate must exceed to be followed further: below it noise alone reduces as much. 0 for modes, whose χ² has steps.
+    least_gain: f64,
 }
 
 /// Fits every candidate and the best generic impedances, jointly with the nominal parameters. The first fits start from those of the nominal machine.
@@ -76,7 +82,12 @@ pub fn search(
     };
     let fits = hypotheses.par_iter().map(first).collect();
     let used = bases.iter().map(|base| base.units.clone()).collect();
-    let mut search = Search { fitter, control, effort, base: bases[0].clone(), nominal: nominal.clone(), hypotheses, fits, used };
+    let least_gain = match fitter.domain {
+        Domain::Frf(_) => LEAST_SCALE * objective.noise_share().min(1.0),
+        Domain::Modes(_) => 0.0,
+    };
+    let mut search =
+        Search { fitter, control, effort, base: bases[0].clone(), nominal: nominal.clone(), hypotheses, fits, used, least_gain };
     let candidates = search.hypotheses.len();
     search.add_interfaces(effort.located);
     if !is_frozen && effort.searches > 0 {
@@ -157,7 +168,7 @@ impl Search<'_, '_> {
                 gains.push((known.as_ref().map_or(f64::INFINITY, |fit| fit.chi_square), other.chi_square));
                 *known = Ok(other);
             }
-            let largest = RIVAL * self.least(self.hypotheses.len());
+            let largest = self.largest_rival();
             let improved = gains.iter().any(|(from, to)| *to < from - IMPROVEMENT && *to <= largest);
             if !improved {
                 return;
@@ -165,10 +176,17 @@ impl Search<'_, '_> {
         }
     }
 
+    /// Returns the largest χ² of a rival: a hypothesis that may explain the data.
+    fn largest_rival(&self) -> f64 {
+        let rival = RIVAL * self.least(self.hypotheses.len());
+        if self.least_gain > 0.0 { rival.min(self.base.chi_square - self.least_gain) } else { rival }
+    }
+
     /// Returns the nominal parameters of the best fits, as far as no round has started from them.
     fn new_joints(&self) -> Vec<Fitted> {
         let own = self.nominal.machine.parameters.len();
-        let mut best: Vec<&Fitted> = self.fits.iter().flatten().filter(|fit| fit.chi_square < self.base.chi_square).collect();
+        let mut best: Vec<&Fitted> =
+            self.fits.iter().flatten().filter(|fit| self.base.chi_square - fit.chi_square > self.least_gain).collect();
         best.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
         let mut joints: Vec<Fitted> = Vec::new();
         for fit in best {
@@ -216,23 +234,35 @@ impl Search<'_, '_> {
         }
     }
 
-    /// Descends to the minima of the rivals, as far as that of the nominal machine: joints in series form long valleys.
+    /// Descends to the minima of the rivals, as far as that of the nominal machine: joints in series form long valleys. Those that the data
+    /// do not distinguish from the best are fitted once more from the joints of each other, on all lines: few lines do not tell their minima apart.
     fn settle(&mut self) -> Result<(), ObjectiveError> {
-        let largest = RIVAL * self.least(self.hypotheses.len());
-        let Search { fitter, control, hypotheses, .. } = self;
-        let rivals = hypotheses.par_iter().zip(&mut self.fits).filter_map(|(h, fit)| Some((h, fit.as_mut().ok()?)));
-        rivals.filter(|(_, fit)| fit.chi_square <= largest).try_for_each(|(hypothesis, fit)| {
-            let objective = fitter.objective(hypothesis)?;
-            for _ in 0..RESTARTS {
-                let end = descend_to_minimum(fitter, &objective, fit, control);
-                let gain = fit.chi_square - end.chi_square;
-                if gain > 0.0 {
-                    *fit = Fitted { found: fit.found, ..end };
-                }
-                if gain < SETTLED {
-                    break;
-                }
+        let (fitter, control, own) = (self.fitter, self.control, self.nominal.machine.parameters.len());
+        let largest = self.largest_rival();
+        self.refine_up_to(largest, |objective, fit| settled(fitter, objective, fit, control))?;
+        let (least, count) = (self.least(self.hypotheses.len()), fitter.objective(&self.nominal)?.observations() as f64);
+        let nearly = largest.min(least + CHI_SQUARE_95 * (least / count).max(1.0));
+        let mut joints: Vec<Fitted> = self.fits.iter().flatten().filter(|fit| fit.chi_square <= nearly).cloned().collect();
+        joints.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
+        joints.truncate(SHARED);
+        self.refine_up_to(nearly, |objective, fit| {
+            let mut best = fit.clone();
+            for other in joints.iter().filter(|other| !have_close_joints(other, fit, own)) {
+                let mut start = Fitted { tail: other.tail.clone(), chi_square: f64::INFINITY, ..fit.clone() };
+                start.units[..own].copy_from_slice(&other.units[..own]);
+                let end = settled(fitter, objective, &start, control);
+                best = if end.chi_square < best.chi_square { end } else { best };
             }
+            best
+        })
+    }
+
+    /// Replaces the fits with a χ² up to a limit by refined ones.
+    fn refine_up_to(&mut self, limit: f64, refined: impl Fn(&DomainObjective<'_>, &Fitted) -> Fitted + Sync) -> Result<(), ObjectiveError> {
+        let Search { fitter, hypotheses, .. } = self;
+        let fits = hypotheses.par_iter().zip(&mut self.fits).filter_map(|(h, fit)| Some((h, fit.as_mut().ok()?)));
+        fits.filter(|(_, fit)| fit.chi_square <= limit).try_for_each(|(hypothesis, fit)| {
+            *fit = refined(&fitter.objective(hypothesis)?, fit);
             Ok(())
         })
     }
@@ -255,6 +285,27 @@ impl Search<'_, '_> {
         tried.extend(others);
         (Screening { nominal, base, candidates: tried }, located)
     }
+}
+
+/// Descends from a fit until fresh steps no longer reduce its χ².
+fn settled(fitter: &Fitter<'_>, objective: &DomainObjective<'_>, from: &Fitted, control: &Control) -> Fitted {
+    let mut fit = from.clone();
+    for _ in 0..RESTARTS {
+        let end = descend_to_minimum(fitter, objective, &fit, control);
+        let gain = fit.chi_square - end.chi_square;
+        if gain > 0.0 {
+            fit = Fitted { found: fit.found, ..end };
+        }
+        if gain < SETTLED {
+            break;
+        }
+    }
+    fit
+}
+
+/// Whether two fits have the same nominal parameters, which are the first.
+fn have_close_joints(a: &Fitted, b: &Fitted, own: usize) -> bool {
+    a.units[..own].iter().zip(&b.units[..own]).all(|(a, b)| (a - b).abs() < 1e-3)
 }
 
 impl Candidate {

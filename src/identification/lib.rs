@@ -28,7 +28,7 @@ pub use plan_discrimination::{Discrimination, RivalMachine};
 pub use posterior::{Coordinate, Drawing, Posterior, PosteriorDraw, PosteriorSample, draw_posterior};
 pub use profile::CHI_SQUARE_95;
 pub use run::{DerivedEstimate, Identification, identify};
-pub use search::{Basin, SearchEffort, mode_search_end};
+pub use search::{Basin, SearchEffort, frf_search_minima, mode_search_end};
 pub use settings::{IdentificationSettings, REPEATS, Repeat};
 pub use tolerance::{ToleranceEstimate, channels_of, tolerances_at};
 pub use uncertainty::{Certainty, NARROWING, RANGE_SD, certainty, counted};

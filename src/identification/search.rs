@@ -7,7 +7,7 @@ use super::place::Place;
 use super::problem::{Problem, Round, SearchEnd, Surroundings};
 use super::profile::CHI_SQUARE_95;
 use super::settings::{IdentificationSettings, Repeat};
-use crate::objective::ModeObjective;
+use crate::objective::{FrfObjective, ModeObjective};
 use optimizer::{Control, SearchResult};
 
 /// How far the search went, and how often it found the best minimum.
@@ -99,25 +99,12 @@ pub(super) fn searched<P: Problem>(problem: &P, plan: &IdentificationSettings, c
             })
             .collect();
         effort.starts += batch * P::STARTS;
-        let mut ends: Vec<&(SearchEnd, usize)> = new.iter().flat_map(|(_, round)| &round.ends).collect();
-        ends.sort_by(|a, b| a.0.cost.total_cmp(&b.0.cost));
-        let least = candidates.iter().map(|c| c.coarse.cost).chain(ends.first().map(|end| end.0.cost)).fold(f64::INFINITY, f64::min);
-        let misfit = problem.coarse_misfit(least);
-        for (end, starts) in ends.into_iter().filter(|end| end.0.cost <= least + MARGIN * misfit) {
-            match candidates.iter_mut().find(|c| c.coarse.holds(&end.place, misfit)) {
-                Some(known) => known.starts += starts,
-                None => {
-                    let around = Surroundings { place: end.place.clone(), information: problem.coarse_information(&end.place) };
-                    let coarse = Centre { around, cost: end.cost };
-                    candidates.push(Candidate { coarse, refined: None, starts: *starts });
-                }
-            }
-        }
+        let least = gather(problem, &mut candidates, new.iter().flat_map(|(_, round)| &round.ends));
         rounds.extend(new);
         if control.stopped() && !refined.is_empty() {
             break;
         }
-        refine(problem, &mut candidates, &mut refined, least + MARGIN * misfit, control);
+        refine(problem, &mut candidates, &mut refined, least, control);
         let best = (0..refined.len()).min_by(|a, b| refined[*a].0.cost.total_cmp(&refined[*b].0.cost));
         effort.found = best.map_or(0, |best| starts_of(&candidates, best));
         if control.stopped() {
@@ -132,6 +119,39 @@ pub(super) fn searched<P: Problem>(problem: &P, plan: &IdentificationSettings, c
     minima.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let spent: u64 = refined.iter().map(|(_, evaluations)| evaluations).sum();
     Searched { rounds: repeats(rounds, &candidates, &refined, spent, control), minima, effort }
+}
+
+/// Adds the ends of a round to the minima of the coarse data and returns the largest cost at which one of these may be the least on all data.
+fn gather<'e, P: Problem>(problem: &P, candidates: &mut Vec<Candidate>, ends: impl Iterator<Item = &'e (SearchEnd, usize)>) -> f64 {
+    let mut ends: Vec<&(SearchEnd, usize)> = ends.collect();
+    ends.sort_by(|a, b| a.0.cost.total_cmp(&b.0.cost));
+    let least = candidates.iter().map(|c| c.coarse.cost).chain(ends.first().map(|end| end.0.cost)).fold(f64::INFINITY, f64::min);
+    let misfit = problem.coarse_misfit(least);
+    let limit = least + MARGIN * misfit;
+    for (end, starts) in ends.into_iter().filter(|end| end.0.cost <= limit) {
+        match candidates.iter_mut().find(|c| c.coarse.holds(&end.place, misfit)) {
+            Some(known) => known.starts += starts,
+            None => {
+                let around = Surroundings { place: end.place.clone(), information: problem.coarse_information(&end.place) };
+                candidates.push(Candidate { coarse: Centre { around, cost: end.cost }, refined: None, starts: *starts });
+            }
+        }
+    }
+    limit
+}
+
+/// Searches once from spread starts for minima of χ² of FRFs on thinned lines, as [`identify`](crate::identify) does. Returns those that may be the least
+/// on all lines, in rising order of χ²; none without a free parameter.
+pub fn frf_search_minima(objective: &FrfObjective<'_>, seed: u64, control: &Control) -> Vec<Place> {
+    if objective.own_count == 0 {
+        return Vec::new();
+    }
+    let strategy = IdentificationSettings::default().strategy;
+    let round = control.cached(&format!("round {seed}"), || objective.round(seed, strategy, control));
+    let mut candidates = Vec::new();
+    gather(objective, &mut candidates, round.ends.iter());
+    candidates.truncate(MINIMA);
+    candidates.into_iter().map(|c| c.coarse.around.place).collect()
 }
 
 /// Searches once for the least cost of modes from spread starts, as [`identify`](crate::identify) does. Returns coordinates and cost.

@@ -1,7 +1,7 @@
 //! Assembly and factorisation of the dynamic stiffness D(ω), and the mode count that follows from it.
 
 use super::assembled_model::AssembledModel;
-use super::frequency_grid::KnownRod;
+use super::frequency_grid::{Frequencies, KnownRod};
 use super::rod::{Rod, loss_each};
 use super::simd::{ABREAST, Complexes, LANES, Reals, grouped};
 use super::workspace::Workspace;
@@ -98,18 +98,19 @@ impl AssembledModel {
     #[inline]
     pub(super) fn factor_damped<'k>(
         &self,
-        omega_rad_s: &[Reals],
+        at: Frequencies<'_>,
         known: impl Fn(usize, &Rod) -> Option<KnownRod<'k>>,
         work: &mut Workspace,
         mut determinants: Option<&mut [Complexes; ABREAST]>,
     ) {
+        let omega_rad_s = at.omega_rad_s;
         let (shape, abreast) = (&self.structure, omega_rad_s.len());
         let entries = &mut work.complex[..shape.elimination.slots() * abreast];
         self.assemble(omega_rad_s, entries);
         let mut materials = [None; ABREAST];
-        for (at, (rod, slots)) in self.rods.iter().zip(&shape.rod_slots).enumerate() {
+        for (number, (rod, slots)) in self.rods.iter().zip(&shape.rod_slots).enumerate() {
             let [left, right, cross] = slots.map(|slot| slot.map(|slot| slot * abreast..(slot + 1) * abreast));
-            if let Some(known) = known(at, rod) {
+            if let Some(known) = known(number, rod) {
                 for slots in left.into_iter().chain(right) {
                     entries[slots].iter_mut().zip(known.entries).for_each(|(entry, of)| entry.re += of.0);
                 }
@@ -134,7 +135,7 @@ impl AssembledModel {
                     continue;
                 }
                 for (w, omega) in (first..).zip(omegas) {
-                    let of = rod.damped_with_material(*omega, &mut materials[w]);
+                    let of = at.entries(number, rod, w, || rod.damped_with_material(*omega, &mut materials[w]));
                     for (slots, entry) in [&left, &right, &cross].into_iter().zip([of.direct, of.direct, of.cross]) {
                         slots.iter().for_each(|slots| entries[slots.start + w] += entry);
                     }

@@ -32,7 +32,7 @@ mod workspace;
 pub use assembled_model::AssembledModel;
 pub use derived::{derived, elastic_frequencies_hz};
 pub use energy::EnergyShare;
-pub use frequency_grid::FrequencyGrid;
+pub use frequency_grid::{Frequencies, FrequencyGrid};
 pub use matrices::{Matrices, matrices};
 pub use mode_shape::ShaftDeflection;
 pub use modes::{UndampedMode, undamped_modes};

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use num_complex::Complex64;
 
 use super::assembled_model::AssembledModel;
+use super::frequency_grid::Frequencies;
 use super::peaks::Peak;
 use super::sensitivity::Sensitivity;
 use super::simd::{ABREAST, Complexes, LANES, grouped};
@@ -72,7 +73,7 @@ impl AssembledModel {
             let omegas: Vec<f64> = some.iter().map(|p| p.omega_rad_s).collect();
             let (groups, abreast) = grouped(&omegas);
             let mut gradient = vec![Complexes::ZERO; columns * abreast];
-            self.gradient(&groups[..abreast], sensitivity, work, &mut gradient);
+            self.gradient(Frequencies::any(&groups[..abreast]), sensitivity, work, &mut gradient);
             let lanes: Vec<[Complex64; LANES]> = gradient.iter().map(|group| group.lanes()).collect();
             slopes.extend(some.iter().enumerate().map(|(at, point)| {
                 let of = |column: usize| (lanes[column * abreast + at / LANES][at % LANES] / point.receptance).re;

@@ -1,9 +1,11 @@
 //! Receptances of an assembled model and their slopes.
 
+use std::ops::Range;
+
 use num_complex::Complex64;
 
 use super::assembled_model::AssembledModel;
-use super::frequency_grid::{FrequencyGrid, KnownRod};
+use super::frequency_grid::{Frequencies, FrequencyGrid, KnownRod};
 use super::rod::Rod;
 use super::simd::{ABREAST, Complexes, LANES, Reals, grouped};
 use super::solution::{Row, Solution};
@@ -48,15 +50,16 @@ impl AssembledModel {
     }
 
     /// Factors D(ω) and solves for the displacements under unit forces at the excitation and at the response. Leaves the rods' entries in `work`.
-    fn solve_both_ends(&self, omega_rad_s: &[Reals], work: &mut Workspace) {
+    fn solve_both_ends(&self, at: Frequencies<'_>, work: &mut Workspace) {
+        let omega_rad_s = at.omega_rad_s;
         let (shape, abreast) = (&self.structure, omega_rad_s.len());
         let entries = &mut work.complex[..shape.elimination.slots() * abreast];
         self.assemble(omega_rad_s, entries);
         work.rods.clear();
         let mut materials = [None; ABREAST];
-        for (rod, slots) in self.rods.iter().zip(&shape.rod_slots) {
+        for (number, (rod, slots)) in self.rods.iter().zip(&shape.rod_slots).enumerate() {
             for (w, (omega, material)) in omega_rad_s.iter().zip(&mut materials).enumerate() {
-                let of = rod.damped_with_material(*omega, material);
+                let of = at.entries(number, rod, w, || rod.damped_with_material(*omega, material));
                 for (slot, entry) in slots.iter().zip([of.direct, of.direct, of.cross]) {
                     if let Some(slot) = *slot {
                         entries[slot * abreast + w] += entry;
@@ -120,15 +123,14 @@ impl AssembledModel {
 
     /// Computes the receptances at up to [`ABREAST`] groups of frequencies.
     pub fn receptances<'w>(&self, omega_rad_s: &[Reals], work: &'w mut Workspace) -> &'w [Complexes] {
-        self.factor_damped(omega_rad_s, |_, _| None, work, None);
+        self.factor_damped(Frequencies::any(omega_rad_s), |_, _| None, work, None);
         self.solve_response(omega_rad_s.len(), work)
     }
 
     /// Computes the receptances at up to [`ABREAST`] groups of a frequency grid, with its cached rods.
-    pub fn receptances_on<'w>(&self, lines: &FrequencyGrid, groups: std::ops::Range<usize>, work: &'w mut Workspace) -> &'w [Complexes] {
-        let omega_rad_s = &lines.omega_rad_s()[groups.clone()];
-        self.factor_damped(omega_rad_s, |at, rod| lines.known(at, rod, groups.clone()), work, None);
-        self.solve_response(omega_rad_s.len(), work)
+    pub fn receptances_on<'w>(&self, lines: &FrequencyGrid, groups: Range<usize>, work: &'w mut Workspace) -> &'w [Complexes] {
+        self.factor_damped(Frequencies::of(lines, groups.clone()), |at, rod| lines.known(at, rod, groups.clone()), work, None);
+        self.solve_response(groups.len(), work)
     }
 
     /// Computes numerator and denominator of the receptance at up to [`ABREAST`] groups of frequencies, with cached rods: N = H·Δ and Δ = det D·Π
@@ -140,7 +142,7 @@ impl AssembledModel {
         work: &mut Workspace,
     ) -> [(Complexes, Complexes); ABREAST] {
         let mut denominators = [Complexes::real(Reals::ONE); ABREAST];
-        self.factor_damped(omega_rad_s, known, work, Some(&mut denominators));
+        self.factor_damped(Frequencies::any(omega_rad_s), known, work, Some(&mut denominators));
         let mut pairs = denominators.map(|d| (d, d));
         for ((n, _), h) in pairs.iter_mut().zip(self.solve_response(omega_rad_s.len(), work)) {
             *n *= *h;
@@ -161,10 +163,10 @@ impl AssembledModel {
         self.response(abreast, work)
     }
 
-    /// Computes the receptances at some groups of frequencies, and the solution behind them.
-    pub(super) fn solve<'w>(&self, omega_rad_s: &'w [Reals], work: &'w mut Workspace) -> (&'w [Complexes], Solution<'w>) {
-        self.solve_both_ends(omega_rad_s, work);
-        (self.response(omega_rad_s.len(), work), self.solution(omega_rad_s, work))
+    /// Computes the receptances at some frequencies, and the solution behind them.
+    pub(super) fn solve<'w>(&self, at: Frequencies<'w>, work: &'w mut Workspace) -> (&'w [Complexes], Solution<'w>) {
+        self.solve_both_ends(at, work);
+        (self.response(at.omega_rad_s.len(), work), self.solution(at.omega_rad_s, work))
     }
 
     /// Computes the receptance and its slope at one frequency.
@@ -180,7 +182,7 @@ impl AssembledModel {
         for some in omega_rad_s.chunks(ABREAST * LANES) {
             let (omegas, abreast) = grouped(some);
             let omegas = &omegas[..abreast];
-            self.solve_both_ends(omegas, work);
+            self.solve_both_ends(Frequencies::any(omegas), work);
             let mut slopes = [Complexes::ZERO; ABREAST];
             self.bilinear_slopes(self.solution(omegas, work), &mut slopes[..abreast]);
             let groups = self.response(abreast, work).iter().zip(&slopes);

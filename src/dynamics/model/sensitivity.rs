@@ -12,6 +12,7 @@
 //! # Source  derivative of the inverse of a symmetric matrix, d(D⁻¹) = −D⁻¹·dD·D⁻¹.
 
 use super::assembled_model::AssembledModel;
+use super::frequency_grid::Frequencies;
 use super::joint::JointNumbers;
 use super::receptance::ReceptanceEnd;
 use super::rod::{dispersion_each, loss_each};
@@ -214,19 +215,20 @@ impl AssembledModel {
     /// [`Sensitivity`] to `gradient`: column c of group w at c·groups + w.
     pub fn gradient<'w>(
         &self,
-        omega_rad_s: &'w [Reals],
+        at: Frequencies<'w>,
         sensitivity: &Sensitivity,
         work: &'w mut Workspace,
         gradient: &mut [Complexes],
     ) -> &'w [Complexes] {
-        let (receptances, solution) = self.solve(omega_rad_s, work);
+        let omega_rad_s = at.omega_rad_s;
+        let (receptances, solution) = self.solve(at, work);
         let mut products = [Complexes::ZERO; ABREAST];
         let mut of = None;
-        let (mut at, mut of_rod) = (None, [AtRod::NONE; ABREAST]);
+        let (mut last, mut of_rod) = (None, [AtRod::NONE; ABREAST]);
         for &(element, column, slope) in &sensitivity.entries {
             if of.replace(element) != Some(element) {
                 if let Element::Rod(rod, _) = element
-                    && at.replace(rod) != Some(rod)
+                    && last.replace(rod) != Some(rod)
                 {
                     of_rod = self.at_rod(rod, &solution);
                 }

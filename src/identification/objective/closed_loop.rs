@@ -6,7 +6,9 @@ use num_complex::Complex64;
 
 use super::ObjectiveError;
 use super::setup::point_named;
-use dynamics::model::{ABREAST, AssembledModel, Complexes, FrequencyGrid, LANES, Reals, RodModel, Sensitivity, Structure, Workspace};
+use dynamics::model::{
+    ABREAST, AssembledModel, Complexes, Frequencies, FrequencyGrid, LANES, Reals, RodModel, Sensitivity, Structure, Workspace,
+};
 use dynamics::motion::ServoImpedance;
 use machine::{Drive, Machine, Operating, ParameterValues, PointMotion};
 use measurement::MeasurementSet;
@@ -260,17 +262,17 @@ impl<'o> Loops<'o> {
     }
 }
 
-/// Computes the receptances of the encoders at some groups of frequencies, and their derivatives in the scratch.
+/// Computes the receptances of the encoders at some frequencies, and their derivatives in the scratch.
 pub(super) fn encoder_gradients(
     encoders: &mut [EncoderScratch],
-    omegas: &[Reals],
+    at: Frequencies<'_>,
     sensitivities: &[Sensitivity],
     dimension: usize,
 ) -> Vec<Vec<Complexes>> {
     let of = |(of, sensitivity): (&mut EncoderScratch, &Sensitivity)| {
         of.row.clear();
-        of.row.resize(dimension * omegas.len(), Complexes::ZERO);
-        of.network.gradient(omegas, sensitivity, &mut of.work, &mut of.row).to_vec()
+        of.row.resize(dimension * at.groups(), Complexes::ZERO);
+        of.network.gradient(at, sensitivity, &mut of.work, &mut of.row).to_vec()
     };
     encoders.iter_mut().zip(sensitivities).map(of).collect()
 }

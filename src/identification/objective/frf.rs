@@ -194,6 +194,15 @@ impl<'m> FrfObjective<'m> {
             let at = cases.each_ref().map(|here| (&here.parameters[..], here.operating(record)));
             keep_rods(Arc::make_mut(&mut record.lines), (self.machine, &self.structures[record.structure]), at);
         }
+        // Channels of one position have the same rods.
+        for at in 1..records.len() {
+            let (before, here) = records.split_at_mut(at);
+            let same =
+                |other: &&FrfRecord| other.group == here[0].group && other.nut == here[0].nut && other.omega_rad_s == here[0].omega_rad_s;
+            if let Some(other) = before.iter().find(same) {
+                here[0].lines = Arc::clone(&other.lines);
+            }
+        }
         records
     }
 

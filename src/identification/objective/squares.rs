@@ -8,7 +8,7 @@ use super::frf::SPAN;
 use super::record::{Decoded, FrfRecord, factor, log_factor, pieces, wrapped};
 use super::{FrfObjective, FrfSettings, GAIN_RANGE, ModeObjective};
 use crate::Place;
-use dynamics::model::{ABREAST, Complexes, LANES, Reals};
+use dynamics::model::{ABREAST, Complexes, Frequencies, LANES, Reals};
 use machine::Value;
 use optimizer::{LeastSquares, NormalEquations};
 
@@ -222,14 +222,15 @@ impl FrfObjective<'_> {
         let (mut residuals, mut followed) = ([Complexes::ZERO; ABREAST], [Complexes::ZERO; ABREAST]);
         let groups = lines.start / LANES..lines.end.div_ceil(LANES);
         for from in groups.clone().step_by(ABREAST) {
-            let omegas = &record.lines.omega_rad_s()[from..groups.end.min(from + ABREAST)];
+            let some = from..groups.end.min(from + ABREAST);
+            let (omegas, at) = (&record.lines.omega_rad_s()[some.clone()], Frequencies::of(&record.lines, some));
             let abreast = omegas.len();
             scratch.row.clear();
             scratch.row.resize(dimension * abreast, Complexes::ZERO);
-            let mut predicted = scratch.network.gradient(omegas, &sensitivity, &mut scratch.work, &mut scratch.row);
+            let mut predicted = scratch.network.gradient(at, &sensitivity, &mut scratch.work, &mut scratch.row);
             if let Some(loops) = &loops {
                 followed[..abreast].copy_from_slice(predicted);
-                let open = encoder_gradients(&mut scratch.encoders, omegas, &by_encoders, dimension);
+                let open = encoder_gradients(&mut scratch.encoders, at, &by_encoders, dimension);
                 loops.close_with_slopes(omegas, &scratch.encoders, &open, &mut followed[..abreast], &mut scratch.row);
                 predicted = &followed[..abreast];
             }
