@@ -79,6 +79,37 @@ fn limit_a_frequency_grid_with_stored_rods_gives_the_same_receptances() {
     }
 }
 
+/// Receptances and derivatives on a grid, which keeps the rods with losses that were computed last, are those at frequencies of no grid, whatever was
+/// evaluated there before.
+#[test]
+fn limit_recent_rods_of_a_frequency_grid_are_those_of_the_model() {
+    let mut config = config("configs/tian.toml");
+    config.machine.shafts[0].loss_factor = machine::Value::number(0.02);
+    let (machine, values) = (&config.machine, config.machine.start());
+    let structure = table_structure(machine, RodModel::Exact);
+    let (mut network, mut work) = (structure.empty_model(), structure.workspace());
+    let lines = FrequencyGrid::new(&(1..=60).map(|i| omega(13.1 * f64::from(i))).collect::<Vec<f64>>());
+    let columns: Vec<Option<usize>> = (0..values.len()).map(Some).collect();
+    for nut_m in [0.6, 0.6, 1.3, 0.6] {
+        let here = Operating::at_nut(nut_m);
+        network.update(machine, &values, &here);
+        let sensitivity = network.sensitivity(machine, &values, &here, &columns, Some(values.len()));
+        for groups in [0..5, 3..8, 8..15] {
+            let omegas = &lines.omega_rad_s()[groups.clone()];
+            let mut both = [Frequencies::of(&lines, groups.clone()), Frequencies::any(omegas)].map(|at| {
+                let mut slopes = vec![Complexes::ZERO; (values.len() + 1) * omegas.len()];
+                let mut all = network.gradient(at, &sensitivity, &mut work, &mut slopes).to_vec();
+                all.extend(slopes);
+                all
+            });
+            both[0].extend(network.receptances_on(&lines, groups, &mut work));
+            both[1].extend(network.receptances(omegas, &mut work));
+            let lanes = both.map(|all| all.iter().flat_map(|group| group.lanes()).collect::<Vec<_>>());
+            assert_eq!(lanes[0], lanes[1], "nut at {nut_m} m");
+        }
+    }
+}
+
 /// Direct assembly, receptance coupling and the paper's equations give the same receptances.
 #[test]
 fn published_equations_and_both_routes_agree() {
