@@ -162,14 +162,15 @@ impl Search<'_, '_> {
                 Err(_) => self.fitter.fit(hypothesis, &bases, self.control).ok(),
             };
             let again: Vec<Option<Fitted>> = self.hypotheses.par_iter().zip(&self.fits).map(again).collect();
-            let mut gains = vec![(before, self.base.chi_square)];
+            let mut gains = Vec::new();
             for (known, other) in self.fits.iter_mut().zip(again) {
                 let Some(other) = other else { continue };
                 gains.push((known.as_ref().map_or(f64::INFINITY, |fit| fit.chi_square), other.chi_square));
                 *known = Ok(other);
             }
             let largest = self.largest_rival();
-            let improved = gains.iter().any(|(from, to)| *to < from - IMPROVEMENT && *to <= largest);
+            let improved =
+                self.base.chi_square < before - IMPROVEMENT || gains.iter().any(|(from, to)| *to < from - IMPROVEMENT && *to <= largest);
             if !improved {
                 return;
             }
@@ -235,34 +236,43 @@ impl Search<'_, '_> {
     }
 
     /// Descends to the minima of the rivals, as far as that of the nominal machine: joints in series form long valleys. Those that the data
-    /// do not distinguish from the best are fitted once more from the joints of each other, on all lines: few lines do not tell their minima apart.
+    /// do not distinguish from the best are fitted once more from the joints of each other, on all lines: few lines do not distinguish their minima.
     fn settle(&mut self) -> Result<(), ObjectiveError> {
         let (fitter, control, own) = (self.fitter, self.control, self.nominal.machine.parameters.len());
         let largest = self.largest_rival();
-        self.refine_up_to(largest, |objective, fit| settled(fitter, objective, fit, control))?;
+        self.refine_up_to(largest, |_, objective, fit| settled(fitter, objective, fit, control))?;
         let (least, count) = (self.least(self.hypotheses.len()), fitter.objective(&self.nominal)?.observations() as f64);
         let nearly = largest.min(least + CHI_SQUARE_95 * (least / count).max(1.0));
         let mut joints: Vec<Fitted> = self.fits.iter().flatten().filter(|fit| fit.chi_square <= nearly).cloned().collect();
         joints.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
         joints.truncate(SHARED);
-        self.refine_up_to(nearly, |objective, fit| {
+        self.refine_up_to(nearly, |hypothesis, objective, fit| {
+            // A released parameter belongs to its own hypothesis.
+            let shared = || objective.free().iter().copied().filter(|index| *index < own && !hypothesis.added.contains(index));
             let mut best = fit.clone();
             for other in joints.iter().filter(|other| !have_close_joints(other, fit, own)) {
                 let mut start = Fitted { tail: other.tail.clone(), chi_square: f64::INFINITY, ..fit.clone() };
-                start.units[..own].copy_from_slice(&other.units[..own]);
+                shared().for_each(|index| start.units[index] = other.units[index]);
                 let end = settled(fitter, objective, &start, control);
-                best = if end.chi_square < best.chi_square { end } else { best };
+                if end.chi_square < best.chi_square {
+                    let found = if end.chi_square < fit.chi_square - IMPROVEMENT { 1 } else { fit.found };
+                    best = Fitted { found, ..end };
+                }
             }
             best
         })
     }
 
     /// Replaces the fits with a χ² up to a limit by refined ones.
-    fn refine_up_to(&mut self, limit: f64, refined: impl Fn(&DomainObjective<'_>, &Fitted) -> Fitted + Sync) -> Result<(), ObjectiveError> {
+    fn refine_up_to(
+        &mut self,
+        limit: f64,
+        refined: impl Fn(&Hypothesis, &DomainObjective<'_>, &Fitted) -> Fitted + Sync,
+    ) -> Result<(), ObjectiveError> {
         let Search { fitter, hypotheses, .. } = self;
         let fits = hypotheses.par_iter().zip(&mut self.fits).filter_map(|(h, fit)| Some((h, fit.as_mut().ok()?)));
         fits.filter(|(_, fit)| fit.chi_square <= limit).try_for_each(|(hypothesis, fit)| {
-            *fit = refined(&fitter.objective(hypothesis)?, fit);
+            *fit = refined(hypothesis, &fitter.objective(hypothesis)?, fit);
             Ok(())
         })
     }

@@ -99,12 +99,12 @@ pub(super) fn searched<P: Problem>(problem: &P, plan: &IdentificationSettings, c
             })
             .collect();
         effort.starts += batch * P::STARTS;
-        let least = gather(problem, &mut candidates, new.iter().flat_map(|(_, round)| &round.ends));
+        let limit = gather(problem, &mut candidates, new.iter().flat_map(|(_, round)| &round.ends));
         rounds.extend(new);
         if control.stopped() && !refined.is_empty() {
             break;
         }
-        refine(problem, &mut candidates, &mut refined, least, control);
+        refine(problem, &mut candidates, &mut refined, limit, control);
         let best = (0..refined.len()).min_by(|a, b| refined[*a].0.cost.total_cmp(&refined[*b].0.cost));
         effort.found = best.map_or(0, |best| starts_of(&candidates, best));
         if control.stopped() {

@@ -15,8 +15,8 @@ pub struct FrequencyGrid {
     recent: Recent,
 }
 
-/// Entries of the rods with losses at each group of frequencies, as last computed: trial values of other parameters leave them unchanged, and channels
-/// of one position share them.
+/// Entries of the rods at each group of frequencies, as last computed: trial values of other parameters leave them unchanged. Channels of one position
+/// share them.
 #[derive(Debug, Default)]
 struct Recent(Vec<Mutex<Vec<(Rod, RodLanes)>>>);
 
@@ -106,10 +106,10 @@ impl<'g> Frequencies<'g> {
         self.omega_rad_s.len()
     }
 
-    /// Returns the entries of a rod with losses (by number) at one of the groups: those last computed there, where the rod is the same.
+    /// Returns the entries of a rod (by number) at one of the groups: those last computed there, where the rod is the same.
     #[inline]
     pub(super) fn entries(&self, at: usize, rod: &Rod, group: usize, compute: impl FnOnce() -> RodLanes) -> RodLanes {
-        // Another thread that uses the group has other numbers.
+        // A group that another thread uses is computed anew.
         let recent = self.grid.map(|(grid, first)| grid.recent.0[first + group].try_lock());
         let Some(Ok(mut recent)) = recent else { return compute() };
         match recent.get_mut(at) {
