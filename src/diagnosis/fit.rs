@@ -1,6 +1,5 @@
 //! Fits of hypotheses, jointly with the nominal parameters and the nuisance parameters.
 
-use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +7,7 @@ use super::amplitudes::amplitudes;
 use super::evidence::{Domain, DomainObjective, PartialGap, gaps};
 use super::hypothesis::Hypothesis;
 use identification::objective::{ObjectiveError, operating};
-use identification::{CHI_SQUARE_95, Place, Tail, ToleranceEstimate, mode_search_end, tolerances_at};
+use identification::{CHI_SQUARE_95, Place, Surroundings, Tail, ToleranceEstimate, mode_search_end, tolerances_at};
 use machine::{OperatingVariable, ParameterValues, UnitValues};
 use measurement::{FitSet, HoldOutSet};
 use numeric::halton::halton_point;
@@ -33,9 +32,9 @@ pub(super) const IMPROVEMENT: f64 = 0.5;
 /// and largest step for which a linear prediction of χ² is trusted.
 const FOLLOWED: (usize, usize) = (2, 2);
 const LEAST_DISTANCE: f64 = 0.045;
+pub(super) const TRUST_RADIUS: f64 = 0.1;
 /// Amplitudes tried from further joints, as a multiple of the starts that are followed.
 const PROMISING: usize = 4;
-pub(super) const TRUST_RADIUS: f64 = 0.1;
 /// Lines of all FRFs together on which starts are evaluated, and least and largest number per FRF.
 const COARSE: (usize, usize, usize) = (400, 40, 80);
 /// Steps on the coarse lines and on all lines.
@@ -309,13 +308,12 @@ impl<'s> Fitter<'s> {
     /// Returns the least χ² predicted by one linear step from any amplitude, on coarse lines.
     ///
     /// # Errors  as [`DomainObjective::new`].
-    pub fn predicted_cost(&self, hypothesis: &Hypothesis, bases: &[Fitted], control: &Control) -> Result<f64, ObjectiveError> {
+    pub fn predicted_cost(&self, hypothesis: &Hypothesis, base: &Fitted, control: &Control) -> Result<f64, ObjectiveError> {
         let objective = self.objective(hypothesis)?;
         let coarse = self.coarse(&objective);
         let few = coarse.as_ref().unwrap_or(&objective);
         let cost = |start: Fitted| few.squares(|squares| squares.normal(&coordinates_of(few, &start)).cost_after_step(TRUST_RADIUS));
-        let starts = bases.iter().flat_map(|joints| trial_starts(hypothesis, joints));
-        Ok(starts.take_while(|_| !control.stopped()).map(cost).fold(f64::INFINITY, f64::min))
+        Ok(trial_starts(hypothesis, base).take_while(|_| !control.stopped()).map(cost).fold(f64::INFINITY, f64::min))
     }
 
     /// Returns χ² of other data of the set with the parameters of a fit and nut positions as stated.
@@ -430,17 +428,12 @@ fn distinct(starts: &mut [(f64, Fitted)], most: usize) -> Vec<Fitted> {
 /// Returns the distinct minima among fits in rising order of χ². Two fits are one minimum where the parabola about the better one rises by less than
 /// the 95 % quantile of χ² to the other: coordinates that the data do not determine separate none.
 pub(super) fn distinct_minima(objective: &DomainObjective<'_>, fits: Vec<Fitted>) -> Vec<Fitted> {
-    let mut distinct: Vec<(Fitted, DMatrix<f64>)> = Vec::new();
+    let mut distinct: Vec<(Fitted, Surroundings)> = Vec::new();
     for fit in fits {
         let place = coordinates_of(objective, &fit);
-        let is_known = |(other, information): &(Fitted, DMatrix<f64>)| {
-            let from = coordinates_of(objective, other);
-            let by = DVector::from_iterator(place.len(), place.iter().zip(&from).map(|(a, b)| a - b));
-            by.dot(&(information * &by)) <= CHI_SQUARE_95
-        };
-        if !distinct.iter().any(is_known) {
-            let information = objective.squares(|squares| squares.normal(&place).information);
-            distinct.push((fit, information));
+        if !distinct.iter().any(|(_, around)| around.hold(&place, CHI_SQUARE_95)) {
+            let information = Some(objective.squares(|squares| squares.normal(&place).information));
+            distinct.push((fit, Surroundings { place, information }));
         }
     }
     distinct.into_iter().map(|(fit, _)| fit).collect()

@@ -120,7 +120,7 @@ impl Search<'_, '_> {
         let mut promising: Vec<(f64, Hypothesis)> = interfaces(&self.nominal)
             .into_par_iter()
             .filter(|hypothesis| hypothesis.added.len() <= parameters)
-            .filter_map(|hypothesis| Some((self.fitter.predicted_cost(&hypothesis, &bases, self.control).ok()?, hypothesis)))
+            .filter_map(|hypothesis| Some((self.fitter.predicted_cost(&hypothesis, &self.base, self.control).ok()?, hypothesis)))
             .collect();
         promising.sort_by(|a, b| a.0.total_cmp(&b.0));
         promising.truncate(2 * count);

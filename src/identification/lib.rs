@@ -26,6 +26,7 @@ pub use measurement_plan::{Choice, FrfPlan, PlanDesign, PlannedMeasurement};
 pub use place::{Place, Tail};
 pub use plan_discrimination::{Discrimination, RivalMachine};
 pub use posterior::{Coordinate, Drawing, Posterior, PosteriorDraw, PosteriorSample, draw_posterior};
+pub use problem::Surroundings;
 pub use profile::CHI_SQUARE_95;
 pub use run::{DerivedEstimate, Identification, identify};
 pub use search::{Basin, SearchEffort, frf_search_minima, mode_search_end};

@@ -135,7 +135,7 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 const MIN_DISTANCE: f64 = 0.02;
 
 /// The surroundings of a minimum, which tell whether another point belongs to it.
-pub(super) struct Surroundings {
+pub struct Surroundings {
     /// The minimum.
     pub place: Place,
     /// Information there; `None` where the cost is no likelihood.

@@ -149,12 +149,6 @@ impl<'s> FitSet<'s> {
         HoldOutSet { set: self.set, positions: joined(&self.positions, &held_out.positions), frfs: joined(&self.frfs, &held_out.frfs) }
     }
 
-    /// Returns no data of its set, for a fit that predicts nothing.
-    #[must_use]
-    pub fn nothing_to_predict(&self) -> HoldOutSet<'s> {
-        HoldOutSet { set: self.set, positions: Vec::new(), frfs: Vec::new() }
-    }
-
     /// Returns the folds of leave-one-out cross-validation: data to fit and to predict of each, see [`FitSet::blocks`].
     pub fn leave_one_out(&self, whole_frfs: bool) -> Vec<(FitSet<'s>, HoldOutSet<'s>)> {
         self.blocks(whole_frfs).into_iter().map(|(kept, left)| (kept, left.to_predict())).collect()

@@ -17,7 +17,7 @@ pub struct FrequencyGrid {
 
 /// Entries of the rods at each group of frequencies, as last computed: trial values of other parameters leave them unchanged. Channels of one position
 /// share them.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Recent(Vec<Mutex<Vec<(Rod, RodLanes)>>>);
 
 impl Recent {

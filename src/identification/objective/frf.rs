@@ -190,18 +190,18 @@ impl<'m> FrfObjective<'m> {
     pub(super) fn with_precomputed_rods(&self, mut records: Vec<FrfRecord>) -> Vec<FrfRecord> {
         let decoded = |u: f64| self.decode(&vec![u; self.free.len() + 1 + self.nuts + 2 * self.free_channels()]);
         let cases = [0.3, 0.7].map(decoded);
-        for record in &mut records {
-            let at = cases.each_ref().map(|here| (&here.parameters[..], here.operating(record)));
-            keep_rods(Arc::make_mut(&mut record.lines), (self.machine, &self.structures[record.structure]), at);
-        }
-        // Channels of one position have the same rods.
-        for at in 1..records.len() {
+        for at in 0..records.len() {
             let (before, here) = records.split_at_mut(at);
+            let record = &mut here[0];
+            // Channels of one position have the same rods.
             let same =
-                |other: &&FrfRecord| other.group == here[0].group && other.nut == here[0].nut && other.omega_rad_s == here[0].omega_rad_s;
+                |other: &&FrfRecord| other.group == record.group && other.nut == record.nut && other.omega_rad_s == record.omega_rad_s;
             if let Some(other) = before.iter().find(same) {
-                here[0].lines = Arc::clone(&other.lines);
+                record.lines = Arc::clone(&other.lines);
+                continue;
             }
+            let places = cases.each_ref().map(|here| (&here.parameters[..], here.operating(record)));
+            keep_rods(Arc::make_mut(&mut record.lines), (self.machine, &self.structures[record.structure]), places);
         }
         records
     }
