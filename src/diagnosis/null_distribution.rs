@@ -18,7 +18,7 @@ use super::hypothesis::Hypothesis;
 use super::model_discrepancy::{extreme_discrepancies, sample_discrepancy, sample_prior};
 use super::null_directions::{Directions, Projection, linear_draws};
 use identification::Place;
-use identification::objective::{FrfObjective, FrfSettings, ObjectiveError};
+use identification::objective::{FrfObjective, FrfRecord, FrfSettings, ObjectiveError};
 use numeric::parallel::OrFirstError;
 use numeric::random::normal;
 use numeric::statistics::median;
@@ -238,7 +238,7 @@ impl FullFits<'_, '_> {
         random: Xoshiro256PlusPlus,
         control: &Control,
     ) -> Option<(usize, f64, f64)> {
-        let (by, drawn) = redraw_machine(|h| self.fitter.objective(h).ok(), self.nominal, self.base, settings, usize::MAX, random.clone())?;
+        let (by, drawn) = redraw_machine(self.fitter, self.nominal, self.base, settings, &mut random.clone())?;
         let data = objective.shifted(&by);
         let machine = fit_drawn(&data, &drawn, Some(random), control);
         let misfit = machine.normal.chi_square / data.observations() as f64;
@@ -282,30 +282,40 @@ fn fit_drawn(data: &FrfObjective<'_>, start: &Place, random: Option<Xoshiro256Pl
 }
 
 /// Returns the changes of the logarithms of measured FRFs that simulate a machine with random discrepancies around a fit and the noise of the lines,
-/// and the drawn coordinates. `objective` builds that of a hypothesis on these FRFs. `lines` is the number of lines per record to which the objective is thinned; `usize::MAX` for all.
-pub(super) fn redraw_machine(
-    objective: impl for<'h> FnOnce(&'h Hypothesis) -> Option<DomainObjective<'h>>,
+/// and the drawn coordinates.
+fn redraw_machine(
+    fitter: &Fitter<'_>,
     hypothesis: &Hypothesis,
     base: &Fitted,
     settings: FrfSettings,
-    lines: usize,
-    mut random: Xoshiro256PlusPlus,
+    random: &mut Xoshiro256PlusPlus,
 ) -> Option<(Vec<Vec<Complex64>>, Place)> {
-    let random = &mut random;
-    let parameters = &hypothesis.machine.parameters;
-    let mut units = base.units.clone();
-    for (unit, parameter) in units.iter_mut().zip(parameters) {
+    let mut drawn = base.clone();
+    for (unit, parameter) in drawn.units.iter_mut().zip(&hypothesis.machine.parameters) {
         if let Some(value) = sample_prior(parameter, random) {
             *unit = parameter.to_unit(value);
         }
     }
     let discrepant = Hypothesis { machine: sample_discrepancy(&hypothesis.machine, random), ..hypothesis.clone() };
-    let target = objective(&discrepant)?;
-    let mut place = coordinates_of(&target, &Fitted { units, ..base.clone() });
-    let known_within = target.nut_coordinates().start..place.len();
+    redraw_records(fitter.objective(&discrepant).ok()?, &drawn, settings, (usize::MAX, FrfRecord::noise), random)
+}
+
+/// Returns the changes of the logarithms of measured FRFs that simulate a new measurement of a machine, and the coordinates of that measurement: nut
+/// positions and channels off by their standard deviations, and the noise of the lines. `lines` is the number of lines per record to which the
+/// objective is thinned, `usize::MAX` for all. `noise_of` returns the standard deviations of the lines of a record; one that is unknown is the model
+/// error.
+pub(super) fn redraw_records(
+    machine: DomainObjective<'_>,
+    fitted: &Fitted,
+    settings: FrfSettings,
+    (lines, noise_of): (usize, impl Fn(&FrfRecord) -> &[Option<f64>]),
+    random: &mut Xoshiro256PlusPlus,
+) -> Option<(Vec<Vec<Complex64>>, Place)> {
+    let mut place = coordinates_of(&machine, fitted);
+    let known_within = machine.nut_coordinates().start..place.len();
     // Nut positions and channels: one standard deviation is a twentieth of the coordinate's range.
     place[known_within].iter_mut().for_each(|u| *u = 0.5 + normal(random) / 20.0);
-    let DomainObjective::Frf(simulated) = target else { return None };
+    let DomainObjective::Frf(simulated) = machine else { return None };
     // Thin to the same lines as the objective that is shifted.
     let simulated = simulated.thinned(lines);
     let by: Vec<Vec<Complex64>> = simulated
@@ -314,7 +324,7 @@ pub(super) fn redraw_machine(
         .zip(simulated.records())
         .map(|(r, record)| {
             let mut noise = |sd: f64| Complex64::new(sd * normal(random), sd * normal(random));
-            r.iter().zip(record.noise()).map(|(r, sd)| -r + noise(sd.unwrap_or(settings.model_error))).collect()
+            r.iter().zip(noise_of(record)).map(|(r, sd)| -r + noise(sd.unwrap_or(settings.model_error))).collect()
         })
         .collect();
     by.iter().flatten().all(|z| z.re.is_finite() && z.im.is_finite()).then_some((by, place))

@@ -234,7 +234,7 @@ pub struct EffectRow {
     pub gap_held_out_after: Option<f64>,
     /// Share of the squared held-out gap above the noise floor that it closes (1); negative where the gap grows.
     pub closed: Option<f64>,
-    /// 95 % interval of `closed`, for the effect that the verdict names first.
+    /// Interval of `closed` in 95 of 100 repetitions of the test, for the effect that the verdict names first.
     #[serde(default)]
     pub closed95: Option<[f64; 2]>,
     /// Share of null simulations with a statistic as large (1).
@@ -282,7 +282,7 @@ pub struct Chosen {
     pub gap_held_out_with_nuisances: Option<[Option<f64>; 2]>,
     /// Share of the squared held-out gap above the noise floor that it closes (1).
     pub closed: Option<f64>,
-    /// 95 % interval of `closed`, by parametric bootstrap.
+    /// Interval of `closed` in 95 of 100 repetitions of the test, simulated with the chosen model.
     #[serde(default)]
     pub closed95: Option<[f64; 2]>,
     /// Largest share of it that a generic impedance at one interface closes (1); of motion records a free function of one variable.
@@ -359,11 +359,11 @@ pub(super) fn is_undetermined([low, high]: [f64; 2]) -> bool {
     high - low > UNDETERMINED
 }
 
-/// Returns the interval of the closed share in brackets.
-pub(super) fn interval_text(interval: Option<[f64; 2]>) -> String {
-    match interval {
-        None => String::new(),
-        Some(wide) if is_undetermined(wide) => " (95 %: not determined by these data)".into(),
+/// Returns the interval of the share that the chosen model closes, in brackets; empty where the verdict names no effect.
+pub(super) fn interval_text(document: &DiagnosisDocument) -> String {
+    match document.chosen.closed95.filter(|interval| !is_undetermined(*interval)) {
+        None if document.verdict.effects.is_empty() => String::new(),
+        None => " (95 %: not determined by these data)".into(),
         Some([low, high]) => {
             let decimals = if high - low < 0.02 { 1 } else { 0 };
             format!(" (95 %: {:.decimals$} to {:.decimals$} %)", 100.0 * low, 100.0 * high)
@@ -394,7 +394,7 @@ pub(super) fn gap_text(document: &DiagnosisDocument, name: &str) -> String {
     if chosen.id.is_empty() || chosen.id == "nominal" {
         return wrapped(&format!("{name}: {}{floor}{ceiling}", gap(before)));
     }
-    let interval = interval_text(chosen.closed95);
+    let interval = interval_text(document);
     let closed = match chosen.closed {
         Some(closed) if closed < 0.005 => format!("it closes none of it{interval}"),
         closed => format!("it closes {} of the squared gap{interval}", share_closed(closed)),

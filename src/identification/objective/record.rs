@@ -45,6 +45,12 @@ impl FrfRecord {
         &self.noise_sd
     }
 
+    /// Returns the standard deviation of one component of ln H as a line states it, line by line, where known; [`FrfRecord::noise`] is averaged over
+    /// neighbouring lines.
+    pub fn stated_noise(&self) -> &[Option<f64>] {
+        &self.stated_sd
+    }
+
     /// Returns the record with every n-th line, at most `most`, and without precomputed rods.
     pub(super) fn thinned(&self, most: usize) -> FrfRecord {
         let stride = self.omega_rad_s.len().div_ceil(most.max(1)).max(1);

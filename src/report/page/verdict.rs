@@ -85,7 +85,7 @@ fn change(of: &DiagnosisDocument) -> String {
         table.row(["gap".to_string(), cell(of.gap.held_out, percent), cell(chosen.gap_held_out, percent)]);
     }
     chosen.headline_metrics.iter().for_each(|p| table.row([p.figure.clone(), percent(p.before), percent(p.after)]));
-    let interval = interval_text(chosen.closed95);
+    let interval = interval_text(of);
     let ceiling = chosen
         .ceiling
         .map_or_else(String::new, |c| format!(" A generic impedance at one interface closes {} at most.", share_closed(Some(c))));
