@@ -1,5 +1,6 @@
 //! The page of scores of one or several blind checks, in Markdown.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use serde::Deserialize;
@@ -22,7 +23,30 @@ pub struct PageColumn {
     pub not_made: Vec<String>,
     /// Scores.
     pub scores: Scores,
+    /// Cases with their verdicts.
+    cases: Vec<PageCase>,
 }
+
+/// What the page needs of a case.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+struct PageCase {
+    kind: String,
+    truth: Vec<String>,
+    fitted_noncentrality: Option<f64>,
+    right: bool,
+    class: Option<bool>,
+    verdict: PageVerdict,
+}
+
+/// What the page needs of a verdict.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+struct PageVerdict {
+    #[serde(default)]
+    effects: Vec<serde_json::Value>,
+}
+
+/// Least size at which an effect must be found.
+const VISIBLE: f64 = 20.0;
 
 /// A row of the summary: its name and its score.
 type Row = (&'static str, fn(&Scores) -> Proportion);
@@ -60,6 +84,23 @@ fn cell(of: &Proportion) -> String {
     }
 }
 
+/// Returns the scores of cases with one effect that the data show, look-alikes and second measurements included, by effect: named alone, in a set,
+/// only others named, nothing named.
+fn by_effect(cases: &[PageCase]) -> BTreeMap<&str, [Proportion; 4]> {
+    let is_single = |case: &&PageCase| matches!(case.kind.as_str(), "single" | "look-alike");
+    let is_visible = |case: &&PageCase| case.fitted_noncentrality.is_some_and(|size| size >= VISIBLE);
+    let mut by_effect = BTreeMap::<&str, [usize; 5]>::new();
+    for case in cases.iter().filter(is_single).filter(is_visible) {
+        let (Some(effect), class) = (case.truth.first(), case.class == Some(true)) else { continue };
+        let is_named = !case.verdict.effects.is_empty();
+        let counts = [case.right, class, is_named && !class, !is_named, true];
+        let row = by_effect.entry(effect).or_default();
+        row.iter_mut().zip(counts).for_each(|(sum, counts)| *sum += usize::from(counts));
+    }
+    let proportions = |[alone, set, others, silent, all]: [usize; 5]| [alone, set, others, silent].map(|count| Proportion::new(count, all));
+    by_effect.into_iter().map(|(effect, row)| (effect, proportions(row))).collect()
+}
+
 impl PageColumn {
     fn title(&self) -> String {
         let generator = &self.seal.generator;
@@ -85,7 +126,7 @@ fn head(first: &str, others: &[&str]) -> Vec<String> {
     std::iter::once(first).chain(others.iter().copied()).map(str::to_owned).collect()
 }
 
-/// Formats the page: ten rows for all checks, then size, layout, kinds of outside causes, confusion matrix and what could not be made for each.
+/// Formats the page: ten rows for all checks, then size, effect, layout, kinds of outside causes, confusion matrix and what could not be made for each.
 pub fn scores_page(columns: &[PageColumn]) -> String {
     let mut page = String::from(
         "# Scores of the blind check\n\nIntervals: 95 %, Clopper and Pearson. Sizes: non-centrality at the given positions after a fit of joints and tolerances.\n\n",
@@ -103,6 +144,12 @@ pub fn scores_page(columns: &[PageColumn]) -> String {
         });
         let names = ["reported", "named alone", "in a set", "only others named", "right"];
         table(&mut page, &head("single effects, size", &names), rows.collect());
+        let by_effect = by_effect(&column.cases);
+        if !by_effect.is_empty() {
+            let rows = by_effect.iter().map(|(effect, row)| std::iter::once((*effect).to_owned()).chain(row.iter().map(cell)).collect());
+            let names = ["named alone", "in a set", "only others named", "nothing named"];
+            table(&mut page, &head("cases with one effect, from 20", &names), rows.collect());
+        }
         if !scores.by_layout.is_empty() {
             let rows = scores.by_layout.iter().map(|(layout, row)| {
                 let cells = [&row.false_name, &row.exact, &row.class, &row.selective, &row.outside_misnamed].map(cell);
@@ -127,4 +174,31 @@ pub fn scores_page(columns: &[PageColumn]) -> String {
         }
     }
     page
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn case(truth: &str, size: f64, right: bool, class: bool, effects: &[&str]) -> PageCase {
+        let verdict = PageVerdict { effects: effects.iter().map(|id| serde_json::json!(id)).collect() };
+        PageCase { kind: "single".into(), truth: vec![truth.into()], fitted_noncentrality: Some(size), right, class: Some(class), verdict }
+    }
+
+    #[test]
+    fn limit_each_visible_case_counts_once_by_effect() {
+        let mut cases = vec![
+            case("a", 30.0, true, true, &["a"]),
+            case("a", 30.0, false, true, &["a", "b"]),
+            case("a", 30.0, false, false, &["b"]),
+            case("a", 30.0, false, false, &[]),
+            case("a", 19.0, true, false, &[]),
+            case("b", 20.0, true, true, &["b"]),
+        ];
+        cases.push(PageCase { kind: "double".into(), ..cases[0].clone() });
+        let found = by_effect(&cases);
+        let counts = |effect: &str| found[effect].each_ref().map(|row| (row.count, row.of));
+        assert_eq!(counts("a"), [(1, 4), (2, 4), (1, 4), (1, 4)]);
+        assert_eq!(counts("b"), [(1, 1), (1, 1), (0, 1), (0, 1)]);
+    }
 }
