@@ -37,7 +37,7 @@ fn shortened(command: &str) -> String {
     match command.split_whitespace().nth(1) {
         Some("compare") => format!("{command} --repeats 1"),
         Some("diagnose") => format!("{command} --no-cache"),
-        Some("withheld") => command.replace("quick", "1"),
+        Some("withheld") => command.replace("quick", "1").replace("--cases 500", "--cases 1"),
         _ => command.to_string(),
     }
 }
