@@ -292,6 +292,29 @@ fn an_effect_below_the_visible_size_may_be_none() {
 }
 
 #[test]
+fn each_visible_case_counts_once_by_effect() {
+    let sized = |kind: Kind, effects: &[&str], size: f64| Label { fitted_noncentrality: vec![size], ..label(kind, effects, &["table"]) };
+    let mass = sized(Kind::Single, &["table-mass"], 30.0);
+    let counted = scores(&[
+        judged(&mass, "effect", &["table-mass"]),
+        judged(&mass, "ambiguous", &["table-mass", "frf-gain"]),
+        judged(&mass, "effect", &["frf-gain"]),
+        judged(&mass, "none", &[]),
+        judged(&sized(Kind::Single, &["table-mass"], 19.0), "none", &[]),
+        judged(&sized(Kind::Double, &["table-mass", "frf-gain"], 30.0), "effect", &["table-mass"]),
+        judge(&mass, true, &answer("effect", &["table-mass"])),
+        judged(&sized(Kind::Single, &["frf-gain"], 20.0), "effect", &["frf-gain"]),
+        judged(&sized(Kind::LookAlike, &["frf-gain"], 20.0), "ambiguous", &["frf-gain", "table-mass"]),
+    ]);
+    let counts = |effect: &str| {
+        let row = &counted.by_effect[effect];
+        [row.exact, row.class, row.misnamed, row.reported].map(|share| (share.count, share.of))
+    };
+    assert_eq!(counts("table-mass"), [(1, 4), (2, 4), (1, 4), (3, 4)]);
+    assert_eq!(counts("frf-gain"), [(1, 2), (2, 2), (0, 2), (2, 2)]);
+}
+
+#[test]
 fn layouts_are_scored_apart_and_outside_causes_by_kind() {
     let on = |layout: &str, label: Label| Label { layout: Some(layout.into()), ..label };
     let outside = |kind: &str| label(Kind::Unknown, &[kind], &["table"]);

@@ -1,4 +1,4 @@
-//! Scores by the size of effects, by the layout of machines, and by the kind of outside causes.
+//! Scores by the size of effects, by effect, by the layout of machines, and by the kind of outside causes.
 
 use std::collections::BTreeMap;
 
@@ -10,9 +10,9 @@ use reference_simulator::Kind;
 use super::judge::Judgement;
 use super::proportion::{Proportion, share};
 
-/// Answers to single effects in one range of sizes.
+/// Answers to cases with one effect: of one range of sizes, or with the same effect.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct SizeScore {
+pub struct SingleScore {
     /// A discrepancy is reported.
     pub reported: Proportion,
     /// The one true effect is named alone.
@@ -67,7 +67,8 @@ pub struct OutsideScore {
 /// Ranges of sizes by their upper ends; the first ends at the visible size.
 const RANGES: [(f64, &str); 4] = [(reference_simulator::VISIBLE, "0-20"), (50.0, "20-50"), (200.0, "50-200"), (f64::INFINITY, "from 200")];
 
-fn groups<'a>(of: &[&'a Judgement], key: impl Fn(&Judgement) -> Option<String>) -> BTreeMap<String, Vec<&'a Judgement>> {
+/// Groups judgements by a key; those without one are left out.
+pub fn groups<'a>(of: &[&'a Judgement], key: impl Fn(&Judgement) -> Option<String>) -> BTreeMap<String, Vec<&'a Judgement>> {
     let mut groups: BTreeMap<String, Vec<&'a Judgement>> = BTreeMap::new();
     for judged in of {
         if let Some(key) = key(judged) {
@@ -77,23 +78,32 @@ fn groups<'a>(of: &[&'a Judgement], key: impl Fn(&Judgement) -> Option<String>) 
     groups
 }
 
-/// Scores single effects in each range of sizes.
-pub fn by_size(singles: &[&Judgement]) -> BTreeMap<String, SizeScore> {
-    let range = |judged: &Judgement| {
-        let size = judged.size?;
-        RANGES.iter().find(|(end, _)| size < *end).map(|(_, name)| (*name).to_owned())
-    };
-    let score = |group: Vec<&Judgement>| {
+impl SingleScore {
+    fn of(group: &[&Judgement]) -> Self {
         let of = |counted: &dyn Fn(&Judgement) -> bool| share(group.iter().copied(), counted);
-        SizeScore {
+        Self {
             reported: of(&|j| j.claims),
             exact: of(&|j| j.exact),
             class: of(&|j| j.class),
             misnamed: of(&|j| j.names > 0 && !j.class),
             right: of(&|j| j.right),
         }
+    }
+}
+
+/// Scores each effect, on cases with it alone whose data show it.
+pub fn by_effect(known: &[&Judgement]) -> BTreeMap<String, SingleScore> {
+    let effect = |judged: &Judgement| judged.truth.first().filter(|_| !judged.may_be_none).cloned();
+    groups(known, effect).into_iter().map(|(effect, group)| (effect, SingleScore::of(&group))).collect()
+}
+
+/// Scores single effects in each range of sizes.
+pub fn by_size(singles: &[&Judgement]) -> BTreeMap<String, SingleScore> {
+    let range = |judged: &Judgement| {
+        let size = judged.size?;
+        RANGES.iter().find(|(end, _)| size < *end).map(|(_, name)| (*name).to_owned())
     };
-    groups(singles, range).into_iter().map(|(range, group)| (range, score(group))).collect()
+    groups(singles, range).into_iter().map(|(range, group)| (range, SingleScore::of(&group))).collect()
 }
 
 /// Scores each layout.

@@ -29,7 +29,7 @@ mod text;
 pub use answer::{
     Answer, ChannelAnswer, ChosenAnswer, DiagnosisAnswer, EffectAnswer, GapAnswer, MotionAnswer, Run, VerdictAnswer, WhereAnswer,
 };
-pub use breakdown::{LayoutScore, OutsideKind, OutsideScore, SizeScore};
+pub use breakdown::{LayoutScore, OutsideKind, OutsideScore, SingleScore};
 pub use document::{CaseRow, SealRow, WithheldDocument};
 pub use error::WithheldError;
 pub use judge::{Judgement, judge};

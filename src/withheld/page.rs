@@ -1,10 +1,10 @@
 //! The page of scores of one or several blind checks, in Markdown.
 
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use serde::Deserialize;
 
+use super::breakdown::SingleScore;
 use super::document::SealRow;
 use super::proportion::Proportion;
 use super::score::Scores;
@@ -23,30 +23,7 @@ pub struct PageColumn {
     pub not_made: Vec<String>,
     /// Scores.
     pub scores: Scores,
-    /// Cases with their verdicts.
-    cases: Vec<PageCase>,
 }
-
-/// What the page needs of a case.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-struct PageCase {
-    kind: String,
-    truth: Vec<String>,
-    fitted_noncentrality: Option<f64>,
-    right: bool,
-    class: Option<bool>,
-    verdict: PageVerdict,
-}
-
-/// What the page needs of a verdict.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-struct PageVerdict {
-    #[serde(default)]
-    effects: Vec<serde_json::Value>,
-}
-
-/// Least size at which an effect must be found.
-const VISIBLE: f64 = 20.0;
 
 /// A row of the summary: its name and its score.
 type Row = (&'static str, fn(&Scores) -> Proportion);
@@ -65,12 +42,12 @@ const SUMMARY: [Row; 10] = [
     ("location right, effects of the library", |s| s.location.interface),
 ];
 
-fn size(scores: &Scores, range: &str, of: fn(&super::breakdown::SizeScore) -> Proportion) -> Proportion {
+fn size(scores: &Scores, range: &str, of: fn(&SingleScore) -> Proportion) -> Proportion {
     scores.by_size.get(range).map_or(Proportion::new(0, 0), of)
 }
 
 /// Joins the ranges from 20 on.
-fn visible(scores: &Scores, of: fn(&super::breakdown::SizeScore) -> Proportion) -> Proportion {
+fn visible(scores: &Scores, of: fn(&SingleScore) -> Proportion) -> Proportion {
     let rows = scores.by_size.iter().filter(|(range, _)| *range != "0-20").map(|(_, row)| of(row));
     let (count, all) = rows.fold((0, 0), |(count, all), row| (count + row.count, all + row.of));
     Proportion::new(count, all)
@@ -82,23 +59,6 @@ fn cell(of: &Proportion) -> String {
         Some([low, high]) => format!("{} of {} ({:.0}–{:.0} %)", of.count, of.of, 100.0 * low, 100.0 * high),
         None => "–".into(),
     }
-}
-
-/// Returns the scores of cases with one effect that the data show, look-alikes and second measurements included, by effect: named alone, in a set,
-/// only others named, nothing named.
-fn by_effect(cases: &[PageCase]) -> BTreeMap<&str, [Proportion; 4]> {
-    let is_single = |case: &&PageCase| matches!(case.kind.as_str(), "single" | "look-alike");
-    let is_visible = |case: &&PageCase| case.fitted_noncentrality.is_some_and(|size| size >= VISIBLE);
-    let mut by_effect = BTreeMap::<&str, [usize; 5]>::new();
-    for case in cases.iter().filter(is_single).filter(is_visible) {
-        let (Some(effect), class) = (case.truth.first(), case.class == Some(true)) else { continue };
-        let is_named = !case.verdict.effects.is_empty();
-        let counts = [case.right, class, is_named && !class, !is_named, true];
-        let row = by_effect.entry(effect).or_default();
-        row.iter_mut().zip(counts).for_each(|(sum, counts)| *sum += usize::from(counts));
-    }
-    let proportions = |[alone, set, others, silent, all]: [usize; 5]| [alone, set, others, silent].map(|count| Proportion::new(count, all));
-    by_effect.into_iter().map(|(effect, row)| (effect, proportions(row))).collect()
 }
 
 impl PageColumn {
@@ -138,17 +98,13 @@ pub fn scores_page(columns: &[PageColumn]) -> String {
     for column in columns {
         let scores = &column.scores;
         let _ = writeln!(page, "## {}\n", column.title());
-        let rows = scores.by_size.iter().map(|(range, row)| {
-            let cells = [&row.reported, &row.exact, &row.class, &row.misnamed, &row.right].map(cell);
-            std::iter::once(range.clone()).chain(cells).collect()
-        });
         let names = ["reported", "named alone", "in a set", "only others named", "right"];
-        table(&mut page, &head("single effects, size", &names), rows.collect());
-        let by_effect = by_effect(&column.cases);
-        if !by_effect.is_empty() {
-            let rows = by_effect.iter().map(|(effect, row)| std::iter::once((*effect).to_owned()).chain(row.iter().map(cell)).collect());
-            let names = ["named alone", "in a set", "only others named", "nothing named"];
-            table(&mut page, &head("cases with one effect, from 20", &names), rows.collect());
+        for (first, groups) in [("single effects, size", &scores.by_size), ("single effects and look-alikes, from 20", &scores.by_effect)] {
+            let rows = groups.iter().map(|(group, row)| {
+                let cells = [&row.reported, &row.exact, &row.class, &row.misnamed, &row.right].map(cell);
+                std::iter::once(group.clone()).chain(cells).collect()
+            });
+            table(&mut page, &head(first, &names), rows.collect());
         }
         if !scores.by_layout.is_empty() {
             let rows = scores.by_layout.iter().map(|(layout, row)| {
@@ -174,31 +130,4 @@ pub fn scores_page(columns: &[PageColumn]) -> String {
         }
     }
     page
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn case(truth: &str, size: f64, right: bool, class: bool, effects: &[&str]) -> PageCase {
-        let verdict = PageVerdict { effects: effects.iter().map(|id| serde_json::json!(id)).collect() };
-        PageCase { kind: "single".into(), truth: vec![truth.into()], fitted_noncentrality: Some(size), right, class: Some(class), verdict }
-    }
-
-    #[test]
-    fn limit_each_visible_case_counts_once_by_effect() {
-        let mut cases = vec![
-            case("a", 30.0, true, true, &["a"]),
-            case("a", 30.0, false, true, &["a", "b"]),
-            case("a", 30.0, false, false, &["b"]),
-            case("a", 30.0, false, false, &[]),
-            case("a", 19.0, true, false, &[]),
-            case("b", 20.0, true, true, &["b"]),
-        ];
-        cases.push(PageCase { kind: "double".into(), ..cases[0].clone() });
-        let found = by_effect(&cases);
-        let counts = |effect: &str| found[effect].each_ref().map(|row| (row.count, row.of));
-        assert_eq!(counts("a"), [(1, 4), (2, 4), (1, 4), (1, 4)]);
-        assert_eq!(counts("b"), [(1, 1), (1, 1), (0, 1), (0, 1)]);
-    }
 }

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use numeric::statistics::{median, quantile};
 use reference_simulator::{Kind, Strength};
 
-use super::breakdown::{LayoutScore, OutsideScore, SizeScore, by_layout, by_size};
+use super::breakdown::{LayoutScore, OutsideScore, SingleScore, by_effect, by_layout, by_size, groups};
 use super::judge::Judgement;
 use super::proportion::{Proportion, share};
 
@@ -137,7 +137,9 @@ pub struct Scores {
     /// Doubles: the dominant effect named.
     pub double_dominant: Proportion,
     /// Single effects by fitted non-centrality.
-    pub by_size: BTreeMap<String, SizeScore>,
+    pub by_size: BTreeMap<String, SingleScore>,
+    /// By effect: cases with one effect from the visible size, look-alikes included.
+    pub by_effect: BTreeMap<String, SingleScore>,
     /// Scores by layout; empty for machines of the catalogue.
     pub by_layout: BTreeMap<String, LayoutScore>,
     /// Outside causes by kind.
@@ -153,18 +155,8 @@ fn word<T: Serialize>(value: &T) -> String {
     serde_json::to_value(value).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
 }
 
-fn by<'a>(
-    of: &[&'a Judgement],
-    key: impl Fn(&Judgement) -> Option<String>,
-    counted: impl Fn(&Judgement) -> bool,
-) -> BTreeMap<String, Proportion> {
-    let mut groups: BTreeMap<String, Vec<&'a Judgement>> = BTreeMap::new();
-    for judged in of {
-        if let Some(key) = key(judged) {
-            groups.entry(key).or_default().push(judged);
-        }
-    }
-    groups.into_iter().map(|(key, group)| (key, share(group, &counted))).collect()
+fn by(of: &[&Judgement], key: impl Fn(&Judgement) -> Option<String>, counted: impl Fn(&Judgement) -> bool) -> BTreeMap<String, Proportion> {
+    groups(of, key).into_iter().map(|(key, group)| (key, share(group, &counted))).collect()
 }
 
 /// Returns the range of a non-centrality.
@@ -223,6 +215,7 @@ pub fn scores(judged: &[Judgement]) -> Scores {
         double_both: share(doubles.iter().copied(), |j| j.all_named),
         double_dominant: share(doubles.iter().copied(), |j| j.class),
         by_size: by_size(&singles),
+        by_effect: by_effect(&known),
         by_layout: by_layout(&first),
         outside: OutsideScore::of(&unknowns),
         seconds: Spread::of(&seconds),
