@@ -37,7 +37,12 @@ fn shortened(command: &str) -> String {
     match command.split_whitespace().nth(1) {
         Some("compare") => format!("{command} --repeats 1"),
         Some("diagnose") => format!("{command} --no-cache"),
-        Some("withheld") => command.replace("quick", "1").replace("--cases 500", "--cases 1"),
+        Some("withheld") => {
+            let mut words: Vec<&str> = command.split(' ').collect();
+            let count = words.iter().position(|word| *word == "--cases").expect("the command states its number of cases");
+            words[count + 1] = "1";
+            words.join(" ")
+        }
         _ => command.to_string(),
     }
 }

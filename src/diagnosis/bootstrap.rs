@@ -49,16 +49,13 @@ pub fn closed_interval(
         }
     };
     let key = fitter.cache_key("closed", chosen.0, &[found.nominal.1.clone(), chosen.1.clone()]);
-    let drawn: Vec<f64> = (0..DRAWS)
-        .into_par_iter()
-        .filter(|_| !control.stopped())
-        .filter_map(|draw| {
-            let closed = control.cached(&format!("{key} {draw} {seed}"), || one(draw));
-            step();
-            closed
-        })
-        .collect();
-    (drawn.len() == DRAWS).then(|| drawn.iter().fold((estimate, estimate), |(least, largest), x| (least.min(*x), largest.max(*x))))
+    let drawn = (0..DRAWS).into_par_iter().map(|draw| {
+        let closed = (!control.stopped()).then(|| control.cached(&format!("{key} {draw} {seed}"), || one(draw)))?;
+        step();
+        closed
+    });
+    let drawn: Vec<f64> = drawn.collect::<Option<_>>()?;
+    Some(drawn.iter().fold((estimate, estimate), |(least, largest), x| (least.min(*x), largest.max(*x))))
 }
 
 type Model<'m> = (&'m Hypothesis, &'m Fitted);
