@@ -1,10 +1,8 @@
 //! The library of effects: each effect applies to the bench, has no influence at zero amplitude and matches its description.
 
-use std::sync::Arc;
-
 use config::effect_library;
 use diagnosis::{Hypothesis, at_start, is_plausible, largest_loss_factor};
-use dynamics::model::{Complexes, Frequencies, Reals, RodModel, Structure, undamped_modes};
+use dynamics::model::{Complexes, Frequencies, Reals, RodModel, undamped_modes};
 use machine::{Data, Effect, Machine, Mechanism, Operating, PeriodAlong, Role};
 
 use crate::support::{config, table_structure};
@@ -25,7 +23,7 @@ fn every_effect_applies_to_the_bench_and_has_a_description() {
         let with = machine.with_effect(effect).unwrap_or_else(|e| panic!("{}: {e}", effect.id));
         assert!(with.effects.contains(&effect.id) && effect.description.len() > 20, "{}", effect.id);
         let added = with.parameters.len() - machine.parameters.len();
-        assert!((1..=5).contains(&added), "{} adds {added} parameters", effect.id);
+        assert!((1..=6).contains(&added), "{} adds {added} parameters", effect.id);
         assert!(with.parameters[machine.parameters.len()..].iter().all(|p| !p.source.is_empty()), "{}", effect.id);
     }
 }
@@ -403,7 +401,6 @@ fn mechanisms_agree_with_uses_and_units() {
                 "N/m" | "N*m/rad" => vec![Mechanism::Stiffness],
                 "N*s/m" | "N*m*s/rad" => vec![Mechanism::Damping],
                 "kg" | "kg*m^2" => vec![Mechanism::Inertia],
-                "Hz" => vec![Mechanism::NaturalFrequency],
                 "N" | "N*m" | "N or N*m" => vec![Mechanism::Force],
                 "m or rad" => vec![Mechanism::Period(PeriodAlong::Motor)],
                 "m" => vec![Mechanism::Length, Mechanism::Period(PeriodAlong::Travel)],
@@ -453,7 +450,7 @@ fn limit_an_effect_of_zero_amplitude_changes_nothing() {
         ("screw-youngs-modulus", &[("youngs_change", 0.0)]),
         ("screw-shear-modulus", &[("shear_change", 0.0)]),
         ("table-rocking", &[("k_rock", 1e18)]),
-        ("screw-bending", &[("m_bend_left", 1e-9), ("m_bend_right", 1e-9)]),
+        ("screw-bending", &[("e_bend", 1e-9), ("a_bend", 0.0)]),
         ("table-relaxation", &[("c_relax", 1e-6)]),
         ("frf-gain", &[]),
         ("measurement-delay", &[]),
@@ -592,31 +589,22 @@ fn another_modulus_is_that_of_the_journals_too() {
     }
 }
 
-/// A bending free length of the screw acts as an absorber at the nut. Its frequency is proportional to the inverse square of that length.
+/// A nut off the axis bends the screw statically by e²/(3·E·I/a + 3·E·I/b) in series with the nut's stiffness, where it holds the screw laterally and the
+/// bearings are hinges.
 #[test]
-fn limit_a_bending_screw_absorbs_at_the_frequency_of_its_free_length() {
+fn limit_an_eccentric_nut_bends_the_screw_like_a_static_beam() {
     let machine = config("configs/tian.toml").machine;
     let library = effect_library().unwrap();
     let with = machine.with_effect(library.iter().find(|e| e.id == "screw-bending").unwrap()).unwrap();
-    let (stroke_m, nut_m, hz) = (machine.stroke_m().unwrap(), 0.8, 90.0);
-    let screw = with.point("screw").unwrap();
-    let structure = Arc::new(Structure::new(&with, screw, screw, RodModel::Exact).unwrap());
-    for (mass, free_m) in [("m_bend_left", nut_m), ("m_bend_right", stroke_m - nut_m)] {
-        let mut values = with.start();
-        for (id, value) in [(mass, 2.0), ("f_bend", hz), ("eta_bend", 1e-9)] {
-            values[with.parameter(id).unwrap()] = value;
-        }
-        let mut network = structure.empty_model();
-        network.update(&with, &values, &Operating::at_nut(nut_m));
-        let at = |hz: f64| network.receptance(std::f64::consts::TAU * hz, &mut structure.workspace()).norm();
-        let absorber_hz = hz * (0.5 * stroke_m / free_m).powi(2);
-        assert!(
-            at(absorber_hz) < 1e-6 * at(1.2 * absorber_hz),
-            "{mass} at {absorber_hz} Hz: {:e} compared with {:e}",
-            at(absorber_hz),
-            at(1.2 * absorber_hz)
-        );
-    }
+    let (start, operating) = (machine.start(), Operating::at_nut(1.0));
+    let screw = machine.shafts.iter().find(|shaft| shaft.name == "screw").unwrap();
+    let at = |value: &machine::Value| value.at(&start, &operating);
+    let (length_m, rigidity) = (at(&screw.length), at(&screw.youngs_modulus) * 0.5 * screw.section(&start, &operating).1);
+    let eccentricity_m = 0.005;
+    let hinges = [("e_bend", eccentricity_m), ("k_lateral", 1e13), ("clamping_left", 1e-9), ("clamping_right", 1e-9), ("eta_bend", 0.0)];
+    let added = receptance(&with, &hinges, 0.5) - receptance(&machine, &[], 0.5);
+    let expected = eccentricity_m * eccentricity_m / (3.0 * rigidity / 1.0 + 3.0 * rigidity / (length_m - 1.0));
+    assert!((added.re / expected - 1.0).abs() < 1e-3, "{added} for {expected}");
 }
 
 /// A bed on a foundation without stiffness gives the machine one more rigid-body mode than a fixed bed.

@@ -14,8 +14,8 @@ use super::tolerance::ToleranceFile;
 use super::unit::to_si;
 use machine::contact::{Rule, Stiffness};
 use machine::{
-    AttachFile, Data, DerivedPatch, DriveFile, Effect, FitRule, FrictionForceFile, JointPatch, LeadErrorFile, LeverFile, MachineError,
-    NumberSource, Parameter, Patch, PointMotion, PointPatch, ReattachFile, Role, Scale, ShaftFile,
+    AttachFile, BendingFile, Data, DerivedPatch, DriveFile, Effect, FitRule, FrictionForceFile, JointPatch, LeadErrorFile, LeverFile,
+    MachineError, NumberSource, Parameter, Patch, PointMotion, PointPatch, ReattachFile, Role, Scale, ShaftFile,
 };
 use numeric::unit::travel_per_radian_m;
 
@@ -57,6 +57,9 @@ pub struct MachineFile {
     /// Screw segments by name, for use as stiffnesses.
     #[serde(default)]
     pub segment: BTreeMap<String, SegmentFile>,
+    /// Shafts that bend laterally.
+    #[serde(default)]
+    pub bending: Vec<BendingFile>,
     /// Parameters by id.
     #[serde(default)]
     pub parameter: BTreeMap<String, ParameterFile>,
@@ -196,6 +199,8 @@ pub struct EffectFile {
     attach: Vec<AttachFile>,
     #[serde(default)]
     lever: Vec<LeverFile>,
+    #[serde(default)]
+    bending: Vec<BendingFile>,
 }
 
 fn frf_alone() -> Vec<Data> {
@@ -311,6 +316,7 @@ impl MachineFile {
             points: self.point.into_iter().map(point).collect::<Result<_, _>>()?,
             shafts: self.shaft.into_iter().map(|s| s.locations().map(|_| s)).collect::<Result<_, _>>()?,
             joints: self.joint.into_iter().map(joint).collect::<Result<_, _>>()?,
+            bending: self.bending,
             drive: self.drive,
             derived: self.derived,
             ..Patch::default()
@@ -332,6 +338,7 @@ impl EffectFile {
             reattached: self.reattach,
             attached: self.attach,
             levers: self.lever,
+            bending: self.bending,
             ..Patch::default()
         };
         patch.parameters = parameters(self.parameter, &patch).map_err(named)?;

@@ -14,7 +14,6 @@ fn fitting(mechanism: Mechanism) -> &'static [&'static str] {
         Mechanism::Stiffness => &["N/m", "N*m/rad"],
         Mechanism::Damping => &["N*s/m", "N*m*s/rad"],
         Mechanism::Inertia => &["kg", "kg*m^2"],
-        Mechanism::NaturalFrequency => &["Hz"],
         Mechanism::Force => &["N", "N*m"],
         Mechanism::Length | Mechanism::Period(_) => &["m", "rad"],
         Mechanism::Velocity => &["m/s", "rad/s"],

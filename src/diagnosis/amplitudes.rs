@@ -4,20 +4,38 @@ use super::hypothesis::Hypothesis;
 use machine::{Mechanism, Parameter};
 use numeric::halton::halton_point;
 
-/// Returns trial coordinates of the added parameters: their start, and a grid over the unit cube (Halton's sequence).
+/// Loss factor of trials, wide enough to miss no resonance between two of them.
+const WIDE_LOSS_FACTOR: f64 = 0.1;
+/// Number of trial values of a single parameter.
+const ALONE: usize = 25;
+
+/// Returns trial coordinates of the added parameters: their start, and a grid over the unit cube (Halton's sequence). Loss factors beside other
+/// parameters keep one value.
 pub fn amplitudes(hypothesis: &Hypothesis) -> Vec<Vec<f64>> {
     let described: Vec<_> = hypothesis.added.iter().map(|i| &hypothesis.machine.parameters[*i]).collect();
+    if described.is_empty() {
+        return vec![Vec::new()];
+    }
     let start: Vec<f64> = described.iter().map(|p| p.to_unit(p.start)).collect();
     if let Some(resonances) = resonances(&described) {
         return std::iter::once(start).chain(resonances).collect();
     }
-    let count = match described.len() {
-        0 => return vec![Vec::new()],
-        1 => 25,
+    let is_varied = |p: &&Parameter| p.mechanism != Mechanism::LossFactor;
+    let varied = described.iter().filter(|p| is_varied(p)).count();
+    if varied == 0 {
+        return std::iter::once(start).chain((1..=ALONE).map(|index| halton_point(index, described.len()))).collect();
+    }
+    let count = match varied {
+        1 => ALONE,
         2 => 20,
-        _ => 40,
+        3 | 4 => 40,
+        _ => 200,
     };
-    let grid = (1..=count).map(|index| halton_point(index, described.len()));
+    let grid = (1..=count).map(|index| {
+        let mut along = halton_point(index, varied).into_iter();
+        let coordinate = |p: &&Parameter| if is_varied(p) { along.next().unwrap_or(0.5) } else { p.to_unit(WIDE_LOSS_FACTOR) };
+        described.iter().map(coordinate).collect()
+    });
     std::iter::once(start).chain(grid).collect()
 }
 
@@ -25,22 +43,16 @@ pub fn amplitudes(hypothesis: &Hypothesis) -> Vec<Vec<f64>> {
 const RESONANCES_HZ: (f64, f64, u32) = (8.0, 1600.0, 26);
 /// Coordinates of a mass in its range for trial resonances.
 const SHARES: [f64; 3] = [0.3, 0.6, 0.85];
-/// Trial frequencies where the natural frequency is itself a parameter, evenly distributed over its range. Then the coordinates of masses, and a loss
-/// factor wide enough to miss no resonance between two trials.
-const NATURAL_COUNT: u32 = 60;
-const NATURAL: ([f64; 2], f64) = ([0.55, 0.75], 0.1);
 /// Trial values of pairs of dimensionless parameters: lever arms of reading and of strike, on either side.
 const ARMS: [[f64; 2]; 5] = [[0.0, 0.0], [1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
 
-/// Returns coordinates of trial resonances all over the band. Covered are masses with a spring and a damper or a loss factor, with the natural
-/// frequency as a parameter, or with two lever arms; several masses singly and jointly. Ranges alone would mostly give resonances outside the band.
-/// `None` for other sets of parameters.
+/// Returns coordinates of trial resonances all over the band. Covered is a mass with a spring and a damper or a loss factor, and with
+/// two lever arms. Ranges alone would mostly give resonances outside the band. `None` for other sets of parameters.
 fn resonances(described: &[&Parameter]) -> Option<Vec<Vec<f64>>> {
     let that = |is: fn(Mechanism) -> bool| (0..described.len()).filter(|at| is(described[*at].mechanism)).collect::<Vec<usize>>();
     let masses = that(|m| m == Mechanism::Inertia);
     let springs = that(|m| m == Mechanism::Stiffness);
     let dampers = that(|m| m == Mechanism::Damping);
-    let natural = that(|m| m == Mechanism::NaturalFrequency);
     let clamped = |at: usize, x: f64| described[at].to_unit(x.clamp(described[at].lower, described[at].upper));
     let (low, high, count) = RESONANCES_HZ;
     let start: Vec<f64> = described.iter().map(|p| p.to_unit(p.start)).collect();
@@ -54,8 +66,8 @@ fn resonances(described: &[&Parameter]) -> Option<Vec<Vec<f64>>> {
         place[spring] = clamped(spring, m * omega * omega);
         (place, m * omega)
     };
-    match (masses.as_slice(), springs.as_slice(), dampers.as_slice(), natural.as_slice()) {
-        (&[mass], &[spring], &[damper], []) if described.len() == 3 + dimensionless.len() && [0, 2].contains(&dimensionless.len()) => {
+    match (masses.as_slice(), springs.as_slice(), dampers.as_slice()) {
+        (&[mass], &[spring], &[damper]) if described.len() == 3 + dimensionless.len() && [0, 2].contains(&dimensionless.len()) => {
             let arms = if dimensionless.is_empty() { &ARMS[..1] } else { &ARMS };
             let place = |(resonance, arms): ((f64, f64), [f64; 2])| {
                 let (mut place, impedance) = resonant(mass, spring, resonance);
@@ -66,27 +78,8 @@ fn resonances(described: &[&Parameter]) -> Option<Vec<Vec<f64>>> {
             Some(tried.flat_map(|resonance| arms.iter().map(move |some| (resonance, *some))).map(place).collect())
         }
         // A mass on a spring with a loss factor, which keeps its start.
-        (&[mass], &[spring], [], []) if described.len() == 3 && dimensionless.len() == 1 => {
+        (&[mass], &[spring], []) if described.len() == 3 && dimensionless.len() == 1 => {
             Some(tried.map(|resonance| resonant(mass, spring, resonance).0).collect())
-        }
-        (masses, [], [], natural) if !masses.is_empty() && !natural.is_empty() => {
-            let each: Vec<&[usize]> = masses.iter().map(std::slice::from_ref).chain((masses.len() > 1).then_some(masses)).collect();
-            let (shares, loss) = NATURAL;
-            let place = |along: f64, share: f64, some: &[usize]| {
-                let mut place = start.clone();
-                natural.iter().for_each(|at| place[*at] = along);
-                dimensionless.iter().for_each(|at| place[*at] = clamped(*at, loss));
-                some.iter().for_each(|mass| place[*mass] = share);
-                place
-            };
-            let along = (0..NATURAL_COUNT).map(|at| (f64::from(at) + 0.5) / f64::from(NATURAL_COUNT));
-            let tried = along.flat_map(|along| shares.map(|share| (along, share)));
-            Some(
-                tried
-                    .flat_map(|(along, share)| each.iter().map(move |some| (along, share, *some)))
-                    .map(|(along, share, some)| place(along, share, some))
-                    .collect(),
-            )
         }
         _ => None,
     }

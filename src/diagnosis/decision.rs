@@ -447,7 +447,9 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
         0 => String::new(),
         _ => format!("; rejected by cross-validation although they fit as well: {}", others.join(", ")),
     };
-    let reason = format!("{names} reduces χ² by {gained}{predicted} ({}){others}", p_value_text(best.p_value));
+    let rest =
+        if after > limits.continue_from { format!("; a misfit {after:.1} times that of null simulations remains") } else { String::new() };
+    let reason = format!("{names} reduces χ² by {gained}{predicted} ({}){others}{rest}", p_value_text(best.p_value));
     let verdict = if alternatives.len() < 2 {
         state(VerdictKind::Effect, vec![names], reason, None)
     } else {

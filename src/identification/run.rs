@@ -138,7 +138,9 @@ pub fn identify(
             found.varied_parameters.clone_from(&objective.free);
             found.channels = objective.channels_at(&place);
             found.tolerances = tolerance_estimates(&objective, fit.set(), &place, &sd);
-            found.warnings.extend(found.tolerances.iter().filter_map(ToleranceEstimate::warning));
+            found
+                .warnings
+                .extend(found.tolerances.iter().filter_map(|t| t.warning("if it is right, run diagnose to find a missing effect")));
             let validation = FrfObjective::held_out(&fitted, held_out, settings.as_stated())?.calibrated(&found.channels);
             found.fitted_frfs = objective.gaps_at(&place);
             let minima: Vec<Place> = found.basins.iter().map(|basin| basin.place.clone()).collect();

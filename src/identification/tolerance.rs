@@ -37,8 +37,8 @@ impl ToleranceEstimate {
         self.prior.deviation(self.mean, self.value)
     }
 
-    /// Warns of an estimate more than three standard deviations from its prior mean.
-    pub fn warning(&self) -> Option<String> {
+    /// Warns of an estimate more than three standard deviations from its prior mean; `advice` says what follows.
+    pub fn warning(&self, advice: &str) -> Option<String> {
         let deviation = self.deviation();
         (deviation.abs() > FINDING).then(|| {
             let estimate = match (self.mechanism.is_dimensionless(), self.mean) {
@@ -47,9 +47,7 @@ impl ToleranceEstimate {
                 (false, mean) => format!("the fit changes {} from {mean:.3e} to {:.3e} {}", self.name, self.value, self.unit),
             };
             let times = deviation.abs();
-            format!(
-                "{estimate}, {times:.1} standard deviations: check this number of the description, or run diagnose to find a missing effect"
-            )
+            format!("{estimate}, {times:.1} standard deviations: check this number of the description; {advice}")
         })
     }
 }

@@ -78,6 +78,18 @@ impl Machine {
             positive(part("density_kg_m3"), &s.density)?;
             not_negative(part("loss_factor"), &s.loss_factor)?;
             self.check_stations(s, start, &middle)?;
+            for (name, value) in s.bending.iter().flat_map(super::Bending::values) {
+                let part = format!("bending.{}", s.name);
+                let number = at(value);
+                let is_right = match name {
+                    "misalignment" => true,
+                    "eccentricity" => number > 0.0,
+                    _ => number >= 0.0,
+                };
+                if !is_right || !number.is_finite() {
+                    return Err(fault(part, format!("its {name} is {number:?}; write a number above 0, or 0 for a hinge or no loss")));
+                }
+            }
         }
         positive("chain-gain".into(), &self.chain.gain)?;
         for j in &self.joints {
@@ -133,6 +145,7 @@ impl Machine {
         let mut carried = HashSet::new();
         for shaft in &self.shafts {
             carried.extend(shaft.stations.iter().flat_map(|s| [s.axial, s.torsion]).flatten());
+            carried.extend(shaft.bending.iter().map(|bending| bending.point));
         }
         for joint in self.joints.iter().filter(|j| j.stiffness.at(&start, &operating) > 0.0) {
             carried.extend(joint.on.iter().map(|(p, _)| *p));

@@ -35,6 +35,10 @@ impl Machine {
                 (format!("nut position on {}", s.name), &s.nut_position),
             ]
         });
+        let bending = self.shafts.iter().flat_map(|s| {
+            let values = s.bending.iter().flat_map(super::Bending::values);
+            values.map(|(quantity, value)| (format!("{quantity} of {}", s.name), value))
+        });
         let joints = self.joints.iter().flat_map(|j| {
             let named = |quantity: &str| format!("{quantity} of {}", j.name);
             let own = [
@@ -56,7 +60,7 @@ impl Machine {
             ("dispersion of loss factors", &self.loss_dispersion),
         ];
         let chain = chain.map(|(name, value)| (name.to_string(), value));
-        points.chain(shafts).chain(joints).chain(levers).chain(chain).collect()
+        points.chain(shafts).chain(bending).chain(joints).chain(levers).chain(chain).collect()
     }
 }
 

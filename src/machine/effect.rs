@@ -11,8 +11,8 @@ use serde::Deserialize;
 
 use super::check::{MachineError, fault};
 use super::{
-    DerivedPatch, DriveFile, FrictionForceFile, LeadErrorFile, LoadedPair, Machine, NumberSource, OperatingVariable, Parameter,
-    PointMotion, Rescale, Role, Segment, StationPlace, Target,
+    BendingFile, DerivedPatch, DriveFile, FrictionForceFile, LeadErrorFile, LoadedPair, Machine, NumberSource, OperatingVariable,
+    Parameter, PointMotion, Rescale, Role, Segment, StationPlace, Target,
 };
 
 /// A point that a patch adds.
@@ -136,12 +136,13 @@ impl Effect {
         if let Some(at) = &self.at {
             return vec![(at.clone(), None)];
         }
-        let Patch { points, joints, rescales, reattached, attached, .. } = &self.patch;
+        let Patch { points, joints, rescales, reattached, attached, bending, .. } = &self.patch;
         let is_new = |name: &str| points.iter().any(|p| p.name == name) || joints.iter().any(|j| j.name == name);
         let scaled = rescales.iter().map(|(target, _, parameter)| (target.part().to_string(), Some(parameter.clone())));
+        let bent = bending.iter().map(|bending| (bending.shaft.clone(), None));
         let moved = reattached.iter().map(|r| &r.joint).chain(attached.iter().map(|a| &a.joint)).map(|joint| (joint.clone(), None));
         let on = joints.iter().flat_map(|joint| joint.on.iter().map(|(point, _)| (point.clone(), None)));
-        let changed: Vec<_> = scaled.chain(moved).filter(|(name, _)| !is_new(name)).collect();
+        let changed: Vec<_> = scaled.chain(bent).chain(moved).filter(|(name, _)| !is_new(name)).collect();
         if changed.is_empty() { on.filter(|(name, _)| !is_new(name)).collect() } else { changed }
     }
 
@@ -184,6 +185,8 @@ pub struct Patch {
     pub reattached: Vec<ReattachFile>,
     /// Additional points for existing joints.
     pub attached: Vec<AttachFile>,
+    /// Shafts that it lets bend.
+    pub bending: Vec<BendingFile>,
     /// Lever arms of sensor and hammer.
     pub levers: Vec<LeverFile>,
     /// Derived quantities to report, by name.

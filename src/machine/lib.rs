@@ -5,6 +5,7 @@
 //! plausible range and source. Joints may have friction and backlash, and a **drive** may move the machine; both affect motion, not
 //! frequency responses. An **effect** is a patch of such a description: additional points, joints and parameters, or modifiers of values.
 
+mod bending;
 mod check;
 mod compose;
 pub mod contact;
@@ -36,6 +37,7 @@ mod target;
 mod tolerance;
 mod value;
 
+pub use bending::{Bending, BendingFile};
 pub use check::MachineError;
 pub use coordinates::{ParameterValues, UnitValues};
 pub use derived::{Derivation, Derived, DerivedPatch};

@@ -11,8 +11,6 @@ pub enum Mechanism {
     Inertia,
     /// Loss factor.
     LossFactor,
-    /// Natural frequency of a part that vibrates by itself.
-    NaturalFrequency,
     /// Friction force or torque, or amplitude of a force.
     Force,
     /// Length, diameter, dead zone or amplitude of a displacement.
@@ -61,7 +59,6 @@ impl Mechanism {
             "N/m" | "N*m/rad" => Mechanism::Stiffness,
             "N*s/m" | "N*m*s/rad" => Mechanism::Damping,
             "kg" | "kg*m^2" => Mechanism::Inertia,
-            "Hz" => Mechanism::NaturalFrequency,
             "N" | "N*m" => Mechanism::Force,
             "m" | "rad" => Mechanism::Length,
             "m/s" | "rad/s" => Mechanism::Velocity,

@@ -72,7 +72,6 @@ impl Mechanism {
     fn of_change(target: &Target, rescale: Rescale) -> Self {
         match rescale {
             Rescale::Replace | Rescale::InSeries | Rescale::Added | Rescale::Less => Mechanism::of_target(target),
-            Rescale::LeftSpan | Rescale::RightSpan => Mechanism::NaturalFrequency,
             Rescale::Relative
             | Rescale::Times
             | Rescale::AlongStroke
@@ -191,8 +190,13 @@ impl Patch {
             let bore = s.bore_ratio.iter().map(|ratio| (ratio, Mechanism::Ratio));
             own.into_iter().chain(bore).chain(s.loss_factor.iter().map(|loss| (loss, Mechanism::LossFactor)))
         });
+        let bending = self.bending.iter().flat_map(|b| {
+            let own = [(&b.eccentricity_m, Mechanism::Length), (&b.lateral_stiffness, Mechanism::Stiffness)];
+            let ratios = b.clamping.iter().chain(&b.misalignment).map(|source| (source, Mechanism::Ratio));
+            own.into_iter().chain(ratios).chain(b.loss_factor.iter().map(|loss| (loss, Mechanism::LossFactor)))
+        });
         let drive = self.drive.iter().flat_map(of_drive_file);
-        let mut numbers = inertias.chain(joints).chain(shafts).chain(drive);
+        let mut numbers = inertias.chain(joints).chain(shafts).chain(bending).chain(drive);
         let stated = numbers.find(|(source, _)| source.is_or_contains(id)).map(|(_, mechanism)| mechanism);
         let changes =
             || self.rescales.iter().find(|(_, _, parameter)| parameter == id).map(|(target, how, _)| Mechanism::of_change(target, *how));
@@ -226,7 +230,6 @@ mod tests {
             joints: vec![JointPatch { stiffness: of("m"), damping: of("c"), loss_factor: of("eta"), friction, ..JointPatch::default() }],
             rescales: vec![
                 (Target::JointStiffness("nut".into()), Rescale::InSeries, "k".into()),
-                (Target::JointStiffness("nut".into()), Rescale::LeftSpan, "f".into()),
                 (Target::JointStiffness("nut".into()), Rescale::AlongStroke, "slope".into()),
                 (Target::Drive("ripple.period".into()), Rescale::Replace, "ripple".into()),
             ],
@@ -240,7 +243,6 @@ mod tests {
             ("p", "m", Mechanism::Period(PeriodAlong::Travel)),
             ("p", "rad", Mechanism::Period(PeriodAlong::Angle)),
             ("k", "N/m", Mechanism::Stiffness),
-            ("f", "1/s", Mechanism::NaturalFrequency),
             ("slope", "1", Mechanism::Ratio),
             ("ripple", "m or rad", Mechanism::Period(PeriodAlong::Motor)),
             ("unused", "N*m/rad", Mechanism::Stiffness),

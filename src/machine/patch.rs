@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use super::check::{MachineError, check_parameter, fault, listing};
 use super::effect::{AttachFile, LeverFile, ReattachFile};
 use super::{
-    Derivation, Derived, DerivedPatch, Effect, Joint, JointPatch, Lever, Machine, ParameterValues, Patch, Point, PointPatch, Shaft,
-    ShaftFile, Station, Value,
+    Bending, BendingFile, Derivation, Derived, DerivedPatch, Effect, Joint, JointPatch, Lever, Machine, ParameterValues, Patch, Point,
+    PointMotion, PointPatch, Shaft, ShaftFile, Station, StationPlace, Value,
 };
 
 impl Machine {
@@ -40,6 +40,7 @@ impl Machine {
         }
         patch.reattached.iter().try_for_each(|reattach| machine.reattach(reattach))?;
         patch.attached.iter().try_for_each(|attach| machine.attach(attach))?;
+        patch.bending.iter().try_for_each(|bending| machine.add_bending(bending))?;
         patch.levers.iter().try_for_each(|lever| machine.add_lever(lever))?;
         for (target, rescale, parameter) in &patch.rescales {
             machine.rescale(target, *rescale, parameter)?;
@@ -128,6 +129,7 @@ impl Machine {
                 &s.nut_support_offset,
             ]
         });
+        let bending = self.shafts.iter().flat_map(|s| &s.bending).flat_map(|bending| bending.values().map(|(_, value)| value));
         let joints = self.joints.iter().flat_map(|j| {
             let own = [&j.stiffness, &j.damping, &j.loss_factor, &j.integral_rate];
             let has_lead = j.on.iter().any(|(point, _)| self.has_lead(j, *point));
@@ -136,6 +138,7 @@ impl Machine {
         let levers = self.chain.levers.iter().flat_map(|l| [&l.sensor_arm, &l.hammer_arm]);
         points
             .chain(shafts)
+            .chain(bending)
             .chain(joints)
             .chain([&self.chain.gain, &self.chain.delay, &self.chain.power, &self.loss_dispersion])
             .chain(levers)
@@ -160,6 +163,8 @@ impl Machine {
                 &mut s.nut_support_factor,
                 &mut s.nut_support_offset,
             ]
+            .into_iter()
+            .chain(s.bending.iter_mut().flat_map(Bending::values_mut))
         });
         let joints = self.joints.iter_mut().flat_map(|j| {
             let own = [&mut j.stiffness, &mut j.damping, &mut j.loss_factor, &mut j.integral_rate, &mut j.gap];
@@ -240,6 +245,7 @@ impl Machine {
             nut_support_offset: Value::number(0.0),
             stations,
             journal_of: None,
+            bending: None,
         })
     }
 
@@ -318,6 +324,35 @@ impl Machine {
     fn joints_named(&self, part: &str, name: &str) -> Result<Vec<usize>, MachineError> {
         self.joint_named(part, name)?;
         Ok((0..self.joints.len()).filter(|j| self.joints[*j].name == name).collect())
+    }
+
+    /// Lets a shaft bend.
+    fn add_bending(&mut self, file: &BendingFile) -> Result<(), MachineError> {
+        let part = format!("bending.{}", file.shaft);
+        let at = self.shafts.iter().position(|shaft| shaft.name == file.shaft);
+        let at = at.ok_or_else(|| fault(&part, format!("no shaft is called «{}»; name one of the machine", file.shaft)))?;
+        if self.shafts[at].bending.is_some() {
+            return Err(fault(part, "this shaft bends already; describe its bending once"));
+        }
+        if !self.shafts[at].stations.iter().any(|station| matches!(station.place, StationPlace::Nut | StationPlace::NearNut(_))) {
+            return Err(fault(part, "the shaft carries no nut; name one with a station at the nut"));
+        }
+        let point = self.named_point(&part, &file.point)?;
+        if self.points[point].motion == PointMotion::Rotation {
+            return Err(fault(part, format!("«{}» is a rotation; name a point that is a translation", file.point)));
+        }
+        let value = |key: &str, source| self.value(&format!("{part}.{key}"), source);
+        let [left, right] = &file.clamping;
+        let bending = Bending {
+            point,
+            misalignment: self.value_or_zero(&format!("{part}.misalignment"), &file.misalignment)?,
+            lateral_stiffness: value("lateral_stiffness", &file.lateral_stiffness)?,
+            eccentricity: value("eccentricity_m", &file.eccentricity_m)?,
+            clamping: [value("clamping", left)?, value("clamping", right)?],
+            loss_factor: self.value_or_zero(&format!("{part}.loss_factor"), &file.loss_factor)?,
+        };
+        self.shafts[at].bending = Some(bending);
+        Ok(())
     }
 
     /// Moves a joint from `from` to `to`.

@@ -1,6 +1,6 @@
 //! Uniform shafts: rods with axial and torsional vibration between stations.
 
-use super::{Operating, PointMotion, Value};
+use super::{Bending, Operating, PointMotion, Value};
 
 /// The place of a station on its shaft.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,6 +56,8 @@ pub struct Shaft {
     pub stations: Vec<Station>,
     /// Name of the shaft whose end a journal is; `None` for other shafts.
     pub journal_of: Option<String>,
+    /// Its lateral bending, if described.
+    pub bending: Option<Bending>,
 }
 
 /// Least free length between a nut at a changed position and the next stations, as a share of the distance between these.
@@ -75,7 +77,7 @@ impl Shaft {
     }
 
     /// Returns the true position (m) of the nut; `None` where no nut position is given.
-    fn nut_m(&self, parameters: &[f64], operating: &Operating) -> Option<f64> {
+    pub fn nut_m(&self, parameters: &[f64], operating: &Operating) -> Option<f64> {
         let stated_m = operating.nut_m?;
         if self.nut_position.modifiers.is_empty() {
             return Some(stated_m);

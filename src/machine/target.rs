@@ -89,10 +89,6 @@ pub enum Rescale {
     AlongStroke,
     /// Multiplies by exp(p·(1 − (2·s − 1)²)): a maximum or minimum at mid-stroke.
     MidStroke,
-    /// Replaces an inertia by the stiffness of a beam of that inertia over the shaft's free length left of the nut.
-    LeftSpan,
-    /// As [`Rescale::LeftSpan`], right of the nut.
-    RightSpan,
     /// Multiplies by exp(p·x), x the normalised force level.
     WithForceLevel,
     /// Multiplies by exp(p·x), x the normalised speed.
@@ -194,8 +190,6 @@ impl Machine {
                 Rescale::WithAcceleration => Modifier::With(index, OperatingVariable::Acceleration),
                 Rescale::AlongStroke => Modifier::AlongStroke(index, stroke_m.clone()?),
                 Rescale::MidStroke => Modifier::MidStroke(index, stroke_m.clone()?),
-                Rescale::LeftSpan => Modifier::LeftSpan(index, stroke_m.clone()?),
-                Rescale::RightSpan => Modifier::RightSpan(index, stroke_m.clone()?),
             };
             value.modifiers.push(modifier);
         }

@@ -41,11 +41,6 @@ pub enum Modifier {
     AlongStroke(usize, f64),
     /// Multiplies by exp(p·(1 − (2·s − 1)²)): a maximum or minimum at mid-stroke, for example from wear.
     MidStroke(usize, f64),
-    /// Multiplies by (2π·p)²·(L/2ℓ)⁴ with ℓ from the left end to the nut. It turns a mass into the stiffness on which the mass vibrates
-    /// like a beam of length ℓ. The natural frequency is p where ℓ is half of L. Source: Euler–Bernoulli beam, f ∝ 1/ℓ².
-    LeftSpan(usize, f64),
-    /// As [`Modifier::LeftSpan`] with ℓ from the nut to the right end.
-    RightSpan(usize, f64),
     /// Multiplies by exp(p·x), x the size of an operating variable; for the force level p is its exponent.
     With(usize, OperatingVariable),
     /// Puts a spring p in series: x becomes x·p/(x + p).
@@ -72,8 +67,6 @@ impl Modifier {
             | Modifier::Times(index)
             | Modifier::AlongStroke(index, _)
             | Modifier::MidStroke(index, _)
-            | Modifier::LeftSpan(index, _)
-            | Modifier::RightSpan(index, _)
             | Modifier::With(index, _)
             | Modifier::InSeries(index)
             | Modifier::Less(index)
@@ -108,13 +101,6 @@ impl Modifier {
                 let shape = if matches!(self, Modifier::MidStroke(..)) { 1.0 - along * along } else { along };
                 let factor = (p * shape).exp();
                 (x * factor, factor, x * factor * shape)
-            }
-            Modifier::LeftSpan(_, stroke_m) | Modifier::RightSpan(_, stroke_m) => {
-                let nut_m = operating.nut_m.unwrap_or(0.5 * stroke_m);
-                let free_m = if matches!(self, Modifier::LeftSpan(..)) { nut_m } else { stroke_m - nut_m };
-                // The formula diverges towards the bearing, where the screw cannot bend.
-                let span = (0.5 * stroke_m / free_m.max(0.02 * stroke_m)).powi(4) * std::f64::consts::TAU.powi(2);
-                (x * p * p * span, p * p * span, 2.0 * x * p * span)
             }
             Modifier::With(_, variable) => {
                 let size = variable.size(operating);
@@ -274,7 +260,6 @@ mod tests {
             Modifier::AlongStroke(3, 2.0),
             Modifier::MidStroke(3, 2.0),
             Modifier::Times(4),
-            Modifier::RightSpan(1, 2.0),
             Modifier::Added(1),
         ];
         let single = Value { base: Base::Parameter(0), modifiers: laws };

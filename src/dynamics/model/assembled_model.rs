@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::beam::Beam;
 use super::joint::JointNumbers;
 use super::rod::Rod;
 use super::structure::{RodModel, Structure};
@@ -12,6 +13,7 @@ use machine::{Machine, Operating};
 pub struct AssembledModel {
     pub(super) structure: Arc<Structure>,
     pub(super) rods: Vec<Rod>,
+    pub(super) beams: Vec<Beam>,
     pub(super) joints: Vec<JointNumbers>,
     /// Per joint: coordinates and coefficients of the points that move.
     pub(super) joint_points: Vec<Vec<(usize, f64)>>,
@@ -38,6 +40,7 @@ impl Structure {
         AssembledModel {
             structure: Arc::clone(self),
             rods: vec![Rod { stiffness: 0.0, transit_s: 0.0, loss_factor: 0.0, dispersion: 0.0, elements: 0 }; self.rods.len()],
+            beams: Vec::with_capacity(self.beams.len()),
             joints: vec![JointNumbers::default(); self.joints.len()],
             joint_points: self.joints.clone(),
             inertia: vec![0.0; self.size()],
@@ -89,6 +92,25 @@ impl AssembledModel {
                 },
             };
         }
+        self.beams.clear();
+        self.beams.extend(shape.beams.iter().filter_map(|beam| {
+            let shaft = &machine.shafts[beam.shaft];
+            let bending = shaft.bending.as_ref()?;
+            let at = |value: &machine::Value| value.at(parameters, operating);
+            let (area_m2, polar_m4) = shaft.section(parameters, operating);
+            Some(Beam {
+                // The second moment of a round section is half of its polar one.
+                rigidity: at(&shaft.youngs_modulus) * 0.5 * polar_m4,
+                mass_per_length: at(&shaft.density) * area_m2,
+                length: at(&shaft.length),
+                nut: shaft.nut_m(parameters, operating).unwrap_or(f64::NAN),
+                clamping: bending.clamping.each_ref().map(at),
+                arms: [at(&bending.misalignment), at(&bending.eccentricity)],
+                lateral_stiffness: at(&bending.lateral_stiffness),
+                loss_factor: at(&bending.loss_factor),
+                dispersion: self.dispersion,
+            })
+        }));
         let share_s = machine.stiffness_proportional_damping_s;
         let described = shape.joints.iter().zip(&shape.screws);
         let all = machine.joints.iter().zip(&mut self.joints).zip(&mut self.joint_points).zip(described);
@@ -134,6 +156,9 @@ impl AssembledModel {
         }
         for slots in self.rods.iter().zip(&shape.rod_slots).filter(|(rod, _)| rod.loss_factor != 0.0).map(|(_, slots)| slots) {
             slots.iter().flatten().for_each(|slot| self.real[*slot] = false);
+        }
+        for (_, shape) in self.beams.iter().zip(&shape.beams).filter(|(beam, _)| beam.loss_factor != 0.0) {
+            self.real[self.structure.diagonal[shape.coordinate]] = false;
         }
         for (_, on) in self.joints.iter().zip(&self.joint_points).filter(|(joint, _)| joint.has_extra_dynamics()) {
             for (at, (i, _)) in on.iter().enumerate() {

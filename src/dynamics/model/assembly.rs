@@ -48,6 +48,13 @@ impl AssembledModel {
                 }
             }
         }
+        for (beam, shape) in self.beams.iter().zip(&self.structure.beams) {
+            for (w, (omega, below)) in omega_rad_s.iter().zip(&mut below).enumerate() {
+                let (of, held) = beam.undamped_each(*omega);
+                *below += held;
+                entries[self.structure.diagonal[shape.coordinate] * abreast + w] += of;
+            }
+        }
         pattern.factor(abreast, entries, &self.real, |w, d, _| below[w] += d.is_sign_negative() & Reals::ONE);
         below
     }
@@ -73,6 +80,11 @@ impl AssembledModel {
         for (slot, m) in shape.diagonal.iter().zip(&self.inertia).filter(|(_, m)| **m != 0.0) {
             for (entry, omega) in entries[slot * abreast..].iter_mut().zip(omega_rad_s) {
                 entry.re -= *omega * *omega * Reals::splat(*m);
+            }
+        }
+        for (beam, of) in self.beams.iter().zip(&shape.beams) {
+            for (w, omega) in omega_rad_s.iter().enumerate() {
+                entries[shape.diagonal[of.coordinate] * abreast + w] += beam.damped_each(*omega);
             }
         }
         for (joint, on) in self.joints.iter().zip(&self.joint_points) {
@@ -147,6 +159,9 @@ impl AssembledModel {
             shape.elimination.factor(abreast, entries, &self.real, |_, _, _| ());
             return;
         };
+        for beam in &self.beams {
+            determinants.iter_mut().zip(omega_rad_s).for_each(|(d, omega)| *d *= beam.poles_each(*omega));
+        }
         let mut scale = Reals::ONE;
         shape.elimination.factor(abreast, entries, &self.real, |w, d, inverse| {
             if w == 0 {

@@ -58,6 +58,11 @@ impl AssembledModel {
                     |(direct, cross): (Complexes, Complexes)| direct.lanes()[0].re * (a * a + b * b) + 2.0 * cross.lanes()[0].re * a * b;
                 energy += form((entries.direct, entries.cross)) - 0.5 * omega_rad_s * form(slopes);
             }
+            for (beam, beam_shape) in self.beams.iter().zip(&self.structure.beams).filter(|(_, s)| s.shaft == at) {
+                let at = Reals::splat(omega_rad_s);
+                let potential = beam.undamped_each(at).0.to_array()[0] - 0.5 * omega_rad_s * beam.frequency_slopes_each(at).lanes()[0].re;
+                energy += potential * shape[beam_shape.coordinate].powi(2);
+            }
             rows.push(EnergyShare { name: shaft.name.clone(), deformation: None, share: energy });
         }
         let whole: f64 = rows.iter().filter(|row| !row.name.contains('/')).map(|row| row.share).sum();

@@ -30,7 +30,7 @@ pub struct Matrices {
 ///
 /// Loss factors cannot be represented in the matrices and are omitted.
 ///
-/// # Errors  a joint has a relaxing damper or integral action, which a damping matrix cannot represent; the machine has no point that moves.
+/// # Errors  a shaft bends; a joint has a relaxing damper or integral action, which a damping matrix cannot represent; the machine has no point that moves.
 pub fn matrices(machine: &Machine, parameters: &[f64], operating: &Operating, lumps: usize) -> Result<Matrices, ModelError> {
     if let Some(joint) = machine.joints.iter().find(|j| j.relaxation_stiffness.is_some()) {
         return Err(ModelError::Point {
@@ -42,6 +42,12 @@ pub fn matrices(machine: &Machine, parameters: &[f64], operating: &Operating, lu
         return Err(ModelError::Point {
             name: joint.name.clone(),
             fault: "has integral action, which a damping matrix cannot represent; leave integral_rate out, and describe the loops under [drive]",
+        });
+    }
+    if let Some(shaft) = machine.shafts.iter().find(|shaft| shaft.bending.is_some()) {
+        return Err(ModelError::Point {
+            name: shaft.name.clone(),
+            fault: "bends laterally, which these matrices cannot represent; leave its bending (the effect screw-bending) out",
         });
     }
     let moving = machine.points.iter().position(|p| !p.fixed);

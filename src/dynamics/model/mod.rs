@@ -6,6 +6,7 @@
 
 mod assembled_model;
 mod assembly;
+mod beam;
 pub mod coupling;
 mod derived;
 mod elimination;

@@ -99,6 +99,9 @@ impl AssembledModel {
             let deformation: f64 = on.iter().map(|&(i, c)| shape[i] * c).sum();
             lost += joint.dynamic(omega_rad_s).im * deformation * deformation;
         }
+        for (beam, beam_shape) in self.beams.iter().zip(&self.structure.beams).filter(|(beam, _)| beam.loss_factor > 0.0) {
+            lost += beam.damped_each(at).lanes()[0].im * shape[beam_shape.coordinate].powi(2);
+        }
         for (rod, rod_shape) in self.rods.iter().zip(&self.structure.rods).filter(|(r, _)| r.loss_factor > 0.0) {
             let end = |c: Option<usize>| c.map_or(0.0, |i| shape[i]);
             let entries = rod.damped(omega_rad_s);

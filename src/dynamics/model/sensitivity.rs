@@ -12,6 +12,7 @@
 //! # Source  derivative of the inverse of a symmetric matrix, d(D⁻¹) = −D⁻¹·dD·D⁻¹.
 
 use super::assembled_model::AssembledModel;
+use super::beam::BeamNumber;
 use super::frequency_grid::Frequencies;
 use super::joint::JointNumbers;
 use super::receptance::ReceptanceEnd;
@@ -42,6 +43,8 @@ enum Element {
     Lead(usize),
     /// A number of a rod.
     Rod(usize, RodNumber),
+    /// A number of a beam.
+    Beam(usize, BeamNumber),
     /// Lever arm r, of the sensor or of the hammer.
     Lever(usize, ReceptanceEnd),
 }
@@ -123,6 +126,7 @@ impl AssembledModel {
         }
         let at = (machine, parameters, operating);
         (0..self.rods.len()).for_each(|rod| self.rod_entries(rod, at, column, nut, &mut entries));
+        (0..self.beams.len()).for_each(|beam| self.beam_entries(beam, at, column, nut, &mut entries));
         let arms = machine
             .chain
             .levers
@@ -208,6 +212,47 @@ impl AssembledModel {
         }
         for (number, value) in [(RodNumber::Loss, &shaft.loss_factor), (RodNumber::Dispersion, &machine.loss_dispersion)] {
             value.gradient(parameters, operating, |p, d| entries.extend(column[p].map(|c| (Element::Rod(index, number), c, d))));
+        }
+    }
+
+    /// Adds the derivatives of a beam's numbers.
+    fn beam_entries(
+        &self,
+        index: usize,
+        (machine, parameters, operating): (&Machine, &[f64], &Operating),
+        column: &[Option<usize>],
+        nut: Option<usize>,
+        entries: &mut Vec<(Element, usize, f64)>,
+    ) {
+        let beam = &self.beams[index];
+        let shaft = &machine.shafts[self.structure.beams[index].shaft];
+        let Some(bending) = &shaft.bending else { return };
+        let at = |value: &machine::Value| value.at(parameters, operating);
+        let mut push = |number: BeamNumber, value: &machine::Value, factor: f64| {
+            let element = Element::Beam(index, number);
+            value.gradient(parameters, operating, |p, d| entries.extend(column[p].map(|c| (element, c, factor * d))));
+        };
+        let (diameter, bore) = (at(&shaft.diameter), at(&shaft.bore_ratio));
+        push(BeamNumber::Rigidity, &shaft.youngs_modulus, beam.rigidity / at(&shaft.youngs_modulus));
+        push(BeamNumber::Rigidity, &shaft.diameter, 4.0 * beam.rigidity / diameter);
+        push(BeamNumber::Rigidity, &shaft.bore_ratio, -4.0 * bore.powi(3) * beam.rigidity / (1.0 - bore.powi(4)));
+        push(BeamNumber::MassPerLength, &shaft.density, beam.mass_per_length / at(&shaft.density));
+        push(BeamNumber::MassPerLength, &shaft.diameter, 2.0 * beam.mass_per_length / diameter);
+        push(BeamNumber::MassPerLength, &shaft.bore_ratio, -2.0 * bore * beam.mass_per_length / (1.0 - bore.powi(2)));
+        push(BeamNumber::Length, &shaft.length, 1.0);
+        push(BeamNumber::LeftClamping, &bending.clamping[0], 1.0);
+        push(BeamNumber::RightClamping, &bending.clamping[1], 1.0);
+        push(BeamNumber::Misalignment, &bending.misalignment, 1.0);
+        push(BeamNumber::LateralStiffness, &bending.lateral_stiffness, 1.0);
+        push(BeamNumber::Eccentricity, &bending.eccentricity, 1.0);
+        push(BeamNumber::LossFactor, &bending.loss_factor, 1.0);
+        push(BeamNumber::Dispersion, &machine.loss_dispersion, 1.0);
+        if shaft.nut_moves(parameters, operating) {
+            push(BeamNumber::Nut, &shaft.nut_position, 1.0);
+            if let Some(nut) = nut {
+                let at = |nut_m: f64| shaft.nut_position.at(parameters, &Operating { nut_m: Some(nut_m), ..*operating });
+                entries.push((Element::Beam(index, BeamNumber::Nut), nut, at(1.0) - at(0.0)));
+            }
         }
     }
 
@@ -303,6 +348,9 @@ impl AssembledModel {
                 } else {
                     product(joint) * (dispersion_each(omega) * Reals::splat(stiffness * loss_factor))
                 }
+            }
+            Element::Beam(beam, number) => {
+                self.beams[beam].slopes_each(omega, number) * of.product(self.structure.beams[beam].coordinate, w)
             }
             Element::Rod(rod, number) => self.rod_product(rod, number, of, (at_rod, w)),
             Element::Damping(joint) => self.joints[joint].damper_derivative_each(product(joint), omega) * omega,

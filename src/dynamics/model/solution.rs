@@ -29,6 +29,13 @@ impl Solution<'_> {
         let [a, b] = ends.map(|end| (of(self.at_response, end), of(self.at_excitation, end)));
         (a.0 * a.1 + b.0 * b.1, a.0 * b.1 + b.0 * a.1)
     }
+
+    /// Computes the product of the displacements of a coordinate under both forces, for one group of frequencies.
+    #[inline]
+    pub fn product(&self, coordinate: usize, w: usize) -> Complexes {
+        let at = coordinate * self.omega_rad_s.len() + w;
+        self.at_response[at] * self.at_excitation[at]
+    }
 }
 
 /// A receptance at one frequency.
@@ -64,6 +71,11 @@ impl AssembledModel {
                 if joint.loss_factor != 0.0 {
                     *sum += product * (loss_each(omega_rad_s[w], self.dispersion).1 * Reals::splat(joint.stiffness * joint.loss_factor));
                 }
+            }
+        }
+        for (beam, shape) in self.beams.iter().zip(&shape.beams) {
+            for (w, (sum, omega)) in sums.iter_mut().zip(omega_rad_s).enumerate() {
+                *sum += beam.frequency_slopes_each(*omega) * of.product(shape.coordinate, w);
             }
         }
         for ((entries, rod), rod_shape) in of.rods.chunks_exact(abreast).zip(&self.rods).zip(&shape.rods) {

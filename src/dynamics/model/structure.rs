@@ -53,6 +53,15 @@ pub(super) struct RodShape {
     pub ends: [Option<usize>; 2],
 }
 
+/// The bending of a shaft.
+#[derive(Debug, Clone)]
+pub(super) struct BeamShape {
+    /// Index of the shaft.
+    pub shaft: usize,
+    /// Coordinate of the displacement that the nut feels.
+    pub coordinate: usize,
+}
+
 /// The compiled topology of a machine for one pair of response and excitation.
 #[derive(Debug, Clone)]
 pub struct Structure {
@@ -60,6 +69,7 @@ pub struct Structure {
     /// Coordinate of each point; `None` where it is fixed.
     pub(super) coordinate: Vec<Option<usize>>,
     pub(super) rods: Vec<RodShape>,
+    pub(super) beams: Vec<BeamShape>,
     /// Slot of each diagonal entry.
     pub(super) diagonal: Vec<usize>,
     /// Per rod: slots of its direct entries and of its cross entry.
@@ -130,10 +140,13 @@ impl Structure {
                 [i.map(|i| diagonal[i]), j.map(|j| diagonal[j]), i.zip(j).map(|(i, j)| elimination.entry(i, j))]
             })
             .collect();
+        let bent = machine.shafts.iter().enumerate().filter_map(|(shaft, s)| Some((shaft, coordinate[s.bending.as_ref()?.point]?)));
+        let beams = bent.map(|(shaft, coordinate)| BeamShape { shaft, coordinate }).collect();
         Ok(Structure {
             elimination,
             coordinate,
             rods,
+            beams,
             diagonal,
             rod_slots,
             joints,

@@ -13,7 +13,6 @@ use diagnosis::{
     Ablation, Diagnosis, DiagnosisSettings, Domain, Fitted, Hypothesis, HypothesisKind, NullDistribution, PartialGap, closed,
     closed_interval, diagnose, fitter, floor_over, gap_over, gaps_by_mode, largest_loss_factor, peak_errors, values_of,
 };
-use identification::ToleranceEstimate;
 use identification::objective::FrfObjective;
 use machine::{Data, Effect, Parameter, Target};
 use measurement::{FitSet, HoldOutSet};
@@ -94,7 +93,8 @@ fn to_document(
     let names = |positions: &[usize], frfs: &[usize]| document_rows::names(&study.set, positions, frfs, whole);
     let before = gap_over(&found.held_out);
     let map = residual_map(study, (fit, held_out), found)?;
-    let mut warnings: Vec<String> = found.tolerances.iter().filter_map(ToleranceEstimate::warning).collect();
+    let advice = "if it is right, an effect beyond this verdict is missing";
+    let mut warnings: Vec<String> = found.tolerances.iter().filter_map(|t| t.warning(advice)).collect();
     warnings.extend(whole.then(|| document_rows::noise_warnings(&study.set)).into_iter().flatten());
     if !whole {
         warnings.push("natural frequencies and amplitudes say little about damping and mode shapes: effects that whole FRFs distinguish may remain ambiguous".into());

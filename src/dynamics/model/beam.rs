@@ -1,0 +1,338 @@
+//! Lateral bending of a shaft that is loaded off its axis at the nut.
+
+use super::rod::loss_each;
+use super::simd::{Complexes, LANES, Reals};
+
+/// The dynamic stiffness of a uniform beam on two bearings as the nut between them feels it: at the displacement q = a·y + e·θ that deflection y and
+/// slope θ give along the axis, by a misalignment a and an eccentricity e of the nut's force.
+///
+/// ```text
+/// 1/D = dᵀ·(B_left + B_right + diag(k, 0))⁻¹·d,   d = (a, e)       k: lateral stiffness of the nut;  B: spans at (y, θ), rotations at the bearings eliminated
+///
+///                        ┌                                         ┐
+/// span ℓ, near end:  E·I │ α³·(sh·c + ch·s)/ℓ³    ± α²·s·sh/ℓ²     │ 1      far end:  ± α²·(ch − c)/ℓ²  with y,   α·(sh − s)/ℓ  with θ,
+///                        │ ± α²·s·sh/ℓ²            α·(ch·s − sh·c)/ℓ │ ─                α·(ch·s − sh·c)/ℓ + κ/L  on its diagonal
+///                        └                                         ┘ N
+///
+/// N = 1 − c·ch,   α = ℓ·(ρ·S·ω²/(E·I))^¼,   s, c = sin α, cos α,   sh, ch = sinh α, cosh α,   ± : − on the left, + on the right
+/// ```
+///
+/// # Units      E·I in N·m², ρ·S in kg/m, k in N/m, e in m; κ is the rotational stiffness of a bearing over E·I/L
+/// # Limits     ω → 0, a = 1, e = 0, k = 0 gives 48·E·I/L³ at the middle of a beam on two hinges, and 192·E·I/L³ between two clamps
+/// # Source     Euler–Bernoulli beam: Clough and Penzien, Dynamics of Structures (1993), section 17-6; mode count of a clamped span: Howson and
+///   Williams, J. Sound Vib. 26 (1973) 503–515.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Beam {
+    /// E·I (N·m²).
+    pub rigidity: f64,
+    /// ρ·S (kg/m).
+    pub mass_per_length: f64,
+    /// Distance of the bearings L (m).
+    pub length: f64,
+    /// Distance of the nut from the left bearing (m).
+    pub nut: f64,
+    /// κ of the left and of the right bearing.
+    pub clamping: [f64; 2],
+    /// a and e (m).
+    pub arms: [f64; 2],
+    /// k (N/m).
+    pub lateral_stiffness: f64,
+    /// Loss factor η of E·I and of k, as of a rod.
+    pub loss_factor: f64,
+    /// Share s of dispersion of the loss factor.
+    pub dispersion: f64,
+}
+
+/// A number of a beam.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum BeamNumber {
+    Rigidity,
+    MassPerLength,
+    Length,
+    Nut,
+    LeftClamping,
+    RightClamping,
+    Misalignment,
+    Eccentricity,
+    LateralStiffness,
+    LossFactor,
+    Dispersion,
+}
+
+/// Relative step of central differences: the error of truncation is below 1e-10, that of rounding below 1e-9.
+const STEP: f64 = 1e-6;
+
+/// Entries of one span, on the near end and with its far end.
+struct Span {
+    near: [Complexes; 3],
+    far: [Complexes; 2],
+    pivot: Complexes,
+    /// 1 − cos α·cosh α and α.
+    denominator: Complexes,
+    alpha: Complexes,
+}
+
+impl Beam {
+    fn material_each(&self, omega_rad_s: Reals) -> Complexes {
+        Complexes::real(Reals::ONE) + loss_each(omega_rad_s, self.dispersion).0 * self.loss_factor
+    }
+
+    /// Computes a span of a length with the rigidity E·I·material; the pivot includes the bearing.
+    fn span(&self, wave: Complexes, rigidity: Complexes, length: f64, clamping: f64) -> Span {
+        let alpha = wave * length;
+        let (s, c) = alpha.sin_cos();
+        let (turned, ch) = alpha.times_i().sin_cos();
+        let sh = -turned.times_i();
+        let denominator = Complexes::real(Reals::ONE) - c * ch;
+        let scale = rigidity * denominator.inverse() * alpha * (1.0 / length);
+        let curved = scale * alpha * (1.0 / length);
+        let turning = scale * (ch * s - sh * c);
+        Span {
+            near: [curved * alpha * (1.0 / length) * (sh * c + ch * s), turning, curved * s * sh],
+            far: [curved * (ch - c), scale * (sh - s)],
+            pivot: turning + rigidity * (clamping / self.length),
+            denominator,
+            alpha,
+        }
+    }
+
+    /// Returns the spans on the left and on the right of the nut.
+    fn spans(&self, omega_rad_s: Reals, material: Complexes) -> [Span; 2] {
+        let rigidity = material * self.rigidity;
+        let square = rigidity.inverse() * (omega_rad_s * omega_rad_s * Reals::splat(self.mass_per_length));
+        let wave = square.sqrt().sqrt();
+        let [left, right] = self.clamping;
+        [self.span(wave, rigidity, self.nut, left), self.span(wave, rigidity, self.length - self.nut, right)]
+    }
+
+    /// Returns the entries (y, y), (θ, θ) and (y, θ) of both spans and of the nut's lateral stiffness.
+    fn joined(&self, [left, right]: &[Span; 2], material: Complexes) -> [Complexes; 3] {
+        let of = |span: &Span, sign: f64| {
+            let [y, theta, both] = span.near;
+            let [with_y, with_theta] = span.far;
+            let inverse = span.pivot.inverse();
+            [y - with_y * with_y * inverse, theta - with_theta * with_theta * inverse, (both - with_y * with_theta * inverse) * sign]
+        };
+        let ([a, b, c], [d, e, f]) = (of(left, -1.0), of(right, 1.0));
+        [a + d + material * self.lateral_stiffness, b + e, c + f]
+    }
+
+    /// Returns D, and the determinant of the entries.
+    fn felt(&self, [y, theta, both]: [Complexes; 3]) -> (Complexes, Complexes) {
+        let [a, e] = self.arms;
+        let determinant = y * theta - both * both;
+        let spread = theta * (a * a) - both * (2.0 * a * e) + y * (e * e);
+        (determinant * spread.inverse(), determinant)
+    }
+
+    /// Computes D for each frequency.
+    pub fn damped_each(&self, omega_rad_s: Reals) -> Complexes {
+        let material = self.material_each(omega_rad_s);
+        self.felt(self.joined(&self.spans(omega_rad_s, material), material)).0
+    }
+
+    /// Computes D without loss, and the number of modes below each frequency with q held.
+    ///
+    /// # Source  Wittrick and Williams, Q. J. Mech. Appl. Math. 24 (1971) 263–284: with q free there are as many more as D is negative.
+    pub fn undamped_each(&self, omega_rad_s: Reals) -> (Reals, Reals) {
+        let material = Complexes::real(Reals::ONE);
+        let spans = self.spans(omega_rad_s, material);
+        let entries = self.joined(&spans, material);
+        let (felt, determinant) = self.felt(entries);
+        let negative = |x: Reals| x.to_array().map(|x| f64::from(u8::from(x < 0.0)));
+        let clamped = spans.each_ref().map(|span| {
+            let (alpha, denominator) = (span.alpha.re.to_array(), span.denominator.re.to_array());
+            std::array::from_fn::<f64, LANES, _>(|lane| {
+                let half_waves = (alpha[lane] / std::f64::consts::PI).floor();
+                let parity = if half_waves % 2.0 == 0.0 { 1.0 } else { -1.0 };
+                half_waves - 0.5 * (1.0 - parity * denominator[lane].signum())
+            })
+        });
+        let pivots = [spans[0].pivot.re, spans[1].pivot.re, entries[0].re, determinant.re * entries[0].re].map(negative);
+        let held = negative(felt.re);
+        let count =
+            std::array::from_fn(|lane| clamped[0][lane] + clamped[1][lane] + pivots.iter().map(|p| p[lane]).sum::<f64>() - held[lane]);
+        (felt.re, Reals::from(count))
+    }
+
+    /// Computes the derivative of D with one of the numbers, for each frequency.
+    pub fn slopes_each(&self, omega_rad_s: Reals, number: BeamNumber) -> Complexes {
+        let size = match number {
+            BeamNumber::Rigidity => self.rigidity,
+            BeamNumber::MassPerLength => self.mass_per_length,
+            BeamNumber::Length => self.length,
+            BeamNumber::Nut => self.nut.min(self.length - self.nut),
+            BeamNumber::Eccentricity => self.arms[1],
+            BeamNumber::LateralStiffness => self.lateral_stiffness,
+            BeamNumber::LeftClamping | BeamNumber::RightClamping => {
+                self.clamping[usize::from(number == BeamNumber::RightClamping)].max(1.0)
+            }
+            BeamNumber::Misalignment | BeamNumber::LossFactor | BeamNumber::Dispersion => 1.0,
+        };
+        let step = STEP * size;
+        let at = |by: f64| {
+            let mut beam = *self;
+            *match number {
+                BeamNumber::Rigidity => &mut beam.rigidity,
+                BeamNumber::MassPerLength => &mut beam.mass_per_length,
+                BeamNumber::Length => &mut beam.length,
+                BeamNumber::Nut => &mut beam.nut,
+                BeamNumber::LeftClamping => &mut beam.clamping[0],
+                BeamNumber::RightClamping => &mut beam.clamping[1],
+                BeamNumber::Misalignment => &mut beam.arms[0],
+                BeamNumber::Eccentricity => &mut beam.arms[1],
+                BeamNumber::LateralStiffness => &mut beam.lateral_stiffness,
+                BeamNumber::LossFactor => &mut beam.loss_factor,
+                BeamNumber::Dispersion => &mut beam.dispersion,
+            } += by;
+            beam.damped_each(omega_rad_s)
+        };
+        (at(step) - at(-step)) * (0.5 / step)
+    }
+
+    /// Computes the derivative of D with ω, for each frequency.
+    pub fn frequency_slopes_each(&self, omega_rad_s: Reals) -> Complexes {
+        let step = omega_rad_s * Reals::splat(STEP);
+        (self.damped_each(omega_rad_s + step) - self.damped_each(omega_rad_s - step)) * (Reals::splat(0.5) / step)
+    }
+
+    /// Computes a factor with zeros where D has poles: where the beam resonates with q held.
+    pub fn poles_each(&self, omega_rad_s: Reals) -> Complexes {
+        let material = self.material_each(omega_rad_s);
+        let spans = self.spans(omega_rad_s, material);
+        let (felt, determinant) = self.felt(self.joined(&spans, material));
+        let unit = self.length / self.rigidity;
+        let free = spans.iter().fold(determinant * (unit * unit), |product, span| product * (span.pivot * span.denominator * unit));
+        free * felt.inverse()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+
+    fn beam(nut: f64, clamping: [f64; 2]) -> Beam {
+        Beam {
+            rigidity: 1600.0,
+            mass_per_length: 2.5,
+            length: 1.2,
+            nut,
+            clamping,
+            arms: [0.0, 0.01],
+            lateral_stiffness: 0.0,
+            loss_factor: 0.0,
+            dispersion: 0.0,
+        }
+    }
+
+    /// Number of modes below λ·L with the nut free.
+    fn modes_below(beam: &Beam, wave_times_length: f64) -> f64 {
+        let omega = (wave_times_length / beam.length).powi(2) * (beam.rigidity / beam.mass_per_length).sqrt();
+        let (felt, held) = beam.undamped_each(Reals::splat(omega));
+        held.to_array()[0] + f64::from(u8::from(felt.to_array()[0] < 0.0))
+    }
+
+    /// Between hinges λ·L = nπ, between clamps 4.7300, 7.8532, 10.9956; wherever the nut sits.
+    ///
+    /// # Source  Blevins, Formulas for Natural Frequency and Mode Shape (1979), table 8-1.
+    #[test]
+    fn limit_modes_of_a_beam_without_a_nut() {
+        for nut in [0.31, 0.6, 0.9] {
+            for (clamping, roots) in
+                [([0.0; 2], [PI, 2.0 * PI, 3.0 * PI]), ([1e9; 2], [4.73004, 7.85320, 10.9956]), ([1e9, 0.0], [3.92660, 7.06858, 10.2102])]
+            {
+                for (below, root) in roots.iter().enumerate() {
+                    let count = |factor: f64| modes_below(&beam(nut, clamping), root * factor);
+                    assert_eq!(
+                        (count(0.999), count(1.001)),
+                        (below as f64, below as f64 + 1.0),
+                        "nut {nut} m, clamping {clamping:?}, root {root}"
+                    );
+                }
+            }
+        }
+    }
+
+    /// 48·E·I/L³ at the middle between hinges, 192·E·I/L³ between clamps; against the slope there 12 and 16·E·I/L.
+    #[test]
+    fn limit_static_stiffness_at_the_middle() {
+        for (clamping, deflection, slope) in [([0.0; 2], 48.0, 12.0), ([1e9; 2], 192.0, 16.0)] {
+            let of = beam(0.6, clamping);
+            let unit = of.rigidity / of.length;
+            for (arms, expected) in [([1.0, 0.0], deflection * unit / of.length.powi(2)), ([0.0, 0.01], slope * unit * 1e4)] {
+                let found = Beam { arms, ..of }.damped_each(Reals::splat(1.0)).lanes()[0].re;
+                assert!((found / expected - 1.0).abs() < 1e-3, "{found} for {expected}");
+            }
+        }
+    }
+
+    /// A chain of cubic elements with consistent masses, condensed to the displacement that the nut feels.
+    ///
+    /// # Source  Przemieniecki, Theory of Matrix Structural Analysis (1968), sections 5.6 and 11.4.
+    fn by_finite_elements(beam: &Beam, omega_rad_s: f64) -> f64 {
+        let elements = 20;
+        let size = 2 * (2 * elements + 1);
+        let mut d = nalgebra::DMatrix::<f64>::zeros(size, size);
+        for at in 0..2 * elements {
+            let l = if at < elements { beam.nut } else { beam.length - beam.nut } / elements as f64;
+            let k = beam.rigidity / l.powi(3);
+            let m = beam.mass_per_length * l / 420.0 * omega_rad_s * omega_rad_s;
+            let of = |a: f64, b: f64, l: f64| k * a * l - m * b * l;
+            let own = [
+                [of(12.0, 156.0, 1.0), of(6.0, 22.0, l), of(-12.0, 54.0, 1.0), of(6.0, -13.0, l)],
+                [of(6.0, 22.0, l), of(4.0, 4.0, l * l), of(-6.0, 13.0, l), of(2.0, -3.0, l * l)],
+                [of(-12.0, 54.0, 1.0), of(-6.0, 13.0, l), of(12.0, 156.0, 1.0), of(-6.0, -22.0, l)],
+                [of(6.0, -13.0, l), of(2.0, -3.0, l * l), of(-6.0, -22.0, l), of(4.0, 4.0, l * l)],
+            ];
+            for (i, row) in own.iter().enumerate() {
+                row.iter().enumerate().for_each(|(j, x)| d[(2 * at + i, 2 * at + j)] += x);
+            }
+        }
+        let spring = |at: usize| beam.clamping[at] * beam.rigidity / beam.length;
+        d[(1, 1)] += spring(0);
+        d[(size - 1, size - 1)] += spring(1);
+        d[(2 * elements, 2 * elements)] += beam.lateral_stiffness;
+        let moving: Vec<usize> = (1..size).filter(|i| *i != size - 2).collect();
+        let mut force = nalgebra::DVector::zeros(size);
+        (force[2 * elements], force[2 * elements + 1]) = (beam.arms[0], beam.arms[1]);
+        let (d, force) = (d.select_rows(&moving).select_columns(&moving), force.select_rows(&moving));
+        1.0 / force.dot(&d.lu().solve(&force).unwrap())
+    }
+
+    #[test]
+    fn the_beam_agrees_with_finite_elements() {
+        for (clamping, arms, lateral_stiffness) in
+            [([0.0, 0.0], [0.0, 0.01], 0.0), ([3.0, 0.7], [0.1, 0.01], 1e5), ([50.0, 8.0], [-0.05, 0.02], 1e6)]
+        {
+            let of = Beam { arms, lateral_stiffness, ..beam(0.47, clamping) };
+            for hz in [5.0, 40.0, 130.0, 330.0] {
+                let omega = std::f64::consts::TAU * hz;
+                let (found, expected) = (of.damped_each(Reals::splat(omega)).lanes()[0].re, by_finite_elements(&of, omega));
+                assert!((found / expected - 1.0).abs() < 1e-3, "{hz} Hz: {found:e} for {expected:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn slopes_match_the_change_of_the_beam() {
+        let of = Beam { arms: [0.1, 0.01], lateral_stiffness: 1e5, loss_factor: 0.03, dispersion: 0.4, ..beam(0.47, [3.0, 0.7]) };
+        let omega = Reals::splat(900.0);
+        let here = of.damped_each(omega);
+        let softer = Beam {
+            rigidity: 0.99 * of.rigidity,
+            mass_per_length: 0.99 * of.mass_per_length,
+            lateral_stiffness: 0.99 * of.lateral_stiffness,
+            ..of
+        };
+        // All stiffnesses and masses in one proportion change D in the same.
+        let change = (here - softer.damped_each(omega)) * 100.0;
+        assert!((change.lanes()[0] / here.lanes()[0] - 1.0).norm() < 1e-9);
+        let slope = |number, size: f64| of.slopes_each(omega, number).lanes()[0] * size;
+        let sum = slope(BeamNumber::Rigidity, of.rigidity)
+            + slope(BeamNumber::MassPerLength, of.mass_per_length)
+            + slope(BeamNumber::LateralStiffness, of.lateral_stiffness);
+        assert!((sum / here.lanes()[0] - 1.0).norm() < 1e-6, "{sum}");
+    }
+}
