@@ -238,3 +238,120 @@ pub(super) fn polished_from_nearby<P: Problem>(problem: &P, near: &Place, plan: 
         effort: SearchEffort { starts: 1, found: 1, required: 1 },
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use machine::ParameterValues;
+    use nalgebra::DMatrix;
+    use optimizer::{LeastSquares, Strategy};
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    /// Centre of a minimum, its costs on thinned lines and on all, and its share of rounds: every how many rounds end in it.
+    type Well = ([f64; 2], f64, f64, u64);
+
+    /// Minima of known costs. Rounds end near them; the data do not determine the second coordinate.
+    struct Wells(Vec<Well>, AtomicUsize);
+
+    impl Wells {
+        fn of(wells: &[Well]) -> Self {
+            Wells(wells.to_vec(), AtomicUsize::new(0))
+        }
+
+        fn around(&self, place: &Place) -> &Well {
+            self.0.iter().min_by(|a, b| (a.0[0] - place[0]).abs().total_cmp(&(b.0[0] - place[0]).abs())).unwrap()
+        }
+    }
+
+    impl Problem for Wells {
+        const STARTS: usize = 1;
+        const STARTS_PER_FIND: usize = 6;
+
+        fn round(&self, seed: u64, _: Strategy, _: &Control) -> Round {
+            let round = seed / 1_000_003;
+            let ([x, y], coarse, _, _) = self.0.iter().find(|well| round.is_multiple_of(well.3)).unwrap();
+            let place = Place(vec![x + 1e-3 * (round as f64).sin(), y + 0.3 * (round as f64).cos()]);
+            Round { ends: vec![(SearchEnd { place, cost: *coarse }, 1)], evaluations: 10, generations: 1, trace: Vec::new(), complete: true }
+        }
+        fn refined(&self, end: &SearchEnd, _: &Control) -> (SearchEnd, u64) {
+            self.1.fetch_add(1, Ordering::Relaxed);
+            let well = self.around(&end.place);
+            (SearchEnd { place: Place(vec![well.0[0], end.place[1]]), cost: well.2 }, 1)
+        }
+        fn coarse_misfit(&self, _: f64) -> f64 {
+            1.0
+        }
+        fn coarse_information(&self, _: &Place) -> Option<DMatrix<f64>> {
+            Some(DMatrix::from_diagonal(&vec![1e4, 0.0].into()))
+        }
+        fn information(&self, place: &Place) -> Option<DMatrix<f64>> {
+            self.coarse_information(place)
+        }
+        fn observations(&self) -> usize {
+            1000
+        }
+        fn free(&self) -> &[usize] {
+            &[0, 1]
+        }
+        fn gain_column(&self) -> Option<usize> {
+            None
+        }
+        fn values(&self, _: &Place) -> ParameterValues {
+            unreachable!("a search needs no values")
+        }
+        fn gain_at(&self, _: &Place) -> f64 {
+            1.0
+        }
+        fn start_near(&self, near: &Place) -> Place {
+            near.clone()
+        }
+        fn with_inflated_variance(&self, _: f64) -> Option<Self> {
+            None
+        }
+        fn is_likelihood(&self) -> bool {
+            true
+        }
+        fn correlation_factor(&self, _: &Place) -> f64 {
+            1.0
+        }
+        fn blocks(&self) -> Vec<(usize, usize)> {
+            Vec::new()
+        }
+        fn squares<T>(&self, _: Option<&[Vec<f64>]>, _: impl FnOnce(&dyn LeastSquares) -> T) -> T {
+            unreachable!("the costs are given")
+        }
+    }
+
+    fn search(wells: &Wells, repeats: usize) -> Searched {
+        searched(wells, &IdentificationSettings { seed: 0, repeats, ..IdentificationSettings::default() }, &Control::default())
+    }
+
+    /// Thinned lines favour one minimum, all lines the other, in which every third round ends. Ends that differ where the data say nothing are one.
+    #[test]
+    fn a_search_ends_when_the_best_minimum_of_all_lines_was_found_often_enough() {
+        let wells = Wells::of(&[([0.2, 0.5], 11.0, 30.0, 3), ([0.7, 0.5], 10.0, 31.0, 1)]);
+        let found = search(&wells, 4);
+        let minima: Vec<(f64, f64)> = found.minima.iter().map(|m| (m.place[0], m.cost)).collect();
+        assert_eq!(minima, [(0.2, 30.0), (0.7, 31.0)]);
+        assert_eq!((found.effort.found, found.effort.is_enough()), (4, true));
+        assert_eq!(found.minima.iter().map(|m| m.starts).sum::<usize>(), found.effort.starts);
+        assert!((10..=12).contains(&found.effort.starts), "{:?}", found.effort);
+        assert_eq!(wells.1.load(Ordering::Relaxed), 2, "each minimum is refined once");
+        assert_eq!((found.rounds.len(), found.rounds[0].found.cost), (found.effort.starts, 30.0));
+    }
+
+    #[test]
+    fn a_search_without_enough_finds_ends_with_its_budget_and_says_so() {
+        let found = search(&Wells::of(&[([0.2, 0.5], 11.0, 30.0, 40), ([0.7, 0.5], 10.0, 31.0, 1)]), 3);
+        assert_eq!((found.effort.starts, found.effort.found, found.effort.is_enough()), (18, 1, false));
+    }
+
+    /// A minimum that is far above the least one on thinned lines cannot be the least one on all.
+    #[test]
+    fn a_minimum_far_above_the_least_one_is_not_refined() {
+        let wells = Wells::of(&[([0.2, 0.5], 10.0 + 1.1 * MARGIN, 5.0, 3), ([0.7, 0.5], 10.0, 31.0, 1)]);
+        let found = search(&wells, 4);
+        assert_eq!(found.minima.iter().map(|m| m.cost).collect::<Vec<f64>>(), [31.0]);
+        assert_eq!(wells.1.load(Ordering::Relaxed), 1);
+    }
+}
