@@ -7,6 +7,8 @@ use machine::{Machine, Operating, ParameterValues};
 use measurement::{Gain, MeasurementSet};
 use num_complex::Complex64;
 use optimizer::{Control, LeastSquares};
+use reference_simulator::hammer::fft::Fft;
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use crate::support::bench_equations::Joints;
@@ -54,6 +56,50 @@ fn recover_from_finite_elements_with_noise() {
         assert!(error.abs() < limit, "{id}: {:.2} %", 100.0 * error);
         assert_eq!(estimate.identifiable, Some(true), "{id}");
     }
+}
+
+/// Records whose decay was multiplied by e^(−t/τ): damping is that of the machine where the window is stated, and too large where it is not. The truth
+/// is the transform of the windowed impulse response of finite elements.
+#[test]
+fn recover_damping_from_records_with_an_exponential_window() {
+    const WINDOW_S: f64 = 0.2;
+    const SPAN_S: f64 = 8.0;
+    const SAMPLES: usize = 65536;
+    let config = config("configs/tian.toml");
+    let machine = &config.machine;
+    let fft = Fft::new(SAMPLES);
+    let windowed = |nut: f64| -> Vec<Complex64> {
+        let bench = Bench::new(60, nut, TRUTH, HOLD);
+        let mut values = vec![Complex64::ZERO; SAMPLES];
+        for line in 0..SAMPLES / 2 {
+            let exact = bench.receptance(TAU * line as f64 / SPAN_S);
+            values[line] = exact;
+            values[(SAMPLES - line) % SAMPLES] = exact.conj();
+        }
+        fft.backward(&mut values);
+        for (at, value) in values.iter_mut().enumerate() {
+            *value = Complex64::from(value.re / SAMPLES as f64 * (-SPAN_S * at as f64 / SAMPLES as f64 / WINDOW_S).exp());
+        }
+        fft.forward(&mut values);
+        values
+    };
+    let spectra: Vec<Vec<Complex64>> = POSITIONS.iter().map(|(_, nut)| windowed(*nut)).collect();
+    let lines: Vec<f64> = (20..=800).map(f64::from).collect();
+    let mut set = set_of(&[("table", "table")], &lines, 0.01, &mut Draws(6), |position, _, omega| {
+        spectra[position][(omega / TAU * SPAN_S).round() as usize]
+    });
+    let errors = |set: &MeasurementSet| -> Vec<(String, f64)> {
+        let found = run(machine, set, FrfSettings::default(), 2);
+        let values = true_values(machine);
+        let of = |id: &str| machine.parameter(id).map(|at| found.estimates[at].value / values[at] - 1.0).unwrap();
+        ["k_al", "k_ar", "k_n", "k_m", "k_s", "c_n", "c_m", "c_s"].iter().map(|id| (id.to_string(), of(id))).collect()
+    };
+    let unstated = errors(&set);
+    set.frfs.iter_mut().for_each(|frf| frf.condition.window_per_s = 1.0 / WINDOW_S);
+    let stated = errors(&set);
+    println!("unstated {unstated:.3?}\nstated {stated:.3?}");
+    assert!(stated.iter().all(|(id, error)| error.abs() < if id.starts_with('k') { 0.01 } else { 0.05 }), "{stated:.3?}");
+    assert!(unstated.iter().any(|(id, error)| id.starts_with('c') && *error > 0.2), "{unstated:.3?}");
 }
 
 /// Returns the true joint values and rotor hold as parameters of the machine.

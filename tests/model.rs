@@ -1,8 +1,11 @@
 //! The receptance model against closed forms, the paper's equations, receptance coupling and finite elements.
 
+use config::effect_library;
 use dynamics::model::coupling::coupled_receptances;
-use dynamics::model::{Complexes, Frequencies, FrequencyGrid, LANES, Reals, RodModel, Structure, undamped_modes};
-use machine::Operating;
+use dynamics::model::{Complexes, Frequencies, FrequencyGrid, LANES, Reals, RodModel, Structure, matrices, undamped_modes};
+use machine::{Machine, Operating};
+use nalgebra::{DMatrix, DVector};
+use num_complex::Complex64;
 use std::sync::Arc;
 
 use crate::support::bench_equations::{TAB_3, h_all};
@@ -106,6 +109,79 @@ fn limit_recent_rods_of_a_frequency_grid_are_those_of_the_model() {
             both[1].extend(network.receptances(omegas, &mut work));
             let lanes = both.map(|all| all.iter().flat_map(|group| group.lanes()).collect::<Vec<_>>());
             assert_eq!(lanes[0], lanes[1], "nut at {nut_m} m");
+        }
+    }
+}
+
+/// The transform of x(t)·e^(−σt) is that of x(t) at s = iω + σ: H = f_rᵀ·(K + s·C + s²·M)⁻¹·f_e with the matrices of the chain; the exact rods' limit.
+#[test]
+fn limit_an_exponential_window_shifts_the_receptance_to_a_complex_frequency() {
+    let config = config("configs/tian.toml");
+    let (machine, values) = (&config.machine, config.machine.start());
+    let here = Operating { window_per_s: 6.0, ..Operating::at_nut(0.6) };
+    let of = matrices(machine, &values, &here, 64).unwrap();
+    let at = |name: &str| of.names.iter().position(|own| own == name).unwrap();
+    for (response, excitation) in [("table", "table"), ("rotor", "table")] {
+        let points = [response, excitation].map(|name| machine.point(name).unwrap());
+        for (rods, within) in [(RodModel::Lumped(64), 1e-9), (RodModel::Exact, 2e-3)] {
+            let structure = Arc::new(Structure::new(machine, points[0], points[1], rods).unwrap());
+            let mut network = structure.empty_model();
+            network.update(machine, &values, &here);
+            for hz in [2.0, 35.0, 109.0, 354.0, 700.0] {
+                let s = Complex64::new(6.0, omega(hz));
+                let complex = |m: &DMatrix<f64>, factor: Complex64| m.map(|x| factor * x);
+                let stiffness = complex(&of.stiffness, 1.0.into()) + complex(&of.damping, s) + complex(&of.mass, s * s);
+                let mut force = DVector::<Complex64>::zeros(of.names.len());
+                force[at(excitation)] = 1.0.into();
+                let expected = stiffness.lu().solve(&force).unwrap()[at(response)];
+                let found = network.receptance(omega(hz), &mut structure.workspace());
+                assert!((found - expected).norm() < within * expected.norm(), "{response} at {hz} Hz, {rods:?}: {found} for {expected}");
+            }
+        }
+    }
+}
+
+/// With a window, too, derivatives are those of the receptance: with losses of shaft and joints, a damper that relaxes, integral action, a bending shaft.
+#[test]
+fn gradients_with_an_exponential_window_match_finite_differences() {
+    let here = Operating { window_per_s: 6.0, ..Operating::at_nut(0.6) };
+    let library = effect_library().unwrap();
+    let with = |machine: Machine, id: &str| machine.with_effect(library.iter().find(|effect| effect.id == id).unwrap()).unwrap();
+    let machine = with(with(config("configs/tian.toml").machine, "table-relaxation"), "screw-bending");
+    let machine = &machine.with_tolerances(&[0.6]).unwrap();
+    let mut values = machine.start();
+    for (id, value) in [("e_bend", 0.01), ("a_bend", 0.03), ("k_lateral", 1e6), ("k_relax", 1e7), ("c_relax", 1e4), ("k_s", 2e3)] {
+        values[machine.parameter(id).unwrap_or_else(|| panic!("no parameter {id}"))] = value;
+    }
+    for (response, excitation) in [("table", "table"), ("rotor", "table")] {
+        let points = [response, excitation].map(|name| machine.point(name).unwrap());
+        let structure = Arc::new(Structure::new(machine, points[0], points[1], RodModel::Exact).unwrap());
+        let (mut network, mut work) = (structure.empty_model(), structure.workspace());
+        let columns: Vec<Option<usize>> = (0..values.len()).map(Some).collect();
+        for hz in [12.0, 109.0, 354.0] {
+            network.update(machine, &values, &here);
+            let sensitivity = network.sensitivity(machine, &values, &here, &columns, None);
+            let mut slopes = vec![Complexes::ZERO; values.len()];
+            let size =
+                network.gradient(Frequencies::any(&[Reals::splat(omega(hz))]), &sensitivity, &mut work, &mut slopes)[0].lanes()[0].norm();
+            let exact: Vec<Complex64> = slopes.iter().map(|slope| slope.lanes()[0]).collect();
+            for index in 0..values.len() {
+                let step = 1e-5 * if values[index] == 0.0 { 1.0 } else { values[index].abs() };
+                let mut at = |by: f64| {
+                    let mut near = values.clone();
+                    near[index] += by;
+                    network.update(machine, &near, &here);
+                    network.receptance(omega(hz), &mut work)
+                };
+                let difference = (at(step) - at(-step)) / (2.0 * step);
+                let id = &machine.parameters[index].id;
+                let error = (exact[index] - difference).norm() * step;
+                assert!(
+                    error < 1e-5 * difference.norm() * step + 1e-10 * size,
+                    "{response} {id} at {hz} Hz: {} for {difference}",
+                    exact[index]
+                );
+            }
         }
     }
 }

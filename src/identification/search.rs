@@ -271,7 +271,13 @@ mod tests {
             let round = seed / 1_000_003;
             let ([x, y], coarse, _, _) = self.0.iter().find(|well| round.is_multiple_of(well.3)).unwrap();
             let place = Place(vec![x + 1e-3 * (round as f64).sin(), y + 0.3 * (round as f64).cos()]);
-            Round { ends: vec![(SearchEnd { place, cost: *coarse }, 1)], evaluations: 10, generations: 1, trace: Vec::new(), complete: true }
+            Round {
+                ends: vec![(SearchEnd { place, cost: *coarse }, 1)],
+                evaluations: 10,
+                generations: 1,
+                trace: Vec::new(),
+                complete: true,
+            }
         }
         fn refined(&self, end: &SearchEnd, _: &Control) -> (SearchEnd, u64) {
             self.1.fetch_add(1, Ordering::Relaxed);

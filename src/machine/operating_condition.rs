@@ -13,6 +13,8 @@ pub struct Operating {
     pub force_n: Option<f64>,
     /// Level of the excitation force (N) of hammer or shaker. `None`: not stated.
     pub level_n: Option<f64>,
+    /// Decay rate σ of the exponential window of the record (1/s): its receptance is that at the complex frequency ω − iσ. 0: no window.
+    pub window_per_s: f64,
 }
 
 /// A variable of the operating condition on which a number may depend.

@@ -72,6 +72,8 @@ pub struct Condition {
     pub velocity_m_s: Option<f64>,
     /// Acceleration of the table (m/s²).
     pub acceleration_m_s2: Option<f64>,
+    /// Decay rate σ of the exponential window on the response (1/s); 0 without one. The receptance is then that at the complex frequency ω − iσ.
+    pub window_per_s: f64,
 }
 
 /// A measured FRF.

@@ -15,6 +15,7 @@ mod noise_estimate;
 mod position;
 mod quantity;
 mod reference;
+mod sensing;
 mod set;
 mod source;
 mod split;

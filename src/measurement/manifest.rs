@@ -18,6 +18,11 @@ pub(super) struct Manifest {
     pub response: Option<String>,
     pub excitation: Option<String>,
     pub averages: Option<u32>,
+    /// Time constant τ of an exponential window e^(−t/τ) on the response (s).
+    pub exponential_window_s: Option<f64>,
+    /// Natural frequency of the sensor on its mount (Hz), and its damping ratio: both or none.
+    pub mount_resonance_hz: Option<f64>,
+    pub mount_damping_ratio: Option<f64>,
     pub modes: Option<String>,
     pub frequency_resolution_hz: Option<f64>,
     pub least_prominence: Option<f64>,
@@ -92,6 +97,11 @@ pub(super) struct FrfFile {
     pub excitation: Option<String>,
     pub quantity: Option<Quantity>,
     pub averages: Option<u32>,
+    /// Time constant τ of an exponential window e^(−t/τ) on the response (s).
+    pub exponential_window_s: Option<f64>,
+    /// Natural frequency of the sensor on its mount (Hz), and its damping ratio: both or none.
+    pub mount_resonance_hz: Option<f64>,
+    pub mount_damping_ratio: Option<f64>,
     pub record: Option<String>,
     /// Direction of the sensor in the imported file, such as `+Z`. The signs are applied to the values already.
     pub response_direction: Option<String>,

@@ -12,6 +12,7 @@ use super::manifest::{ChannelToleranceFile, FrfFile, GainFile, Manifest, parse};
 use super::modes::{ModeTable, read_modes};
 use super::motion::{MotionRecord, read_motion};
 use super::noise_estimate::{drop_coherence_of_one, estimate_unstated_noise, single_average_warning};
+use super::sensing::Sensing;
 use super::table::Table;
 use super::{MeasurementError, Position, Quantity, SourceFile};
 use numeric::unit::{Dimension, parse as parse_unit};
@@ -422,7 +423,7 @@ fn read_frf(
     let manifest_path = folder.name("manifest.toml");
     let fault = |text: String| MeasurementError::key(&manifest_path, format!("[[frf]] {}", entry.file), text);
     let text = folder.text(&entry.file)?;
-    let (mut lines, rejected) = read_lines(&folder.name(&entry.file), &text)?;
+    let (mut lines, mut rejected) = read_lines(&folder.name(&entry.file), &text)?;
     let is_single = drop_coherence_of_one(&mut lines);
     let position = match &entry.position {
         Some(name) => Some(positions.iter().position(|p| p.name == *name).ok_or_else(|| {
@@ -455,16 +456,26 @@ fn read_frf(
             return Err(fault(format!("{key}: is {x}; write a finite number")));
         }
     }
+    let quantity = entry.quantity.or(manifest.quantity);
+    let quantity =
+        quantity.ok_or_else(|| fault("has no `quantity`, nor has the set; write one of receptance, mobility, accelerance".into()))?;
+    let sensing = Sensing::of(manifest, entry).map_err(fault)?;
+    for line in lines.iter_mut().chain(&mut rejected) {
+        line.value *= sensing.correction(quantity, line.frequency_hz);
+    }
+    let condition = Condition {
+        force_level_n: entry.force_n,
+        velocity_m_s: entry.speed_m_s,
+        acceleration_m_s2: entry.acceleration_m_s2,
+        window_per_s: sensing.window_per_s,
+    };
     let frf = Frf {
         position,
         record: entry.record.clone(),
         response: named(&entry.response, &manifest.response, "response")?,
         excitation: named(&entry.excitation, &manifest.excitation, "excitation")?,
-        quantity: entry
-            .quantity
-            .or(manifest.quantity)
-            .ok_or_else(|| fault("has no `quantity`, nor has the set; write one of receptance, mobility, accelerance".into()))?,
-        condition: Condition { force_level_n: entry.force_n, velocity_m_s: entry.speed_m_s, acceleration_m_s2: entry.acceleration_m_s2 },
+        quantity,
+        condition,
         averages,
         source: folder.name(&entry.file),
         lines,

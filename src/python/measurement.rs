@@ -115,7 +115,12 @@ impl GivenFrf<'_> {
             record: self.record.clone(),
             quantity: quantity(self.quantity.as_deref())?,
             averages: self.averages,
-            condition: Condition { force_level_n: self.force_n, velocity_m_s: self.speed_m_s, acceleration_m_s2: self.acceleration_m_s2 },
+            condition: Condition {
+                force_level_n: self.force_n,
+                velocity_m_s: self.speed_m_s,
+                acceleration_m_s2: self.acceleration_m_s2,
+                ..Condition::default()
+            },
             response: self.response.clone(),
             excitation: self.excitation.clone(),
             frequency_hz: copied(&self.frequency_hz),

@@ -13,6 +13,7 @@ use measurement::modal::{
 };
 use measurement::{Frf, FrfLine, MeasurementSet};
 use numeric::parallel::OrFirstError;
+use numeric::unit::omega_rad_s;
 use optimizer::Control;
 use report::csv_cell;
 use report::document::{EvidenceRow, PeakFitRow, PeakModeRow, PeakRow, PeaksDocument};
@@ -128,7 +129,9 @@ pub fn peaks(set: &MeasurementSet, request: &PeaksRequest, control: &Control) ->
             (n.name.clone(), row)
         })
         .collect();
-    let document = PeaksDocument { stamp: set_stamp("peaks", set), amplitude_unit: amplitude_unit(set), modes, fits };
+    let mut stamp = set_stamp("peaks", set);
+    stamp.warnings.extend(window_warning(set));
+    let document = PeaksDocument { stamp, amplitude_unit: amplitude_unit(set), modes, fits };
     Ok(Peaks { modes_csv: modes_csv(set, &named, &document), document })
 }
 
@@ -141,6 +144,19 @@ pub fn stabilisation(set: &MeasurementSet, frf: usize, request: &PeaksRequest) -
     };
     let options = options(request)?;
     with_curve(frf, request, |curve| stabilisation_diagram(curve, &options)).map_err(|e| StudyError::input(&frf.source, e.to_string()))
+}
+
+/// Warns of FRFs with an exponential window: it adds σ/ω to the damping ratios of their modes.
+fn window_warning(set: &MeasurementSet) -> Option<String> {
+    let largest_per_s = set.frfs.iter().map(|frf| frf.condition.window_per_s).fold(0.0, f64::max);
+    let at_100_hz = 100.0 * largest_per_s / omega_rad_s(100.0);
+    (largest_per_s > 0.0).then(|| {
+        format!(
+            "{}: exponential windows add to these damping ratios up to {at_100_hz:.2} % at 100 Hz, and more at lower frequencies in inverse proportion; fits of \
+             whole FRFs account for the windows",
+            set.path
+        )
+    })
 }
 
 /// Returns the unit of the amplitudes; empty if the FRFs differ in quantity.

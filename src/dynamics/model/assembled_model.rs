@@ -31,6 +31,9 @@ pub struct AssembledModel {
     pub(super) dispersion: f64,
     /// Lever arm r of the sensor and of the hammer, per lever of the machine.
     pub(super) levers: Vec<[f64; 2]>,
+    /// Decay rate σ of an exponential window (1/s): receptances and their derivatives with parameters are those at ω − iσ. Modes and slopes with ω
+    /// are of models without a window.
+    pub(super) window_per_s: f64,
 }
 
 impl Structure {
@@ -39,7 +42,10 @@ impl Structure {
         let slots = self.elimination.slots();
         AssembledModel {
             structure: Arc::clone(self),
-            rods: vec![Rod { stiffness: 0.0, transit_s: 0.0, loss_factor: 0.0, dispersion: 0.0, elements: 0 }; self.rods.len()],
+            rods: vec![
+                Rod { stiffness: 0.0, transit_s: 0.0, loss_factor: 0.0, dispersion: 0.0, elements: 0, window_per_s: 0.0 };
+                self.rods.len()
+            ],
             beams: Vec::with_capacity(self.beams.len()),
             joints: vec![JointNumbers::default(); self.joints.len()],
             joint_points: self.joints.clone(),
@@ -51,6 +57,7 @@ impl Structure {
             has_loss: false,
             dispersion: 0.0,
             levers: Vec::new(),
+            window_per_s: 0.0,
         }
     }
 }
@@ -65,6 +72,7 @@ impl AssembledModel {
         self.loss.fill(0.0);
         self.inertia.fill(0.0);
         self.dispersion = machine.loss_dispersion.at(parameters, operating);
+        self.window_per_s = operating.window_per_s;
         for (point, coordinate) in machine.points.iter().zip(&shape.coordinate) {
             if let Some(i) = *coordinate {
                 self.inertia[i] += point.inertia.at(parameters, operating);
@@ -90,6 +98,7 @@ impl AssembledModel {
                     RodModel::Exact => 0,
                     RodModel::Lumped(elements) => elements.max(1),
                 },
+                window_per_s: self.window_per_s,
             };
         }
         self.beams.clear();
@@ -109,6 +118,7 @@ impl AssembledModel {
                 lateral_stiffness: at(&bending.lateral_stiffness),
                 loss_factor: at(&bending.loss_factor),
                 dispersion: self.dispersion,
+                window_per_s: self.window_per_s,
             })
         }));
         let share_s = machine.stiffness_proportional_damping_s;
@@ -154,10 +164,14 @@ impl AssembledModel {
         for (real, (c, h)) in self.real.iter_mut().zip(self.damping.iter().zip(&self.loss)) {
             *real = *c == 0.0 && *h == 0.0;
         }
-        for slots in self.rods.iter().zip(&shape.rod_slots).filter(|(rod, _)| rod.loss_factor != 0.0).map(|(_, slots)| slots) {
+        let is_windowed = self.window_per_s != 0.0;
+        for (slot, m) in shape.diagonal.iter().zip(&self.inertia) {
+            self.real[*slot] &= !is_windowed || *m == 0.0;
+        }
+        for (_, slots) in self.rods.iter().zip(&shape.rod_slots).filter(|(rod, _)| is_windowed || rod.loss_factor != 0.0) {
             slots.iter().flatten().for_each(|slot| self.real[*slot] = false);
         }
-        for (_, shape) in self.beams.iter().zip(&shape.beams).filter(|(beam, _)| beam.loss_factor != 0.0) {
+        for (_, shape) in self.beams.iter().zip(&shape.beams).filter(|(beam, _)| is_windowed || beam.loss_factor != 0.0) {
             self.real[self.structure.diagonal[shape.coordinate]] = false;
         }
         for (_, on) in self.joints.iter().zip(&self.joint_points).filter(|(joint, _)| joint.has_extra_dynamics()) {

@@ -59,7 +59,15 @@ impl AssembledModel {
         below
     }
 
+    /// Returns s = iω, or iω + σ with the window of a record.
+    #[inline]
+    pub(super) fn complex_frequency_each(&self, omega_rad_s: Reals) -> Complexes {
+        Complexes::new(Reals::splat(self.window_per_s), omega_rad_s)
+    }
+
     /// Assembles D(ω) with damping into `entries`, except for the rods.
+    ///
+    /// # Source  window: the transform of x(t)·e^(−σt) is that of x(t) at s + σ, so that all iω become iω + σ.
     pub(super) fn assemble(&self, omega_rad_s: &[Reals], entries: &mut [Complexes]) {
         let (shape, abreast) = (&self.structure, omega_rad_s.len());
         let spring_dampers = self.stiffness.iter().zip(&self.damping).zip(&self.loss);
@@ -68,7 +76,7 @@ impl AssembledModel {
             false => [Reals::ZERO; ABREAST],
         };
         for (entries, ((k, c), h)) in entries.chunks_exact_mut(abreast).zip(spring_dampers) {
-            let (k, c) = (Reals::splat(*k), Reals::splat(*c));
+            let (k, c) = (Reals::splat(*k + self.window_per_s * *c), Reals::splat(*c));
             entries.iter_mut().zip(omega_rad_s).for_each(|(entry, omega)| *entry = Complexes::new(k, *omega * c));
             if *h != 0.0 {
                 let h = Reals::splat(*h);
@@ -81,6 +89,12 @@ impl AssembledModel {
             for (entry, omega) in entries[slot * abreast..].iter_mut().zip(omega_rad_s) {
                 entry.re -= *omega * *omega * Reals::splat(*m);
             }
+            if self.window_per_s != 0.0 {
+                let (square, twice) = (Reals::splat(m * self.window_per_s.powi(2)), Reals::splat(2.0 * m * self.window_per_s));
+                for (entry, omega) in entries[slot * abreast..].iter_mut().zip(omega_rad_s) {
+                    *entry += Complexes::new(square, *omega * twice);
+                }
+            }
         }
         for (beam, of) in self.beams.iter().zip(&shape.beams) {
             for (w, omega) in omega_rad_s.iter().enumerate() {
@@ -92,9 +106,10 @@ impl AssembledModel {
                 continue;
             }
             for (w, omega) in omega_rad_s.iter().enumerate() {
-                let mut damper = joint.relaxation_stiffness.map_or(Complexes::ZERO, |k| joint.damper_each(k, *omega));
+                let s = self.complex_frequency_each(*omega);
+                let mut damper = joint.relaxation_stiffness.map_or(Complexes::ZERO, |k| joint.damper_each(k, s));
                 if joint.integral_rate != 0.0 {
-                    damper.im += joint.integral_each(*omega);
+                    damper += joint.integral_each(s);
                 }
                 for (at, &(i, a)) in on.iter().enumerate() {
                     for &(j, b) in &on[..=at] {
@@ -136,7 +151,7 @@ impl AssembledModel {
             }
             for (pair, omegas) in omega_rad_s.chunks(2).enumerate() {
                 let first = 2 * pair;
-                let lossless = (rod.loss_factor == 0.0).then(|| rod.lossless_each([omegas[0], omegas[omegas.len() - 1]])).flatten();
+                let lossless = rod.is_lossless().then(|| rod.lossless_each([omegas[0], omegas[omegas.len() - 1]])).flatten();
                 if let Some(pair) = lossless {
                     for (w, [direct, cross_entry, sin]) in (first..abreast).zip(pair) {
                         for (slots, entry) in [&left, &right, &cross].into_iter().zip([direct, direct, cross_entry]) {

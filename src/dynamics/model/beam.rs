@@ -41,6 +41,8 @@ pub(super) struct Beam {
     pub loss_factor: f64,
     /// Share s of dispersion of the loss factor.
     pub dispersion: f64,
+    /// Decay rate σ of the window of a record (1/s): ω − iσ stands for ω.
+    pub window_per_s: f64,
 }
 
 /// A number of a beam.
@@ -77,6 +79,11 @@ impl Beam {
         Complexes::real(Reals::ONE) + loss_each(omega_rad_s, self.dispersion).0 * self.loss_factor
     }
 
+    /// Returns ω − iσ.
+    fn complex_each(&self, omega_rad_s: Reals) -> Complexes {
+        Complexes::new(omega_rad_s, Reals::splat(-self.window_per_s))
+    }
+
     /// Computes a span of a length with the rigidity E·I·material; the pivot includes the bearing.
     fn span(&self, wave: Complexes, rigidity: Complexes, length: f64, clamping: f64) -> Span {
         let alpha = wave * length;
@@ -96,11 +103,11 @@ impl Beam {
         }
     }
 
-    /// Returns the spans on the left and on the right of the nut.
-    fn spans(&self, omega_rad_s: Reals, material: Complexes) -> [Span; 2] {
+    /// Returns the spans on the left and on the right of the nut at real or complex frequencies.
+    fn spans(&self, omega_rad_s: Complexes, material: Complexes) -> [Span; 2] {
         let rigidity = material * self.rigidity;
-        let square = rigidity.inverse() * (omega_rad_s * omega_rad_s * Reals::splat(self.mass_per_length));
-        let wave = square.sqrt().sqrt();
+        let root = (rigidity.inverse() * self.mass_per_length).sqrt();
+        let wave = (root * omega_rad_s).sqrt();
         let [left, right] = self.clamping;
         [self.span(wave, rigidity, self.nut, left), self.span(wave, rigidity, self.length - self.nut, right)]
     }
@@ -128,7 +135,7 @@ impl Beam {
     /// Computes D for each frequency.
     pub fn damped_each(&self, omega_rad_s: Reals) -> Complexes {
         let material = self.material_each(omega_rad_s);
-        self.felt(self.joined(&self.spans(omega_rad_s, material), material)).0
+        self.felt(self.joined(&self.spans(self.complex_each(omega_rad_s), material), material)).0
     }
 
     /// Computes D without loss, and the number of modes below each frequency with q held.
@@ -136,7 +143,7 @@ impl Beam {
     /// # Source  Wittrick and Williams, Q. J. Mech. Appl. Math. 24 (1971) 263–284: with q free there are as many more as D is negative.
     pub fn undamped_each(&self, omega_rad_s: Reals) -> (Reals, Reals) {
         let material = Complexes::real(Reals::ONE);
-        let spans = self.spans(omega_rad_s, material);
+        let spans = self.spans(Complexes::real(omega_rad_s), material);
         let entries = self.joined(&spans, material);
         let (felt, determinant) = self.felt(entries);
         let negative = |x: Reals| x.to_array().map(|x| f64::from(u8::from(x < 0.0)));
@@ -199,7 +206,7 @@ impl Beam {
     /// Computes a factor with zeros where D has poles: where the beam resonates with q held.
     pub fn poles_each(&self, omega_rad_s: Reals) -> Complexes {
         let material = self.material_each(omega_rad_s);
-        let spans = self.spans(omega_rad_s, material);
+        let spans = self.spans(self.complex_each(omega_rad_s), material);
         let (felt, determinant) = self.felt(self.joined(&spans, material));
         let unit = self.length / self.rigidity;
         let free = spans.iter().fold(determinant * (unit * unit), |product, span| product * (span.pivot * span.denominator * unit));
@@ -224,6 +231,7 @@ mod tests {
             lateral_stiffness: 0.0,
             loss_factor: 0.0,
             dispersion: 0.0,
+            window_per_s: 0.0,
         }
     }
 

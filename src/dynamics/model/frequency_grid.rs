@@ -60,7 +60,7 @@ impl FrequencyGrid {
     /// computed anew.
     pub fn keep_rods(&mut self, model: &AssembledModel, stays: impl Fn(usize) -> bool) {
         let known = |(at, rod): (usize, &Rod)| {
-            let kept = rod.loss_factor == 0.0 && stays(at);
+            let kept = rod.is_lossless() && stays(at);
             let lines = if kept { self.omega_rad_s.as_slice() } else { &[] };
             let (entries, sines) =
                 lines.iter().map(|omega| rod.damped_each(*omega)).map(|of| ((of.direct.re, of.cross.re), of.sin.re)).unzip();

@@ -25,50 +25,47 @@ impl JointNumbers {
         self.relaxation_stiffness.is_some() || self.integral_rate != 0.0
     }
 
-    /// Computes 1/(1 + iωc/k) of a damper in series with a relaxation spring, for each frequency.
+    /// Computes 1/(1 + s·c/k) of a damper in series with a relaxation spring, for each s = iω or iω + σ.
     #[inline]
-    fn relaxation_share_each(&self, relaxation_stiffness: f64, omega_rad_s: Reals) -> Complexes {
-        Complexes::new(Reals::ONE, omega_rad_s * Reals::splat(self.damping / relaxation_stiffness)).inverse()
+    fn relaxation_share_each(&self, relaxation_stiffness: f64, s: Complexes) -> Complexes {
+        (Complexes::real(Reals::ONE) + s * (self.damping / relaxation_stiffness)).inverse()
     }
 
-    /// Computes the complex stiffness of a damper iωc in series with its relaxation spring.
+    /// Computes the complex stiffness of a damper s·c in series with its relaxation spring.
     #[inline]
-    pub(super) fn damper_each(&self, relaxation_stiffness: f64, omega_rad_s: Reals) -> Complexes {
-        (self.relaxation_share_each(relaxation_stiffness, omega_rad_s) * (omega_rad_s * Reals::splat(self.damping))).times_i()
+    pub(super) fn damper_each(&self, relaxation_stiffness: f64, s: Complexes) -> Complexes {
+        self.relaxation_share_each(relaxation_stiffness, s) * s * self.damping
     }
 
-    /// Multiplies a product by the derivative of the complex stiffness with ωc. The derivative is i for a plain damper, smaller in series with a
+    /// Multiplies a product by the derivative of the complex stiffness with s·c. The derivative is 1 for a plain damper, smaller in series with a
     /// relaxation spring.
     #[inline]
-    pub(super) fn damper_derivative_each(&self, product: Complexes, omega_rad_s: Reals) -> Complexes {
+    pub(super) fn damper_derivative_each(&self, product: Complexes, s: Complexes) -> Complexes {
         match self.relaxation_stiffness {
-            None => product.times_i(),
+            None => product,
             Some(k) => {
-                let share = self.relaxation_share_each(k, omega_rad_s);
-                (product * share * share).times_i()
+                let share = self.relaxation_share_each(k, s);
+                product * share * share
             }
         }
     }
 
-    /// Computes −k·ω_i/ω: the imaginary part of the integral action k·ω_i/(iω).
+    /// Computes the integral action k·ω_i/s.
     #[inline]
-    pub(super) fn integral_each(&self, omega_rad_s: Reals) -> Reals {
-        -Reals::splat(self.stiffness * self.integral_rate) / omega_rad_s
+    pub(super) fn integral_each(&self, s: Complexes) -> Complexes {
+        s.inverse() * (self.stiffness * self.integral_rate)
     }
 
-    /// Computes [`JointNumbers::dynamic`] for each frequency.
-    pub(super) fn dynamic_each(&self, omega_rad_s: Reals) -> Complexes {
+    /// Computes [`JointNumbers::dynamic`] for each frequency, with s = iω or iω + σ.
+    pub(super) fn dynamic_each(&self, omega_rad_s: Reals, s: Complexes) -> Complexes {
         let mut sum = Complexes::real(Reals::splat(self.stiffness));
         if self.loss_factor != 0.0 {
             sum += loss_each(omega_rad_s, self.dispersion).0 * (self.stiffness * self.loss_factor);
         }
         if self.integral_rate != 0.0 {
-            sum.im += self.integral_each(omega_rad_s);
+            sum += self.integral_each(s);
         }
-        match self.relaxation_stiffness {
-            None => sum.im += omega_rad_s * Reals::splat(self.damping),
-            Some(series) => sum += self.damper_each(series, omega_rad_s),
-        }
+        sum += self.relaxation_stiffness.map_or_else(|| s * self.damping, |series| self.damper_each(series, s));
         sum
     }
 

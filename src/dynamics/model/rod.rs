@@ -40,6 +40,8 @@ pub struct Rod {
     pub dispersion: f64,
     /// Number n of springs of the chain that represents the rod; 0 for the exact rod.
     pub elements: usize,
+    /// Decay rate σ of the exponential window of a record (1/s): ω − iσ stands for ω in the entries with loss, and they are complex. 0: no window.
+    pub window_per_s: f64,
 }
 
 /// Frequency ω₀ (rad/s) at which a stiffness with a loss factor has its nominal value: 100 Hz.
@@ -92,6 +94,16 @@ fn near_pole(sin: Reals) -> bool {
 }
 
 impl Rod {
+    /// Whether its entries are real.
+    pub(super) fn is_lossless(&self) -> bool {
+        self.loss_factor == 0.0 && self.window_per_s == 0.0
+    }
+
+    /// Computes (ω − iσ)/ω.
+    fn window(&self, omega_rad_s: f64) -> Complex64 {
+        Complex64::new(1.0, -self.window_per_s / omega_rad_s)
+    }
+
     /// Computes 1 + η·(i + s·2/π·ln(ω/ω₀)).
     pub(super) fn material(&self, omega_rad_s: f64) -> Complex64 {
         1.0 + loss(omega_rad_s, self.dispersion) * self.loss_factor
@@ -101,9 +113,14 @@ impl Rod {
     #[inline]
     fn material_each(&self, omega_rad_s: Reals) -> Material {
         let value = Complexes::real(Reals::ONE) + loss_each(omega_rad_s, self.dispersion).0 * self.loss_factor;
-        let root = value.sqrt();
-        let slowness = root.inverse();
-        Material { loss_factor: self.loss_factor, root, slowness, inverse: slowness * slowness }
+        let mut root = value.sqrt();
+        let mut slowness = root.inverse();
+        let inverse = slowness * slowness;
+        if self.window_per_s != 0.0 {
+            let window = Complexes::new(Reals::ONE, Reals::splat(-self.window_per_s) / omega_rad_s);
+            (root, slowness) = (root * window, slowness * window);
+        }
+        Material { loss_factor: self.loss_factor, root, slowness, inverse }
     }
 
     /// Computes the direct and the cross entry of D without loss.
@@ -124,14 +141,14 @@ impl Rod {
         if self.elements > 0 {
             return self.chain_damped(omega_rad_s);
         }
-        if self.loss_factor == 0.0 {
+        if self.is_lossless() {
             let phase = omega_rad_s * self.transit_s;
             let (cos, sin) = cos_sin(phase);
             let scale = self.stiffness * phase / sin;
             return RodEntries { direct: (scale * cos).into(), cross: (-scale).into(), sin: sin.into(), lossless: true };
         }
         let material = self.material(omega_rad_s);
-        let phase = self.transit_s / material.sqrt() * omega_rad_s;
+        let phase = self.transit_s / material.sqrt() * omega_rad_s * self.window(omega_rad_s);
         let (sin, cos) = (phase.sin(), phase.cos());
         let scale = self.stiffness * material * phase / sin;
         RodEntries { direct: scale * cos, cross: -scale, sin, lossless: false }
@@ -181,7 +198,7 @@ impl Rod {
     /// Computes as [`Rod::damped_each`], reusing the material of the previous rod at the same frequencies, which most rods share.
     #[inline]
     pub(super) fn damped_with_material(&self, omega_rad_s: Reals, material: &mut Option<Material>) -> RodLanes {
-        if self.loss_factor == 0.0
+        if self.is_lossless()
             && let Some([[direct, cross, sin]]) = self.lossless_each([omega_rad_s])
         {
             return RodLanes::real(direct, cross, sin);
@@ -190,7 +207,7 @@ impl Rod {
             Some(same) if same.loss_factor == self.loss_factor => *same,
             other => *other.insert(self.material_each(omega_rad_s)),
         };
-        if self.loss_factor != 0.0 && self.elements == 0 {
+        if !self.is_lossless() && self.elements == 0 {
             let phase = omega_rad_s * Reals::splat(self.transit_s);
             let (sin, cos) = (material.slowness * phase).sin_cos();
             let scale = material.root * sin.inverse() * (phase * Reals::splat(self.stiffness));
@@ -227,7 +244,7 @@ impl Rod {
             0 => Complexes::real(Reals::ONE),
             _ => Complexes::each(|lane| {
                 let omega = omega_rad_s.to_array()[lane];
-                (1.0 - self.half_step(omega).powi(2) / self.material(omega)).inv()
+                (1.0 - (self.half_step(omega) * self.window(omega)).powi(2) / self.material(omega)).inv()
             }),
         };
         let alpha = (Complexes::real(Reals::splat(2.0)) - y) * per_omega;
@@ -291,14 +308,14 @@ impl Rod {
     fn chain_damped(&self, omega_rad_s: f64) -> RodEntries {
         let n = self.elements as f64;
         let x = self.half_step(omega_rad_s);
-        if self.loss_factor == 0.0 && x < 1.0 {
+        if self.is_lossless() && x < 1.0 {
             let (cos, sin) = cos_sin(2.0 * n * x.asin());
             let step = 2.0 * x * (1.0 - x * x).sqrt();
             let scale = self.stiffness * n * step / sin;
             return RodEntries { direct: (scale * cos).into(), cross: (-scale).into(), sin: (sin / step).into(), lossless: true };
         }
         let material = self.material(omega_rad_s);
-        let x = x / material.sqrt();
+        let x = x * self.window(omega_rad_s) / material.sqrt();
         let sin_step = x * (1.0 - x * x).sqrt() * 2.0;
         let angle = x.asin() * (2.0 * n);
         // Far from the real axis sin and cos overflow; their quotient is ±i.
@@ -311,7 +328,7 @@ impl Rod {
             (sin.inv(), cos / sin, sin)
         };
         let k = material * (self.stiffness * n);
-        let lossless = self.loss_factor == 0.0;
+        let lossless = self.is_lossless();
         let real = |z: Complex64| if lossless { Complex64::new(z.re, 0.0) } else { z };
         RodEntries { direct: real(k * sin_step * cot), cross: real(-k * sin_step * csc), sin: real(sin / sin_step), lossless }
     }
@@ -359,9 +376,9 @@ pub struct RodLanes {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Material {
     loss_factor: f64,
-    /// √m with m = 1 + η·(i + s·2/π·ln(ω/ω₀)).
+    /// √m with m = 1 + η·(i + s·2/π·ln(ω/ω₀)), times (ω − iσ)/ω of a window.
     root: Complexes,
-    /// 1/√m.
+    /// 1/√m, times the same.
     slowness: Complexes,
     /// 1/m.
     inverse: Complexes,
@@ -387,7 +404,7 @@ mod tests {
 
     #[test]
     fn limit_rod_is_a_spring() {
-        let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor: 0.0, dispersion: 0.7, elements: 0 };
+        let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor: 0.0, dispersion: 0.7, elements: 0, window_per_s: 0.0 };
         let (direct, cross) = rod.undamped(1e-3);
         assert!((direct / 2e8 - 1.0).abs() < 1e-12);
         assert!((cross / -2e8 - 1.0).abs() < 1e-12);
@@ -396,7 +413,7 @@ mod tests {
     #[test]
     fn slopes_equal_finite_differences_with_and_without_loss() {
         for (loss_factor, elements) in [(0.0, 0), (1e-12, 0), (0.02, 0), (0.0, 4), (0.02, 4), (0.0, 1), (1e-12, 4)] {
-            let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor, dispersion: 0.7, elements };
+            let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor, dispersion: 0.7, elements, window_per_s: 0.0 };
             for omega in [200.0, 3000.0, 9000.0, 20000.0] {
                 let step = 1e-4 * omega;
                 let (low, high) = (rod.damped(omega - step), rod.damped(omega + step));
@@ -420,7 +437,7 @@ mod tests {
     fn limit_closed_form_chain_equals_mass_by_mass_elimination() {
         for elements in [1, 2, 3, 7, 40] {
             for loss_factor in [0.0, 0.03] {
-                let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor, dispersion: 0.7, elements };
+                let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor, dispersion: 0.7, elements, window_per_s: 0.0 };
                 let n = elements as f64;
                 let mass = 2e8 * 3e-4 * 3e-4 / n;
                 for omega in [10.0, 4000.0, 11_000.0, 30_000.0, 9e5, 3e7] {
@@ -448,7 +465,7 @@ mod tests {
 
     #[test]
     fn limit_a_chain_has_as_many_clamped_modes_as_inner_masses() {
-        let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor: 0.0, dispersion: 0.7, elements: 5 };
+        let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor: 0.0, dispersion: 0.7, elements: 5, window_per_s: 0.0 };
         assert_eq!(rod.clamped_modes_below(1e9), 4);
         assert_eq!(Rod { elements: 1, ..rod }.clamped_modes_below(1e9), 0);
         // The j-th lies at ω = 2n/t·sin(jπ/2n).
@@ -462,7 +479,7 @@ mod tests {
     #[test]
     fn limit_vector_rod_equals_scalar_rod() {
         for (loss_factor, elements) in [(0.0, 0), (0.02, 0), (0.0, 1), (0.0, 2), (0.0, 4), (0.0, 7), (0.02, 4)] {
-            let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor, dispersion: 0.7, elements };
+            let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor, dispersion: 0.7, elements, window_per_s: 0.0 };
             // The third lies at a pole of the rod.
             let omegas = [12.0, 3000.0, std::f64::consts::PI / 3e-4, 2e5];
             let each = rod.damped_each(Reals::from(omegas));
@@ -480,7 +497,7 @@ mod tests {
 
     #[test]
     fn limit_a_vanishing_loss_is_no_loss() {
-        let with = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor: 1e-14, dispersion: 0.7, elements: 0 };
+        let with = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor: 1e-14, dispersion: 0.7, elements: 0, window_per_s: 0.0 };
         let without = Rod { loss_factor: 0.0, ..with };
         let at = Reals::splat(5000.0);
         let (a, b) = (with.damped_each(at), without.damped_each(at));

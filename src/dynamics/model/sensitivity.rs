@@ -321,6 +321,7 @@ impl AssembledModel {
     #[inline]
     fn element_product(&self, element: Element, of: &Solution<'_>, (at_rod, w): (&AtRod, usize)) -> Complexes {
         let omega = of.omega_rad_s[w];
+        let s = self.complex_frequency_each(omega);
         let product = |joint: usize| {
             let on = &self.joint_points[joint];
             of.deformation(of.at_response, on, w) * of.deformation(of.at_excitation, on, w)
@@ -328,7 +329,7 @@ impl AssembledModel {
         match element {
             Element::Inertia(at) => {
                 let at = at * of.omega_rad_s.len() + w;
-                -(of.at_response[at] * of.at_excitation[at] * (omega * omega))
+                of.at_response[at] * of.at_excitation[at] * (s * s)
             }
             Element::Stiffness(joint) => {
                 let of = &self.joints[joint];
@@ -336,10 +337,10 @@ impl AssembledModel {
                     return product(joint);
                 }
                 let mut factor = Complexes::real(Reals::ONE) + loss_each(omega, self.dispersion).0 * of.loss_factor;
-                factor.im -= Reals::splat(of.integral_rate) / omega;
+                factor += s.inverse() * of.integral_rate;
                 product(joint) * factor
             }
-            Element::Integral(joint) => -(product(joint).times_i() * (Reals::splat(self.joints[joint].stiffness) / omega)),
+            Element::Integral(joint) => product(joint) * s.inverse() * self.joints[joint].stiffness,
             Element::Loss(joint) => product(joint) * loss_each(omega, self.dispersion).0 * self.joints[joint].stiffness,
             Element::Dispersion(joint) => {
                 let JointNumbers { stiffness, loss_factor, .. } = self.joints[joint];
@@ -353,17 +354,17 @@ impl AssembledModel {
                 self.beams[beam].slopes_each(omega, number) * of.product(self.structure.beams[beam].coordinate, w)
             }
             Element::Rod(rod, number) => self.rod_product(rod, number, of, (at_rod, w)),
-            Element::Damping(joint) => self.joints[joint].damper_derivative_each(product(joint), omega) * omega,
+            Element::Damping(joint) => self.joints[joint].damper_derivative_each(product(joint), s) * s,
             Element::Relaxation(joint) => {
                 let Some(k) = self.joints[joint].relaxation_stiffness else { return Complexes::ZERO };
-                let share = self.joints[joint].damper_each(k, omega) * (1.0 / k);
+                let share = self.joints[joint].damper_each(k, s) * (1.0 / k);
                 product(joint) * (share * share)
             }
             Element::Lead(joint) => {
                 let (all, turning) = (&self.joint_points[joint], &self.structure.screws[joint]);
                 let [response, excitation] = [of.at_response, of.at_excitation];
                 let [whole, turned] = [all, turning].map(|on| [of.deformation(response, on, w), of.deformation(excitation, on, w)]);
-                (whole[0] * turned[1] + turned[0] * whole[1]) * self.joints[joint].dynamic_each(omega)
+                (whole[0] * turned[1] + turned[0] * whole[1]) * self.joints[joint].dynamic_each(omega, s)
             }
             // A lever is not part of D: H = f_rᵀ·D⁻¹·f_e depends on it through the force vectors.
             Element::Lever(lever, end) => {

@@ -64,9 +64,10 @@ impl AssembledModel {
         {
             for (w, sum) in sums.iter_mut().enumerate() {
                 let product = of.deformation(of.at_response, on, w) * of.deformation(of.at_excitation, on, w);
-                *sum += joint.damper_derivative_each(product, omega_rad_s[w]) * joint.damping;
+                let s = self.complex_frequency_each(omega_rad_s[w]);
+                *sum += joint.damper_derivative_each(product, s).times_i() * joint.damping;
                 if joint.integral_rate != 0.0 {
-                    *sum -= product.times_i() * (joint.integral_each(omega_rad_s[w]) / omega_rad_s[w]);
+                    *sum -= (product * joint.integral_each(s) * s.inverse()).times_i();
                 }
                 if joint.loss_factor != 0.0 {
                     *sum += product * (loss_each(omega_rad_s[w], self.dispersion).1 * Reals::splat(joint.stiffness * joint.loss_factor));

@@ -143,6 +143,7 @@ pub fn operating(set: &MeasurementSet, frf: &Frf) -> Operating {
         velocity_m_s: frf.condition.velocity_m_s,
         acceleration_m_s2: frf.condition.acceleration_m_s2,
         level_n: frf.condition.force_level_n,
+        window_per_s: frf.condition.window_per_s,
         ..Operating::at(frf.position.and_then(|p| set.positions[p].nut_m))
     }
 }
