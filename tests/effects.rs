@@ -1,7 +1,7 @@
 //! The library of effects: each effect applies to the bench, has no influence at zero amplitude and matches its description.
 
 use config::effect_library;
-use diagnosis::{Hypothesis, at_start, is_plausible, largest_loss_factor};
+use diagnosis::{Hypothesis, at_start, is_plausible, largest_loss_factor, relaxes_within};
 use dynamics::model::{Complexes, Frequencies, Reals, RodModel, undamped_modes};
 use machine::{Data, Effect, Machine, Mechanism, Operating, PeriodAlong, Role};
 
@@ -74,6 +74,27 @@ fn the_largest_loss_factor_excludes_an_effect() {
         assert_eq!(is_plausible(&hypothesis, &fitted), plausible, "{value}");
         assert_eq!(largest_loss_factor(&hypothesis, &fitted).is_none(), plausible, "{value}");
     }
+}
+
+/// Below its corner, stiffness over damping, a relaxation is a damper, above it a spring: where the data show one alone, it is another effect.
+#[test]
+fn a_corner_outside_the_band_excludes_a_relaxation() {
+    let library = effect_library().unwrap();
+    let hypothesis = |id: &str| Hypothesis::nominal(bench_without_hold()).with(library.iter().find(|e| e.id == id).unwrap()).unwrap();
+    let relaxing = hypothesis("table-relaxation");
+    for (corner_hz, shown) in [(0.5, false), (9.9, false), (10.1, true), (60.0, true), (799.0, true), (801.0, false), (8e3, false)] {
+        let mut fitted = at_start(&relaxing);
+        for (parameter, unit) in relaxing.machine.parameters.iter().zip(&mut fitted.units) {
+            match parameter.id.as_str() {
+                "k_relax" => *unit = parameter.to_unit(1e6),
+                "c_relax" => *unit = parameter.to_unit(1e6 / (std::f64::consts::TAU * corner_hz)),
+                _ => {}
+            }
+        }
+        assert_eq!(relaxes_within(&relaxing, &fitted, (10.0, 800.0)), shown, "{corner_hz} Hz");
+    }
+    let spring = hypothesis("guide-stiffness");
+    assert!(relaxes_within(&spring, &at_start(&spring), (10.0, 800.0)));
 }
 
 /// Effects are located at the parts that they change, by the machine's names.

@@ -9,7 +9,7 @@ use super::hypothesis::Hypothesis;
 use identification::objective::{ObjectiveError, operating};
 use identification::{CHI_SQUARE_95, Place, Surroundings, Tail, ToleranceEstimate, mode_search_end, tolerances_at};
 use machine::{OperatingVariable, ParameterValues, UnitValues};
-use measurement::{FitSet, HoldOutSet};
+use measurement::{FitSet, FrfLine, HoldOutSet};
 use numeric::halton::halton_point;
 use optimizer::{Control, least_squares_within};
 
@@ -82,6 +82,18 @@ impl<'s> Fitter<'s> {
     /// Whether a part of the method is disabled.
     pub fn lacks(&self, part: Ablation) -> bool {
         self.ablated.contains(&part)
+    }
+
+    /// Returns the lowest and the highest frequency (Hz) of the FRFs to fit; `None` for modes.
+    pub fn band_hz(&self) -> Option<(f64, f64)> {
+        let Domain::Frf(settings) = self.domain else { return None };
+        let frfs = self.fit.frfs().iter().map(|at| &self.fit.set().frfs[*at].lines);
+        let ends = |(low, high): (f64, f64), lines: &Vec<FrfLine>| match (lines.first(), lines.last()) {
+            (Some(first), Some(last)) => (low.min(first.frequency_hz), high.max(last.frequency_hz)),
+            _ => (low, high),
+        };
+        let (low, high) = frfs.fold((f64::INFINITY, 0.0), ends);
+        Some((low.max(settings.band_hz.0), high.min(settings.band_hz.1)))
     }
 
     /// Whether the data to fit cover more than one value of an operating variable.

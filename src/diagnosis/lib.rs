@@ -38,6 +38,8 @@ pub use model_discrepancy::{sample_discrepancy, sample_prior};
 pub use null_distribution::{NullDistribution, simulate};
 pub use peaks::{PeakErrors, peak_errors};
 pub use ranking::{EQUIVALENT, TriedEffect, TriedLocation};
-pub use screening::{Candidate, Screening, Status, fitter, hypotheses, is_plausible, largest_loss_factor, nominal, nominal_fits};
+pub use screening::{
+    Candidate, Screening, Status, fitter, hypotheses, is_plausible, largest_loss_factor, nominal, nominal_fits, relaxes_within,
+};
 pub use search::search;
 pub use verdict::{Verdict, VerdictKind};

@@ -7,8 +7,9 @@ use super::fit::{Ablation, COARSE_STEPS, Fitted, Fitter, at_start, distinct_mini
 use super::hypothesis::Hypothesis;
 use identification::frf_search_minima;
 use identification::objective::{FrfSettings, ObjectiveError};
-use machine::{Base, Data, Effect, Lever, Machine, Mechanism, Operating, Parameter, Value};
+use machine::{Base, Data, Effect, Joint, Lever, Machine, Mechanism, Operating, Parameter, Value};
 use measurement::FitSet;
+use numeric::unit::frequency_hz;
 use optimizer::Control;
 
 /// Outcome of a candidate.
@@ -205,6 +206,20 @@ pub fn is_plausible(hypothesis: &Hypothesis, fitted: &Fitted) -> bool {
         && largest_loss_factor(hypothesis, fitted).is_none()
         && added(&chain.power).is_none_or(|power| power > LEAST_POWER)
         && chain.levers.iter().all(in_range)
+}
+
+/// Whether each damper in series with a spring that the addition brings changes from the one into the other within a band (Hz). Below its corner it is a
+/// damper, above it a spring: where the corner is outside the band, the data show one of these alone, which is another effect.
+#[must_use]
+pub fn relaxes_within(hypothesis: &Hypothesis, fitted: &Fitted, (from_hz, to_hz): (f64, f64)) -> bool {
+    let values = values_of(hypothesis, fitted);
+    let operating = Operating::default();
+    let is_added = |value: &Value| matches!(value.base, Base::Parameter(index) if hypothesis.added.contains(&index));
+    let corner_hz = |joint: &Joint| {
+        let spring = joint.relaxation_stiffness.as_ref().filter(|spring| is_added(spring) && is_added(&joint.damping))?;
+        Some(frequency_hz(spring.at(&values, &operating) / joint.damping.at(&values, &operating)))
+    };
+    hypothesis.machine.joints.iter().filter_map(corner_hz).all(|corner_hz| (from_hz..=to_hz).contains(&corner_hz))
 }
 
 /// Returns a loss factor of the addition that ends at the largest value of its range. Such an addition takes up a change that another effect makes: the

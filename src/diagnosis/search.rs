@@ -7,7 +7,7 @@ use super::evidence::{Domain, DomainObjective};
 use super::fit::{Ablation, Fitted, Fitter, IMPROVEMENT, close};
 use super::hypothesis::{Hypothesis, interfaces};
 use super::null_distribution::LEAST_SCALE;
-use super::screening::{Candidate, Screening, Status, descend_to_minimum, is_plausible};
+use super::screening::{Candidate, Screening, Status, descend_to_minimum, is_plausible, relaxes_within};
 use identification::CHI_SQUARE_95;
 use identification::objective::ObjectiveError;
 use machine::UnitValues;
@@ -279,10 +279,11 @@ impl Search<'_, '_> {
 
     /// Returns the candidates and the best generic impedances.
     fn results(self, candidates: usize, others: Vec<Candidate>) -> (Screening, Vec<Candidate>) {
-        let Search { nominal, base, hypotheses, fits, .. } = self;
+        let Search { fitter, nominal, base, hypotheses, fits, .. } = self;
+        let band_hz = fitter.band_hz();
         let mut all = hypotheses.into_iter().zip(fits);
         let mut tried: Vec<Candidate> =
-            all.by_ref().take(candidates).map(|(hypothesis, fit)| Candidate::of(hypothesis, fit, &base)).collect();
+            all.by_ref().take(candidates).map(|(hypothesis, fit)| Candidate::of(hypothesis, fit, &base, band_hz)).collect();
         let fitted = all.filter_map(|(hypothesis, fit)| Some((hypothesis, fit.ok()?)));
         let mut located: Vec<Candidate> = fitted
             .map(|(hypothesis, fitted)| {
@@ -319,15 +320,17 @@ fn have_close_joints(a: &Fitted, b: &Fitted, own: usize) -> bool {
 }
 
 impl Candidate {
-    /// Returns a candidate with its fit. A larger machine that fits worse is a failed fit, not a rejected candidate.
-    fn of(hypothesis: Hypothesis, fit: Result<Fitted, ObjectiveError>, base: &Fitted) -> Self {
+    /// Returns a candidate with its fit to data in a band. A larger machine that fits worse is a failed fit, not a rejected candidate.
+    fn of(hypothesis: Hypothesis, fit: Result<Fitted, ObjectiveError>, base: &Fitted, band_hz: Option<(f64, f64)>) -> Self {
         let id = hypothesis.id();
         match fit {
             Ok(fitted) if fitted.chi_square > base.chi_square * (1.0 + 1e-2) + 3.0 => {
                 Candidate::without_fit(&id, Status::Failed("its fit ends at a larger χ² than that of the machine without it".into()))
             }
             Ok(fitted) => {
-                let gain = if is_plausible(&hypothesis, &fitted) { (base.chi_square - fitted.chi_square).max(0.0) } else { 0.0 };
+                let relaxes = band_hz.is_none_or(|band_hz| relaxes_within(&hypothesis, &fitted, band_hz));
+                let is_meant = relaxes && is_plausible(&hypothesis, &fitted);
+                let gain = if is_meant { (base.chi_square - fitted.chi_square).max(0.0) } else { 0.0 };
                 Candidate { id, status: Status::Tried, fitted: Some((hypothesis, fitted)), gain, left_out: None }
             }
             Err(error) => Candidate::without_fit(&id, Status::Failed(error.to_string())),

@@ -11,7 +11,7 @@ use super::effects::{at_bound, choose_effects, names_effect, status_words, units
 use crate::{Study, StudyError, StudyResult, document_rows};
 use diagnosis::{
     Ablation, Diagnosis, DiagnosisSettings, Domain, Fitted, Hypothesis, HypothesisKind, NullDistribution, PartialGap, closed,
-    closed_interval, diagnose, fitter, floor_over, gap_over, gaps_by_mode, largest_loss_factor, peak_errors, values_of,
+    closed_interval, diagnose, fitter, floor_over, gap_over, gaps_by_mode, largest_loss_factor, peak_errors, relaxes_within, values_of,
 };
 use identification::objective::FrfObjective;
 use machine::{Data, Effect, Parameter, Target};
@@ -23,6 +23,9 @@ use report::{OutputFolder, digest};
 
 /// Bands of the residual map.
 const BANDS: usize = 12;
+
+/// Least and largest value.
+type Range = (f64, f64);
 
 impl Study {
     /// As [`Study::diagnose`], on FRFs or modes.
@@ -62,7 +65,7 @@ impl Study {
             let _ = kept_as(&file, &found.null)
                 .map(|line| OutputFolder::prepare(&folder).and_then(|folder| folder.write(&file, line.as_bytes())));
         }
-        to_document(self, (&fit, &held_out), &found, interval, &effects)
+        to_document(self, (&fit, &held_out), &found, (interval, fitter.band_hz()), &effects)
     }
 
     /// Folder and file of the cached null distribution of this machine, these data and this build; `None` without a cache.
@@ -86,7 +89,7 @@ fn to_document(
     study: &Study,
     (fit, held_out): (&FitSet<'_>, &HoldOutSet<'_>),
     found: &Diagnosis,
-    interval: Option<(f64, f64)>,
+    (interval, band_hz): (Option<Range>, Option<Range>),
     effects: &[Effect],
 ) -> StudyResult<document::DiagnosisDocument> {
     let whole = matches!(found.domain, Domain::Frf(_));
@@ -130,7 +133,7 @@ fn to_document(
         delta_z: delta_z(found),
         motion: None,
         tolerances: document_rows::tolerances(&found.tolerances),
-        effects: list_effects(found, interval, effects, &chosen),
+        effects: list_effects(found, interval, effects, (&chosen, band_hz)),
         described: {
             let (hypothesis, fitted) = &found.described;
             hypothesis.machine.parameters.iter().map(|p| p.id.clone()).zip(values_of(hypothesis, fitted)).collect()
@@ -151,12 +154,24 @@ fn null_row(null: &NullDistribution) -> Option<document::NullRow> {
     })
 }
 
+/// Says why a fitted effect stands for another one: a loss factor ends at its border, or a relaxation has its corner outside the band (Hz) of the data.
+fn shadow_of_another(hypothesis: &Hypothesis, fitted: &Fitted, band_hz: Option<Range>) -> Option<String> {
+    if let Some(parameter) = largest_loss_factor(hypothesis, fitted) {
+        let id = &parameter.id;
+        return Some(format!("{id} ends at the largest value of its range: the effect takes up a change that another one makes"));
+    }
+    let (from_hz, to_hz) = band_hz.filter(|band_hz| !relaxes_within(hypothesis, fitted, *band_hz))?;
+    Some(format!(
+        "its corner frequency is outside the band, {from_hz:.4} to {to_hz:.0} Hz: in the band it is a spring or a damper, another effect"
+    ))
+}
+
 /// Returns the rows of all candidates.
 fn list_effects(
     found: &Diagnosis,
-    interval: Option<(f64, f64)>,
+    interval: Option<Range>,
     effects: &[Effect],
-    chosen: &document::Chosen,
+    (chosen, band_hz): (&document::Chosen, Option<Range>),
 ) -> Vec<document::EffectRow> {
     found
         .tried
@@ -164,11 +179,7 @@ fn list_effects(
         .map(|t| {
             let (status, why) = status_words(&t.candidate.status);
             let fitted = t.candidate.fitted.as_ref();
-            let border = fitted.and_then(|(hypothesis, fitted)| largest_loss_factor(hypothesis, fitted));
-            let why = why.or_else(|| {
-                let id = &border?.id;
-                Some(format!("{id} ends at the largest value of its range: the effect takes up a change that another one makes"))
-            });
+            let why = why.or_else(|| fitted.and_then(|(hypothesis, fitted)| shadow_of_another(hypothesis, fitted, band_hz)));
             let is_selected = names_effect(&found.verdict, &t.candidate.id);
             let own: Vec<(&Parameter, f64)> = fitted.map_or_else(Vec::new, |(hypothesis, fitted)| {
                 let values = values_of(hypothesis, fitted);
