@@ -283,9 +283,17 @@ hub = { unit = "1", start = 2.5, lower = 0.5, upper = 10.0, source = "a brake di
 /// The screw of the simulator is a chain of beam elements on springs, whose nut also pushes it sideways.
 #[test]
 fn recover_a_bending_screw() {
-    let (found, _) =
+    let (found, label) =
         diagnose_case(|kind, effects, strength| *kind == Kind::Single && effects == ["screw-bending"] && strength == Some("Strong"));
     assert_eq!(found["verdict"]["effects"], serde_json::json!(["screw-bending"]), "{:#}", found["verdict"]);
+    let rest = found["chosen"]["misfit_over_null"].as_f64().unwrap();
+    println!(
+        "eccentricity {:.5} m for {:.5} m; misfit {rest:.2} times that of null simulations, {:.2} times without the effect",
+        found["chosen"]["parameters"]["e_bend"].as_f64().unwrap(),
+        label.values[0]["eccentricity_m"],
+        found["misfit_over_null"].as_f64().unwrap()
+    );
+    assert!(rest < 1.5, "{rest}");
 }
 
 /// The papers' model of the servo axis has one mode near 152 Hz, but the real machine showed two. The FRFs here are of an axis with a resonator on

@@ -2,7 +2,7 @@
 
 use config::effect_library;
 use diagnosis::{Hypothesis, at_start, is_plausible, largest_loss_factor, relaxes_within};
-use dynamics::model::{Complexes, Frequencies, Reals, RodModel, undamped_modes};
+use dynamics::model::{Complexes, Frequencies, Reals, RodModel, matrices, undamped_modes};
 use machine::{Data, Effect, Machine, Mechanism, Operating, PeriodAlong, Role};
 
 use crate::support::{config, table_structure};
@@ -608,6 +608,38 @@ fn another_modulus_is_that_of_the_journals_too() {
             .filter(|(a, b)| a.youngs_modulus != b.youngs_modulus || a.shear_modulus != b.shear_modulus);
         assert_eq!(changed.count(), 3, "{id}");
     }
+}
+
+/// Journals are parts of the screw that bends, not further beams: whatever comes first, the effect or the tolerances.
+#[test]
+fn a_screw_with_journals_bends_once() {
+    let machine = config("configs/tian.toml").machine;
+    let library = effect_library().unwrap();
+    let bending = library.iter().find(|e| e.id == "screw-bending").unwrap();
+    let first = machine.with_effect(bending).unwrap().with_tolerances(&[0.6]).unwrap();
+    let last = machine.with_tolerances(&[0.6]).unwrap().with_effect(bending).unwrap();
+    for machine in [first, last] {
+        let bent: Vec<&str> = machine.shafts.iter().filter(|shaft| shaft.bending.is_some()).map(|shaft| shaft.name.as_str()).collect();
+        assert_eq!((bent, machine.shafts.len()), (vec!["screw"], 3));
+    }
+}
+
+/// A screw that bends has its static stiffness in the matrices of the machine.
+#[test]
+fn limit_the_matrices_of_a_bending_screw_are_those_of_its_receptance_at_rest() {
+    let machine = config("configs/tian.toml").machine;
+    let library = effect_library().unwrap();
+    let with = machine.with_effect(library.iter().find(|e| e.id == "screw-bending").unwrap()).unwrap();
+    let mut values = with.start();
+    for (id, value) in [("e_bend", 0.02), ("a_bend", 0.05), ("k_lateral", 1e5), ("eta_bend", 0.0)] {
+        values[with.parameter(id).unwrap()] = value;
+    }
+    let at_rest = matrices(&with, &values, &Operating::at_nut(0.6), 1).unwrap().static_stiffness("table").unwrap();
+    let structure = table_structure(&with, RodModel::Exact);
+    let mut network = structure.empty_model();
+    network.update(&with, &values, &Operating::at_nut(0.6));
+    let receptance = network.receptance(std::f64::consts::TAU * 0.05, &mut structure.workspace());
+    assert!((at_rest * receptance.re - 1.0).abs() < 1e-4, "{at_rest:e} for {:e}", receptance.re.recip());
 }
 
 /// A nut off the axis bends the screw statically by e²/(3·E·I/a + 3·E·I/b) in series with the nut's stiffness, where it holds the screw laterally and the

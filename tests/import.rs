@@ -14,11 +14,12 @@ fn real_files() -> Option<PathBuf> {
     test_data::shared("realdata/uff")
 }
 
-/// Writes a set with two FRFs.
-fn small_set(folder: &Path) {
+/// Writes a set with two FRFs; its manifest begins with `more`.
+fn small_set(folder: &Path, more: &str) {
     fs::write(
         folder.join("manifest.toml"),
-        "title = \"small\"\nquantity = \"mobility\"\nresponse = \"table\"\nexcitation = \"table\"\n\
+        more.to_owned()
+            + "title = \"small\"\nquantity = \"mobility\"\nresponse = \"table\"\nexcitation = \"table\"\n\
          [[position]]\nname = \"l1\"\nnut_m = 0.6\n[[frf]]\nposition = \"l1\"\nfile = \"a.csv\"\n[[frf]]\nposition = \"l1\"\nfile = \"b.csv\"\n",
     )
     .unwrap();
@@ -26,15 +27,21 @@ fn small_set(folder: &Path) {
     fs::write(folder.join("b.csv"), "frequency_hz,real,imag\n10.0,-1e-9,-2.5e-7\n11.0,-1.25e-9,-2e-7\n").unwrap();
 }
 
+/// A window that a universal file cannot hold.
+const WINDOW: &str = "exponential_window_s = 0.05\n";
+
 #[test]
 fn limit_export_and_import_give_the_same_numbers() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     fs::create_dir(at("set")).unwrap();
-    small_set(&at("set"));
-    for (binary, file) in [(false, "text.uff"), (true, "binary.uff")] {
+    small_set(&at("set"), "");
+    fs::create_dir(at("windowed")).unwrap();
+    small_set(&at("windowed"), WINDOW);
+    for (binary, set, more) in [(false, "set", ""), (true, "set", ""), (true, "windowed", WINDOW)] {
+        let file = &format!("{set}-{binary}.uff");
         let mut command = jointid();
-        command.args(["export", "--measurements"]).arg(at("set")).arg("--out").arg(at(file));
+        command.args(["export", "--measurements"]).arg(at(set)).arg("--out").arg(at(file));
         if binary {
             command.arg("--binary");
         }
@@ -48,7 +55,9 @@ fn limit_export_and_import_give_the_same_numbers() {
             .args(["--pattern", "position {}", "--nut-m", "l1=0.6", "--response", "table", "--excitation", "table"])
             .assert()
             .success();
-        let (original, imported) = (read_set(at("set").to_str().unwrap()).unwrap(), read_set(out.to_str().unwrap()).unwrap());
+        let manifest = fs::read_to_string(out.join("manifest.toml")).unwrap();
+        fs::write(out.join("manifest.toml"), more.to_owned() + &manifest).unwrap();
+        let (original, imported) = (read_set(at(set).to_str().unwrap()).unwrap(), read_set(out.to_str().unwrap()).unwrap());
         assert_eq!(imported.positions, original.positions);
         assert_eq!(imported.frfs.len(), 2);
         for (a, b) in original.frfs.iter().zip(&imported.frfs) {

@@ -153,6 +153,8 @@ fn gradients_with_an_exponential_window_match_finite_differences() {
     for (id, value) in [("e_bend", 0.01), ("a_bend", 0.03), ("k_lateral", 1e6), ("k_relax", 1e7), ("c_relax", 1e4), ("k_s", 2e3)] {
         values[machine.parameter(id).unwrap_or_else(|| panic!("no parameter {id}"))] = value;
     }
+    let integral = machine.parameters.iter().position(|p| p.id.contains("integral")).unwrap();
+    values[integral] = 2.0;
     for (response, excitation) in [("table", "table"), ("rotor", "table")] {
         let points = [response, excitation].map(|name| machine.point(name).unwrap());
         let structure = Arc::new(Structure::new(machine, points[0], points[1], RodModel::Exact).unwrap());

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::arguments::{OutputArguments, band};
 use crate::message::shown;
-use crate::outcome::{CommandResult, Outcome, deliver_with, prepare, print_out};
+use crate::outcome::{CommandResult, Outcome, deliver_with, prepare, print_out, warn};
 use crate::progress::WorkProgress;
 use report::peaks_table;
 use study::{Control, PeaksRequest, peaks, read_set_from};
@@ -44,6 +44,7 @@ pub fn run(given: &PeaksArguments) -> CommandResult {
     progress.end();
     let found = found.map_err(shown)?;
     let document = &found.document;
+    warn(&given.output, &document.stamp.warnings);
     let folder = prepare(&given.output)?;
     let tables = [("modes.csv", found.modes_csv.clone())];
     deliver_with(&given.output, folder.as_ref(), ("peaks.json", &tables), document, &peaks_table(document, given.all))?;

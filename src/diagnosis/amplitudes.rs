@@ -4,10 +4,10 @@ use super::hypothesis::Hypothesis;
 use machine::{Mechanism, Parameter};
 use numeric::halton::halton_point;
 
-/// Loss factor of trials, wide enough to miss no resonance between two of them.
+/// Loss factor of trials (1), wide enough to miss no resonance between two of them.
 const WIDE_LOSS_FACTOR: f64 = 0.1;
 /// Number of trial values of a single parameter.
-const ALONE: usize = 25;
+const SINGLE_COUNT: usize = 25;
 
 /// Returns trial coordinates of the added parameters: their start, and a grid over the unit cube (Halton's sequence). Loss factors beside other
 /// parameters keep one value.
@@ -23,17 +23,18 @@ pub fn amplitudes(hypothesis: &Hypothesis) -> Vec<Vec<f64>> {
     let is_varied = |p: &&Parameter| p.mechanism != Mechanism::LossFactor;
     let varied = described.iter().filter(|p| is_varied(p)).count();
     if varied == 0 {
-        return std::iter::once(start).chain((1..=ALONE).map(|index| halton_point(index, described.len()))).collect();
+        return std::iter::once(start).chain((1..=SINGLE_COUNT).map(|index| halton_point(index, described.len()))).collect();
     }
     let count = match varied {
-        1 => ALONE,
+        1 => SINGLE_COUNT,
         2 => 20,
         3 | 4 => 40,
         _ => 200,
     };
     let grid = (1..=count).map(|index| {
         let mut along = halton_point(index, varied).into_iter();
-        let coordinate = |p: &&Parameter| if is_varied(p) { along.next().unwrap_or(0.5) } else { p.to_unit(WIDE_LOSS_FACTOR) };
+        let coordinate =
+            |p: &&Parameter| if is_varied(p) { along.next().unwrap_or(0.5) } else { p.to_unit(WIDE_LOSS_FACTOR).clamp(0.0, 1.0) };
         described.iter().map(coordinate).collect()
     });
     std::iter::once(start).chain(grid).collect()

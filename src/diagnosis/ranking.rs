@@ -50,6 +50,13 @@ pub(super) fn rank(screening: &Screening, null: &NullDistribution, count: f64) -
         })
         .collect();
     tried.sort_by(|a, b| penalised(a).total_cmp(&penalised(b)));
+    // A fit that is hardly different from that of another effect comes first only if it is better by what the data can tell.
+    if let Some(best) = tried.first().filter(|best| best.candidate.is_limit) {
+        let reach = penalised(best) + EQUIVALENT * null.excess(best.candidate.chi_square() / count);
+        if let Some(at) = tried.iter().position(|t| !t.candidate.is_limit && penalised(t) <= reach) {
+            tried[..=at].rotate_right(1);
+        }
+    }
     tried
 }
 
@@ -60,13 +67,14 @@ fn penalised(tried: &TriedEffect) -> f64 {
 }
 
 /// Returns the indices of the candidates indistinguishable from the best; one with more parameters only where each of these reduces χ² by more than
-/// the difference within which candidates are indistinguishable.
+/// the difference within which candidates are indistinguishable. A fit that is hardly different from that of another effect counts one parameter more.
 pub(super) fn indistinguishable(tried: &[TriedEffect], null: &NullDistribution, count: f64, limits: Thresholds) -> Vec<usize> {
     let Some(best) = tried.first() else { return Vec::new() };
     let unit = null.excess(best.candidate.chi_square() / count);
     let reach = penalised(best) + EQUIVALENT * unit + limits.margin(MODEL_ERROR * best.candidate.gain, best.candidate.chi_square(), unit);
     let added = |t: &TriedEffect| t.candidate.fitted.as_ref().map_or(0, |(hypothesis, _)| hypothesis.added.len());
-    let price = |t: &TriedEffect| EQUIVALENT * unit * added(t).saturating_sub(added(best)) as f64;
+    let counted = |t: &TriedEffect| added(t) + usize::from(t.candidate.is_limit);
+    let price = |t: &TriedEffect| EQUIVALENT * unit * counted(t).saturating_sub(counted(best)) as f64;
     let as_simple = |t: &TriedEffect| price(t) == 0.0 || t.candidate.chi_square() + price(t) < best.candidate.chi_square();
     let explains = |t: &TriedEffect| t.candidate.gain >= RIVAL_REDUCTION * best.candidate.gain;
     let rival = |t: &TriedEffect| penalised(t) <= reach && explains(t) && as_simple(t);

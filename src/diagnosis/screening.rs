@@ -36,6 +36,8 @@ pub struct Candidate {
     pub gain: f64,
     /// Cross-validation loss: −2 ln of the predictive density of each left-out fit position, summed (χ² for modes). `None` where it was not computed.
     pub left_out: Option<f64>,
+    /// Whether its fit is hardly different from that of another effect ([`relaxes_within`] is false).
+    pub is_limit: bool,
 }
 
 impl Candidate {
@@ -45,7 +47,7 @@ impl Candidate {
     }
 
     pub(super) fn without_fit(id: &str, status: Status) -> Self {
-        Candidate { id: id.into(), status, fitted: None, gain: 0.0, left_out: None }
+        Candidate { id: id.into(), status, fitted: None, gain: 0.0, left_out: None, is_limit: false }
     }
 }
 
@@ -208,8 +210,8 @@ pub fn is_plausible(hypothesis: &Hypothesis, fitted: &Fitted) -> bool {
         && chain.levers.iter().all(in_range)
 }
 
-/// Whether each damper in series with a spring that the addition brings changes from the one into the other within a band (Hz). Below its corner it is a
-/// damper, above it a spring: where the corner is outside the band, the data show one of these alone, which is another effect.
+/// Whether each damper in series with a spring that the addition brings changes from the one into the other within a band (Hz). Below its corner it is
+/// mostly a damper, above it mostly a spring: where the corner is outside the band, its fit is hardly different from that of another effect.
 #[must_use]
 pub fn relaxes_within(hypothesis: &Hypothesis, fitted: &Fitted, (from_hz, to_hz): (f64, f64)) -> bool {
     let values = values_of(hypothesis, fitted);

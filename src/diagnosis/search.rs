@@ -288,7 +288,14 @@ impl Search<'_, '_> {
         let mut located: Vec<Candidate> = fitted
             .map(|(hypothesis, fitted)| {
                 let gain = (base.chi_square - fitted.chi_square).max(0.0);
-                Candidate { id: hypothesis.id(), status: Status::Tried, fitted: Some((hypothesis, fitted)), gain, left_out: None }
+                Candidate {
+                    id: hypothesis.id(),
+                    status: Status::Tried,
+                    fitted: Some((hypothesis, fitted)),
+                    gain,
+                    left_out: None,
+                    is_limit: false,
+                }
             })
             .collect();
         located.sort_by(|a, b| b.gain.total_cmp(&a.gain));
@@ -328,10 +335,9 @@ impl Candidate {
                 Candidate::without_fit(&id, Status::Failed("its fit ends at a larger χ² than that of the machine without it".into()))
             }
             Ok(fitted) => {
-                let relaxes = band_hz.is_none_or(|band_hz| relaxes_within(&hypothesis, &fitted, band_hz));
-                let is_meant = relaxes && is_plausible(&hypothesis, &fitted);
-                let gain = if is_meant { (base.chi_square - fitted.chi_square).max(0.0) } else { 0.0 };
-                Candidate { id, status: Status::Tried, fitted: Some((hypothesis, fitted)), gain, left_out: None }
+                let gain = if is_plausible(&hypothesis, &fitted) { (base.chi_square - fitted.chi_square).max(0.0) } else { 0.0 };
+                let is_limit = band_hz.is_some_and(|band_hz| !relaxes_within(&hypothesis, &fitted, band_hz));
+                Candidate { id, status: Status::Tried, fitted: Some((hypothesis, fitted)), gain, left_out: None, is_limit }
             }
             Err(error) => Candidate::without_fit(&id, Status::Failed(error.to_string())),
         }

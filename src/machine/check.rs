@@ -78,18 +78,7 @@ impl Machine {
             positive(part("density_kg_m3"), &s.density)?;
             not_negative(part("loss_factor"), &s.loss_factor)?;
             self.check_stations(s, start, &middle)?;
-            for (name, value) in s.bending.iter().flat_map(super::Bending::values) {
-                let part = format!("bending.{}", s.name);
-                let number = at(value);
-                let is_right = match name {
-                    "misalignment" => true,
-                    "eccentricity" => number > 0.0,
-                    _ => number >= 0.0,
-                };
-                if !is_right || !number.is_finite() {
-                    return Err(fault(part, format!("its {name} is {number:?}; write a number above 0, or 0 for a hinge or no loss")));
-                }
-            }
+            self.check_bending(s, start, &middle)?;
         }
         positive("chain-gain".into(), &self.chain.gain)?;
         for j in &self.joints {
@@ -102,6 +91,21 @@ impl Machine {
             }
         }
         self.check_motion(at)
+    }
+
+    fn check_bending(&self, shaft: &Shaft, start: &[f64], middle: &Operating) -> Result<(), MachineError> {
+        let Some(bending) = &shaft.bending else { return Ok(()) };
+        let part = format!("bending.{}", shaft.name);
+        for (name, value) in bending.values() {
+            let number = value.at(start, middle);
+            if !number.is_finite() || (number < 0.0 && name != "misalignment") {
+                return Err(fault(part, format!("its {name} is {number:?}; write a number from 0")));
+            }
+        }
+        if [&bending.misalignment, &bending.eccentricity].iter().all(|value| value.at(start, middle) == 0.0) {
+            return Err(fault(part, "its misalignment and its eccentricity are both 0; write one of them, or leave the bending out"));
+        }
+        Ok(())
     }
 
     fn check_stations(&self, shaft: &Shaft, start: &[f64], middle: &Operating) -> Result<(), MachineError> {

@@ -337,7 +337,15 @@ impl Machine {
         if !self.shafts[at].stations.iter().any(|station| matches!(station.place, StationPlace::Nut | StationPlace::NearNut(_))) {
             return Err(fault(part, "the shaft carries no nut; name one with a station at the nut"));
         }
+        let own = |shaft: &&Shaft| shaft.name == file.shaft || shaft.journal_of.as_ref() == Some(&file.shaft);
+        let has = |place: StationPlace| self.shafts.iter().filter(own).flat_map(|shaft| &shaft.stations).any(|s| s.place == place);
+        if !has(StationPlace::At(0.0)) || !has(StationPlace::End) {
+            return Err(fault(part, "the shaft has no stations at both ends, where its bearings hold it; describe them"));
+        }
         let point = self.named_point(&part, &file.point)?;
+        if self.points[point].fixed {
+            return Err(fault(part, format!("«{}» is fixed; name a point that moves", file.point)));
+        }
         if self.points[point].motion == PointMotion::Rotation {
             return Err(fault(part, format!("«{}» is a rotation; name a point that is a translation", file.point)));
         }

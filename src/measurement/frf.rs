@@ -4,6 +4,7 @@ use num_complex::Complex64;
 
 use super::table::Table;
 use super::{MeasurementError, Quantity};
+use numeric::unit::omega_rad_s;
 
 /// Noise of a frequency line.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -114,6 +115,11 @@ impl Frf {
             FrfNoise::RelativeSd(sd) => Some(sd / std::f64::consts::SQRT_2),
             FrfNoise::Repeats(sd) | FrfNoise::Neighbours(sd) => Some(sd),
         }
+    }
+
+    /// Returns the value of a line as it was recorded under the window, without the sensor's mount.
+    pub fn recorded(&self, line: &FrfLine) -> Complex64 {
+        line.value * self.quantity.windowed(self.condition.window_per_s, omega_rad_s(line.frequency_hz))
     }
 
     /// Returns the origin of its noise: that of its first line with noise.

@@ -18,7 +18,7 @@ pub(super) struct Manifest {
     pub response: Option<String>,
     pub excitation: Option<String>,
     pub averages: Option<u32>,
-    /// Time constant τ of an exponential window e^(−t/τ) on the response (s).
+    /// Time constant τ of an exponential window e^(−t/τ) on the response (s); 0: none.
     pub exponential_window_s: Option<f64>,
     /// Natural frequency of the sensor on its mount (Hz), and its damping ratio: both or none.
     pub mount_resonance_hz: Option<f64>,
@@ -97,7 +97,7 @@ pub(super) struct FrfFile {
     pub excitation: Option<String>,
     pub quantity: Option<Quantity>,
     pub averages: Option<u32>,
-    /// Time constant τ of an exponential window e^(−t/τ) on the response (s).
+    /// Time constant τ of an exponential window e^(−t/τ) on the response (s); 0: none.
     pub exponential_window_s: Option<f64>,
     /// Natural frequency of the sensor on its mount (Hz), and its damping ratio: both or none.
     pub mount_resonance_hz: Option<f64>,

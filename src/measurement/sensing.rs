@@ -25,7 +25,13 @@ impl Sensing {
             Some(x) if !(x > 0.0 && x.is_finite()) => Err(format!("{key}: is {x}; write a number above 0, or leave it out")),
             stated => Ok(stated),
         };
-        let window_s = above_0("exponential_window_s", entry.exponential_window_s, manifest.exponential_window_s)?;
+        let window_s = match entry.exponential_window_s.or(manifest.exponential_window_s) {
+            Some(0.0) => None,
+            Some(x) if !(x > 0.0 && x.is_finite()) => {
+                return Err(format!("exponential_window_s: is {x}; write its time constant in s, or 0 for an FRF without a window"));
+            }
+            stated => stated,
+        };
         let natural_hz = above_0("mount_resonance_hz", entry.mount_resonance_hz, manifest.mount_resonance_hz)?;
         let damping_ratio = above_0("mount_damping_ratio", entry.mount_damping_ratio, manifest.mount_damping_ratio)?;
         if natural_hz.is_some() != damping_ratio.is_some() {
@@ -36,18 +42,19 @@ impl Sensing {
 
     /// Returns the factor that removes the mount from a recorded FRF, and under a window makes the receptance that of ω − iσ.
     ///
-    /// # Source  mount: a sensor of mass m on a spring reads 1/(1 − r² + 2iζr) of the motion, r = f/f_mount (ISO 5348). Window: the transform of
-    ///   e^(−σt)·dx/dt is s·X(s) with s = iω + σ.
+    /// # Source  mount: a mass on a spring and a damper on the moving surface, (2ζω_m·s + ω_m²)/(s² + 2ζω_m·s + ω_m²), as the chain fault
+    ///   `mount-resonance`. Window: the transform of e^(−σt)·dx/dt is s·X(s) with s = iω + σ.
     pub fn correction(&self, quantity: Quantity, frequency_hz: f64) -> Complex64 {
         if !(frequency_hz > 0.0) {
             return Complex64::ONE;
         }
+        let s = Complex64::new(self.window_per_s, omega_rad_s(frequency_hz));
         let mount = self.mount.map_or(Complex64::ONE, |(natural_hz, damping_ratio)| {
-            let ratio = frequency_hz / natural_hz;
-            Complex64::new(1.0 - ratio * ratio, 2.0 * damping_ratio * ratio)
+            let ratio = s / omega_rad_s(natural_hz);
+            let carried = 1.0 + 2.0 * damping_ratio * ratio;
+            (carried + ratio * ratio) / carried
         });
-        let derivative = Complex64::new(1.0, -self.window_per_s / omega_rad_s(frequency_hz));
-        mount / derivative.powi(quantity.power())
+        mount / quantity.windowed(self.window_per_s, omega_rad_s(frequency_hz))
     }
 }
 
@@ -68,14 +75,15 @@ mod tests {
         let expected = |mount, window_per_s| Ok(Sensing { mount, window_per_s });
         assert_eq!(of("", ""), expected(None, 0.0));
         assert_eq!(of(set, ""), expected(Some((3000.0, 0.02)), 2.0));
+        assert_eq!(of(set, "exponential_window_s = 0"), expected(Some((3000.0, 0.02)), 0.0));
         assert_eq!(of(set, "exponential_window_s = 0.25\nmount_resonance_hz = 2000"), expected(Some((2000.0, 0.02)), 4.0));
     }
 
     #[test]
     fn refuse_numbers_that_are_no_window_and_no_mount() {
         for (set, said) in [
-            ("exponential_window_s = 0", "exponential_window_s: is 0; write a number above 0"),
-            ("exponential_window_s = -1", "exponential_window_s: is -1; write"),
+            ("exponential_window_s = -1", "exponential_window_s: is -1; write its time constant"),
+            ("exponential_window_s = inf", "or 0 for an FRF without a window"),
             ("mount_resonance_hz = inf\nmount_damping_ratio = 0.1", "mount_resonance_hz: is inf; write"),
             ("mount_resonance_hz = 900", "only one of mount_resonance_hz and mount_damping_ratio"),
             ("mount_damping_ratio = 0.1", "write both, or neither"),
@@ -85,17 +93,19 @@ mod tests {
         }
     }
 
-    /// A free mass under a sensor on its mount, recorded with a window: acceleration s²·X of X = F/(m·s²), s = iω + σ, times the sensor's magnification.
+    /// A free mass under a sensor on its mount, recorded with a window: the accelerometer's mass z on spring and damper follows the surface x,
+    /// z̈ = ω_m²·(x − z) + 2ζω_m·(ẋ − ż), and reads its acceleration s²·Z at s = iω + σ; the surface moves by X = F/(m·s²).
     #[test]
-    fn limit_the_corrected_accelerance_of_a_mass_is_that_of_its_receptance() {
+    fn limit_the_corrected_accelerance_of_a_mass_is_its_receptance() {
         let sensing = Sensing { mount: Some((500.0, 0.05)), window_per_s: 3.0 };
-        let (mass, frequency_hz) = (12.0, 80.0);
+        let (mass, frequency_hz, natural) = (12.0, 80.0, omega_rad_s(500.0));
         let s = Complex64::new(3.0, omega_rad_s(frequency_hz));
-        let ratio = frequency_hz / 500.0;
-        let recorded = 1.0 / mass / Complex64::new(1.0 - ratio * ratio, 0.1 * ratio);
+        let surface = 1.0 / (mass * s * s);
+        let [inertia, tie] = [s * s, natural * natural + 2.0 * 0.05 * natural * s];
+        let recorded = s * s * surface * tie / (inertia + tie);
         let corrected = recorded * sensing.correction(Quantity::Accelerance, frequency_hz);
         let receptance = corrected / Quantity::Accelerance.from_receptance(omega_rad_s(frequency_hz));
-        assert!((receptance * mass * s * s - 1.0).norm() < 1e-12);
+        assert!((receptance / surface - 1.0).norm() < 1e-12);
         assert_eq!(sensing.correction(Quantity::Accelerance, 0.0), Complex64::ONE);
     }
 }

@@ -34,6 +34,7 @@ impl Rigid {
                 tie(&joint.on);
             }
         }
+        machine.shafts.iter().filter_map(|shaft| shaft.bending.as_ref()).for_each(|bending| tie(&[(bending.point, 1.0)]));
         for shaft in &machine.shafts {
             for pair in shaft.stations.windows(2) {
                 for (a, b) in [(pair[0].axial, pair[1].axial), (pair[0].torsion, pair[1].torsion)] {

@@ -60,7 +60,7 @@ impl AssembledModel {
             }
             for (beam, beam_shape) in self.beams.iter().zip(&self.structure.beams).filter(|(_, s)| s.shaft == at) {
                 let at = Reals::splat(omega_rad_s);
-                let potential = beam.undamped_each(at).0.to_array()[0] - 0.5 * omega_rad_s * beam.frequency_slopes_each(at).lanes()[0].re;
+                let potential = (beam.undamped_each(at).0 - beam.undamped_slopes_each(at) * at * Reals::splat(0.5)).to_array()[0];
                 energy += potential * shape[beam_shape.coordinate].powi(2);
             }
             rows.push(EnergyShare { name: shaft.name.clone(), deformation: None, share: energy });

@@ -19,6 +19,12 @@ pub(super) struct JointNumbers {
     pub lead_growth: f64,
 }
 
+/// Computes x/s for each frequency, with one division where s = iω.
+#[inline]
+pub(super) fn over_each(x: f64, s: Complexes) -> Complexes {
+    if s.re.simd_eq(Reals::ZERO).all() { Complexes::new(Reals::ZERO, -Reals::splat(x) / s.im) } else { s.inverse() * x }
+}
+
 impl JointNumbers {
     /// Whether the joint has dynamics in addition to spring, viscous damper and loss, which are summed over all joints.
     pub(super) fn has_extra_dynamics(&self) -> bool {
@@ -34,7 +40,7 @@ impl JointNumbers {
     /// Computes the complex stiffness of a damper s·c in series with its relaxation spring.
     #[inline]
     pub(super) fn damper_each(&self, relaxation_stiffness: f64, s: Complexes) -> Complexes {
-        self.relaxation_share_each(relaxation_stiffness, s) * s * self.damping
+        self.relaxation_share_each(relaxation_stiffness, s) * (s * self.damping)
     }
 
     /// Multiplies a product by the derivative of the complex stiffness with s·c. The derivative is 1 for a plain damper, smaller in series with a
@@ -53,7 +59,7 @@ impl JointNumbers {
     /// Computes the integral action k·ω_i/s.
     #[inline]
     pub(super) fn integral_each(&self, s: Complexes) -> Complexes {
-        s.inverse() * (self.stiffness * self.integral_rate)
+        over_each(self.stiffness * self.integral_rate, s)
     }
 
     /// Computes [`JointNumbers::dynamic`] for each frequency, with s = iω or iω + σ.

@@ -28,9 +28,9 @@ pub struct Matrices {
 
 /// Computes the matrices of a machine, each rod a chain of `lumps` springs with half of each spring's mass at its ends.
 ///
-/// Loss factors cannot be represented in the matrices and are omitted.
+/// Loss factors cannot be represented in the matrices and are omitted. A shaft that bends has its static stiffness, without modes of its own.
 ///
-/// # Errors  a shaft bends; a joint has a relaxing damper or integral action, which a damping matrix cannot represent; the machine has no point that moves.
+/// # Errors  a joint has a relaxing damper or integral action, which a damping matrix cannot represent; the machine has no point that moves.
 pub fn matrices(machine: &Machine, parameters: &[f64], operating: &Operating, lumps: usize) -> Result<Matrices, ModelError> {
     if let Some(joint) = machine.joints.iter().find(|j| j.relaxation_stiffness.is_some()) {
         return Err(ModelError::Point {
@@ -42,12 +42,6 @@ pub fn matrices(machine: &Machine, parameters: &[f64], operating: &Operating, lu
         return Err(ModelError::Point {
             name: joint.name.clone(),
             fault: "has integral action, which a damping matrix cannot represent; leave integral_rate out, and describe the loops under [drive]",
-        });
-    }
-    if let Some(shaft) = machine.shafts.iter().find(|shaft| shaft.bending.is_some()) {
-        return Err(ModelError::Point {
-            name: shaft.name.clone(),
-            fault: "bends laterally, which these matrices cannot represent; leave its bending (the effect screw-bending) out",
         });
     }
     let moving = machine.points.iter().position(|p| !p.fixed);
@@ -72,6 +66,9 @@ pub fn matrices(machine: &Machine, parameters: &[f64], operating: &Operating, lu
                 damping[(i, j)] += a * b * joint.damping;
             }
         }
+    }
+    for (beam, shape) in model.beams.iter().zip(&structure.beams) {
+        stiffness[(shape.coordinate, shape.coordinate)] += beam.static_stiffness();
     }
     for (at, (rod, shape)) in model.rods.iter().zip(&structure.rods).enumerate() {
         let first = points + at * (elements - 1);

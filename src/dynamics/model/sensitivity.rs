@@ -14,7 +14,7 @@
 use super::assembled_model::AssembledModel;
 use super::beam::BeamNumber;
 use super::frequency_grid::Frequencies;
-use super::joint::JointNumbers;
+use super::joint::{JointNumbers, over_each};
 use super::receptance::ReceptanceEnd;
 use super::rod::{dispersion_each, loss_each};
 use super::simd::{ABREAST, Complexes, Reals};
@@ -337,10 +337,10 @@ impl AssembledModel {
                     return product(joint);
                 }
                 let mut factor = Complexes::real(Reals::ONE) + loss_each(omega, self.dispersion).0 * of.loss_factor;
-                factor += s.inverse() * of.integral_rate;
+                factor += over_each(of.integral_rate, s);
                 product(joint) * factor
             }
-            Element::Integral(joint) => product(joint) * s.inverse() * self.joints[joint].stiffness,
+            Element::Integral(joint) => product(joint) * over_each(self.joints[joint].stiffness, s),
             Element::Loss(joint) => product(joint) * loss_each(omega, self.dispersion).0 * self.joints[joint].stiffness,
             Element::Dispersion(joint) => {
                 let JointNumbers { stiffness, loss_factor, .. } = self.joints[joint];

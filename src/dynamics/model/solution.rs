@@ -67,7 +67,7 @@ impl AssembledModel {
                 let s = self.complex_frequency_each(omega_rad_s[w]);
                 *sum += joint.damper_derivative_each(product, s).times_i() * joint.damping;
                 if joint.integral_rate != 0.0 {
-                    *sum -= (product * joint.integral_each(s) * s.inverse()).times_i();
+                    *sum -= product.times_i() * (joint.integral_each(s).im / omega_rad_s[w]);
                 }
                 if joint.loss_factor != 0.0 {
                     *sum += product * (loss_each(omega_rad_s[w], self.dispersion).1 * Reals::splat(joint.stiffness * joint.loss_factor));

@@ -155,8 +155,7 @@ impl<'m> FrfObjective<'m> {
             let record = FrfRecord { nut, group, ..record(frf, index, operating, structure, settings)? };
             if excitation == Excitation::Command {
                 if operating.window_per_s != 0.0 {
-                    let fault =
-                        "states an exponential window, which suits the decay after a blow, not the response to a command; leave it out";
+                    let fault = "states an exponential window, which suits the decay after a blow, not the response to a command; write exponential_window_s = 0 in its [[frf]]";
                     return Err(ObjectiveError::Data(format!("{}: {fault}", frf.source)));
                 }
                 ClosedLoop::check(machine, &frf.source, record.frequencies_hz().last().copied().unwrap_or(0.0))?;

@@ -58,6 +58,8 @@ fn split_off(machine: &mut Machine, index: usize, right: bool, at_m: f64, thinne
     let mut journal = shaft;
     journal.diameter.modifiers.push(thinner);
     journal.journal_of = Some(std::mem::replace(&mut journal.name, name));
+    // The shaft bends as a whole, over its own stations and those of its journals.
+    journal.bending = None;
     journal.stations = if right { vec![junction, end] } else { vec![end, junction] };
     let stations = &mut machine.shafts[index].stations;
     let place = if right { stations.len() - 1 } else { 0 };

@@ -160,6 +160,11 @@ impl Effect {
             EffectKind::TableRocking => {
                 put("pitch_hz", self.rocking_numbers(machine.table_mass_kg).pitch_hz);
             }
+            EffectKind::ScrewBending => {
+                let (misalignment_rad, eccentricity_m) = self.bending_numbers(machine.screw.diameter_m);
+                put("misalignment_rad", misalignment_rad);
+                put("eccentricity_m", eccentricity_m);
+            }
             EffectKind::TableRelaxation => {
                 put("stiffness_n_per_m", self.relaxing_stiffness(machine.table_mass_kg));
                 put("corner_hz", self.log_scaled(1, 8.0, 40.0));

@@ -154,15 +154,15 @@ fn null_row(null: &NullDistribution) -> Option<document::NullRow> {
     })
 }
 
-/// Says why a fitted effect stands for another one: a loss factor ends at its border, or a relaxation has its corner outside the band (Hz) of the data.
-fn shadow_of_another(hypothesis: &Hypothesis, fitted: &Fitted, band_hz: Option<Range>) -> Option<String> {
+/// Says why a fitted effect may stand for another one: a loss factor ends at its border, or a relaxation has its corner outside the band (Hz) of the data.
+fn doubt_about(hypothesis: &Hypothesis, fitted: &Fitted, band_hz: Option<Range>) -> Option<String> {
     if let Some(parameter) = largest_loss_factor(hypothesis, fitted) {
         let id = &parameter.id;
         return Some(format!("{id} ends at the largest value of its range: the effect takes up a change that another one makes"));
     }
     let (from_hz, to_hz) = band_hz.filter(|band_hz| !relaxes_within(hypothesis, fitted, *band_hz))?;
     Some(format!(
-        "its corner frequency is outside the band, {from_hz:.4} to {to_hz:.0} Hz: in the band it is a spring or a damper, another effect"
+        "its corner frequency is outside the band, {from_hz:.1} to {to_hz:.0} Hz, where it is hardly different from a spring or a damper"
     ))
 }
 
@@ -179,7 +179,7 @@ fn list_effects(
         .map(|t| {
             let (status, why) = status_words(&t.candidate.status);
             let fitted = t.candidate.fitted.as_ref();
-            let why = why.or_else(|| fitted.and_then(|(hypothesis, fitted)| shadow_of_another(hypothesis, fitted, band_hz)));
+            let why = why.or_else(|| fitted.and_then(|(hypothesis, fitted)| doubt_about(hypothesis, fitted, band_hz)));
             let is_selected = names_effect(&found.verdict, &t.candidate.id);
             let own: Vec<(&Parameter, f64)> = fitted.map_or_else(Vec::new, |(hypothesis, fitted)| {
                 let values = values_of(hypothesis, fitted);
