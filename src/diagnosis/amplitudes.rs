@@ -6,11 +6,13 @@ use numeric::halton::halton_point;
 
 /// Loss factor of trials (1), wide enough to miss no resonance between two of them.
 const WIDE_LOSS_FACTOR: f64 = 0.1;
+/// Largest number of parameters that all vary together.
+const FEW: usize = 4;
 /// Number of trial values of a single parameter.
 const SINGLE_COUNT: usize = 25;
 
-/// Returns trial coordinates of the added parameters: their start, and a grid over the unit cube (Halton's sequence). Loss factors beside other
-/// parameters keep one value.
+/// Returns trial coordinates of the added parameters: their start, and a grid over the unit cube (Halton's sequence). Loss factors beside many
+/// other parameters keep one value.
 pub fn amplitudes(hypothesis: &Hypothesis) -> Vec<Vec<f64>> {
     let described: Vec<_> = hypothesis.added.iter().map(|i| &hypothesis.machine.parameters[*i]).collect();
     if described.is_empty() {
@@ -20,7 +22,7 @@ pub fn amplitudes(hypothesis: &Hypothesis) -> Vec<Vec<f64>> {
     if let Some(resonances) = resonances(&described) {
         return std::iter::once(start).chain(resonances).collect();
     }
-    let is_varied = |p: &&Parameter| p.mechanism != Mechanism::LossFactor;
+    let is_varied = |p: &&Parameter| described.len() <= FEW || p.mechanism != Mechanism::LossFactor;
     let varied = described.iter().filter(|p| is_varied(p)).count();
     if varied == 0 {
         return std::iter::once(start).chain((1..=SINGLE_COUNT).map(|index| halton_point(index, described.len()))).collect();
