@@ -8,8 +8,6 @@ use numeric::halton::halton_point;
 const WIDE_LOSS_FACTOR: f64 = 0.1;
 /// Largest number of parameters that all vary together.
 const FEW: usize = 4;
-/// Number of trial values of a single parameter.
-const SINGLE_COUNT: usize = 25;
 
 /// Returns trial coordinates of the added parameters: their start, and a grid over the unit cube (Halton's sequence). Loss factors beside many
 /// other parameters keep one value.
@@ -22,22 +20,20 @@ pub fn amplitudes(hypothesis: &Hypothesis) -> Vec<Vec<f64>> {
     if let Some(resonances) = resonances(&described) {
         return std::iter::once(start).chain(resonances).collect();
     }
-    let is_varied = |p: &&Parameter| described.len() <= FEW || p.mechanism != Mechanism::LossFactor;
-    let varied = described.iter().filter(|p| is_varied(p)).count();
-    if varied == 0 {
-        return std::iter::once(start).chain((1..=SINGLE_COUNT).map(|index| halton_point(index, described.len()))).collect();
-    }
+    let is_loss = |p: &Parameter| p.mechanism == Mechanism::LossFactor;
+    let losses = described.iter().filter(|p| is_loss(p)).count();
+    let holds_losses = described.len() > FEW && losses < described.len();
+    let varied = described.len() - if holds_losses { losses } else { 0 };
     let count = match varied {
-        1 => SINGLE_COUNT,
+        1 => 25,
         2 => 20,
         3 | 4 => 40,
         _ => 200,
     };
     let grid = (1..=count).map(|index| {
         let mut along = halton_point(index, varied).into_iter();
-        let coordinate =
-            |p: &&Parameter| if is_varied(p) { along.next().unwrap_or(0.5) } else { p.to_unit(WIDE_LOSS_FACTOR).clamp(0.0, 1.0) };
-        described.iter().map(coordinate).collect()
+        let held = |p: &Parameter| (holds_losses && is_loss(p)).then(|| p.to_unit(WIDE_LOSS_FACTOR).clamp(0.0, 1.0));
+        described.iter().filter_map(|p| held(p).or_else(|| along.next())).collect()
     });
     std::iter::once(start).chain(grid).collect()
 }

@@ -1,6 +1,6 @@
 //! Lateral bending of a shaft that is loaded off its axis at the nut.
 
-use super::rod::loss_each;
+use super::rod::modulus_each;
 use super::simd::{Complexes, LANES, Reals};
 
 /// The dynamic stiffness of a uniform beam on two bearings as the nut between them feels it: at the displacement q = a·y + e·θ that deflection y and
@@ -78,10 +78,6 @@ struct Span {
 }
 
 impl Beam {
-    fn material_each(&self, omega_rad_s: Reals) -> Complexes {
-        Complexes::real(Reals::ONE) + loss_each(omega_rad_s, self.dispersion).0 * self.loss_factor
-    }
-
     /// Returns ω − iσ.
     fn complex_each(&self, omega_rad_s: Reals) -> Complexes {
         Complexes::new(omega_rad_s, Reals::splat(-self.window_per_s))
@@ -139,7 +135,7 @@ impl Beam {
     }
 
     /// Returns D, and the determinant of the entries.
-    fn felt(&self, [y, theta, both]: [Complexes; 3]) -> (Complexes, Complexes) {
+    fn condensed(&self, [y, theta, both]: [Complexes; 3]) -> (Complexes, Complexes) {
         let [a, e] = self.arms;
         let determinant = y * theta - both * both;
         let spread = theta * (a * a) - both * (2.0 * a * e) + y * (e * e);
@@ -148,8 +144,8 @@ impl Beam {
 
     /// Computes D for each frequency.
     pub fn damped_each(&self, omega_rad_s: Reals) -> Complexes {
-        let material = self.material_each(omega_rad_s);
-        self.felt(self.joined(&self.spans(self.complex_each(omega_rad_s), material), material)).0
+        let material = modulus_each(omega_rad_s, self.loss_factor, self.dispersion);
+        self.condensed(self.joined(&self.spans(self.complex_each(omega_rad_s), material), material)).0
     }
 
     /// Computes D without loss, and the number of modes below each frequency with q held.
@@ -159,7 +155,7 @@ impl Beam {
         let material = Complexes::real(Reals::ONE);
         let spans = self.spans(Complexes::real(omega_rad_s), material);
         let entries = self.joined(&spans, material);
-        let (felt, determinant) = self.felt(entries);
+        let (condensed, determinant) = self.condensed(entries);
         let negative = |x: Reals| x.to_array().map(|x| f64::from(u8::from(x < 0.0)));
         let clamped = spans.each_ref().map(|span| {
             let (alpha, denominator) = (span.alpha.re.to_array(), span.denominator.re.to_array());
@@ -170,10 +166,10 @@ impl Beam {
             })
         });
         let pivots = [spans[0].pivot.re, spans[1].pivot.re, entries[0].re, determinant.re * entries[0].re].map(negative);
-        let held = negative(felt.re);
+        let held = negative(condensed.re);
         let count =
             std::array::from_fn(|lane| clamped[0][lane] + clamped[1][lane] + pivots.iter().map(|p| p[lane]).sum::<f64>() - held[lane]);
-        (felt.re, Reals::from(count))
+        (condensed.re, Reals::from(count))
     }
 
     /// Computes the derivative of D with one of the numbers, for each frequency.
@@ -230,12 +226,12 @@ impl Beam {
 
     /// Computes a factor with zeros where D has poles: where the beam resonates with q held.
     pub fn poles_each(&self, omega_rad_s: Reals) -> Complexes {
-        let material = self.material_each(omega_rad_s);
+        let material = modulus_each(omega_rad_s, self.loss_factor, self.dispersion);
         let spans = self.spans(self.complex_each(omega_rad_s), material);
-        let (felt, determinant) = self.felt(self.joined(&spans, material));
+        let (condensed, determinant) = self.condensed(self.joined(&spans, material));
         let unit = self.length / self.rigidity;
         let free = spans.iter().fold(determinant * (unit * unit), |product, span| product * (span.pivot * span.denominator * unit));
-        free * felt.inverse()
+        free * condensed.inverse()
     }
 }
 

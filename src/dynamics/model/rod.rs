@@ -78,6 +78,12 @@ pub(super) fn loss_each(omega_rad_s: Reals, dispersion: f64) -> (Complexes, Real
     (Complexes::new(dispersion_each(omega_rad_s) * Reals::splat(dispersion), Reals::ONE), slope)
 }
 
+/// Computes the relative complex modulus 1 + η·(i + s·2/π·ln(ω/ω₀)) for each frequency.
+#[inline]
+pub(super) fn modulus_each(omega_rad_s: Reals, loss_factor: f64, dispersion: f64) -> Complexes {
+    Complexes::real(Reals::ONE) + loss_each(omega_rad_s, dispersion).0 * loss_factor
+}
+
 /// Largest number of elements of a chain that the Chebyshev recurrence evaluates, and the largest φ/(2n) for it (the chain's cut-off is at 1).
 const SHORT_CHAIN: usize = 4;
 const MAX_HALF_STEP: f64 = 1e3;
@@ -112,8 +118,7 @@ impl Rod {
     /// Computes [`Rod::material`] for each frequency.
     #[inline]
     fn material_each(&self, omega_rad_s: Reals) -> Material {
-        let value = Complexes::real(Reals::ONE) + loss_each(omega_rad_s, self.dispersion).0 * self.loss_factor;
-        let mut root = value.sqrt();
+        let mut root = modulus_each(omega_rad_s, self.loss_factor, self.dispersion).sqrt();
         let mut slowness = root.inverse();
         let inverse = slowness * slowness;
         if self.window_per_s != 0.0 {

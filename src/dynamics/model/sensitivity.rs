@@ -16,7 +16,7 @@ use super::beam::BeamNumber;
 use super::frequency_grid::Frequencies;
 use super::joint::{JointNumbers, over_each};
 use super::receptance::ReceptanceEnd;
-use super::rod::{dispersion_each, loss_each};
+use super::rod::{dispersion_each, loss_each, modulus_each};
 use super::simd::{ABREAST, Complexes, Reals};
 use super::solution::Solution;
 use super::workspace::Workspace;
@@ -80,6 +80,17 @@ impl AtRod {
 pub struct Sensitivity {
     /// Element, column, d(element)/d(parameter of the column); entries of one element are contiguous.
     entries: Vec<(Element, usize, f64)>,
+}
+
+/// Computes d ln(1 − b^power)/db of a bore ratio b: 2 for the area of a section, 4 for its second moments.
+fn section_by_bore(bore: f64, power: i32) -> f64 {
+    -f64::from(power) * bore.powi(power - 1) / (1.0 - bore.powi(power))
+}
+
+/// Computes the derivative of the true nut position with the stated one, of which it is a linear function.
+fn true_by_stated(nut_position: &machine::Value, parameters: &[f64], operating: &Operating) -> f64 {
+    let at = |nut_m: f64| nut_position.at(parameters, &Operating { nut_m: Some(nut_m), ..*operating });
+    at(1.0) - at(0.0)
 }
 
 impl AssembledModel {
@@ -181,7 +192,7 @@ impl AssembledModel {
             with(&shaft.length, -share, share);
         }
         let (bore, power) = (shaft.bore_ratio.at(parameters, operating), if rod_shape.torsional { 4 } else { 2 });
-        let by_bore = -f64::from(power) * bore.powi(power - 1) / (1.0 - bore.powi(power));
+        let by_bore = section_by_bore(bore, power);
         shaft.bore_ratio.gradient(parameters, operating, |p, d| {
             if let Some(c) = column[p] {
                 push(c, by_bore * k * d, 0.0);
@@ -196,9 +207,7 @@ impl AssembledModel {
             }
         });
         if let Some(nut) = nut.filter(|_| moves) {
-            // The true position is a linear function of the stated one.
-            let at = |nut_m: f64| shaft.nut_position.at(parameters, &Operating { nut_m: Some(nut_m), ..*operating });
-            let share = share * (at(1.0) - at(0.0));
+            let share = share * true_by_stated(&shaft.nut_position, parameters, operating);
             push(nut, -k * share, t * share);
         }
         let nut_offset = |p| if let machine::StationPlace::NearNut(offset_m) = p { offset_m } else { 0.0 };
@@ -235,10 +244,10 @@ impl AssembledModel {
         let (diameter, bore) = (at(&shaft.diameter), at(&shaft.bore_ratio));
         push(BeamNumber::Rigidity, &shaft.youngs_modulus, beam.rigidity / at(&shaft.youngs_modulus));
         push(BeamNumber::Rigidity, &shaft.diameter, 4.0 * beam.rigidity / diameter);
-        push(BeamNumber::Rigidity, &shaft.bore_ratio, -4.0 * bore.powi(3) * beam.rigidity / (1.0 - bore.powi(4)));
+        push(BeamNumber::Rigidity, &shaft.bore_ratio, section_by_bore(bore, 4) * beam.rigidity);
         push(BeamNumber::MassPerLength, &shaft.density, beam.mass_per_length / at(&shaft.density));
         push(BeamNumber::MassPerLength, &shaft.diameter, 2.0 * beam.mass_per_length / diameter);
-        push(BeamNumber::MassPerLength, &shaft.bore_ratio, -2.0 * bore * beam.mass_per_length / (1.0 - bore.powi(2)));
+        push(BeamNumber::MassPerLength, &shaft.bore_ratio, section_by_bore(bore, 2) * beam.mass_per_length);
         push(BeamNumber::Length, &shaft.length, 1.0);
         push(BeamNumber::LeftClamping, &bending.clamping[0], 1.0);
         push(BeamNumber::RightClamping, &bending.clamping[1], 1.0);
@@ -250,8 +259,8 @@ impl AssembledModel {
         if shaft.nut_moves(parameters, operating) {
             push(BeamNumber::Nut, &shaft.nut_position, 1.0);
             if let Some(nut) = nut {
-                let at = |nut_m: f64| shaft.nut_position.at(parameters, &Operating { nut_m: Some(nut_m), ..*operating });
-                entries.push((Element::Beam(index, BeamNumber::Nut), nut, at(1.0) - at(0.0)));
+                let by_stated = true_by_stated(&shaft.nut_position, parameters, operating);
+                entries.push((Element::Beam(index, BeamNumber::Nut), nut, by_stated));
             }
         }
     }
@@ -327,16 +336,13 @@ impl AssembledModel {
             of.deformation(of.at_response, on, w) * of.deformation(of.at_excitation, on, w)
         };
         match element {
-            Element::Inertia(at) => {
-                let at = at * of.omega_rad_s.len() + w;
-                of.at_response[at] * of.at_excitation[at] * (s * s)
-            }
+            Element::Inertia(at) => of.product(at, w) * (s * s),
             Element::Stiffness(joint) => {
                 let of = &self.joints[joint];
                 if of.loss_factor == 0.0 && of.integral_rate == 0.0 {
                     return product(joint);
                 }
-                let mut factor = Complexes::real(Reals::ONE) + loss_each(omega, self.dispersion).0 * of.loss_factor;
+                let mut factor = modulus_each(omega, of.loss_factor, self.dispersion);
                 factor += over_each(of.integral_rate, s);
                 product(joint) * factor
             }
