@@ -31,7 +31,7 @@ fn with_wrong(text: &str, key: &str, factor: f64) -> String {
 #[ignore = "long"]
 fn recover_wrong_data_of_the_machine() {
     let (mut right, mut wrong, mut all) = (0, 0, 0);
-    for number in 0..draws(2, 12) as usize {
+    for number in 0..draws(1, 12) as usize {
         let simulated = ordinary(90_417, number).unwrap();
         let folder = tempfile::tempdir().unwrap();
         write_case(folder.path(), &simulated.case).unwrap();

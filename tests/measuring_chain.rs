@@ -95,7 +95,8 @@ fn recover_faults_on_drawn_machines() {
         let set = read_set(&folder.path().display().to_string()).unwrap();
         let (_, faults, _) = verdict(&machine, set.clone());
         (claimed, sound) = (claimed + usize::from(!faults.is_empty()), sound + 1);
-        for (id, spoil) in SPOILT {
+        // Without a study every third fault: some of all records and some of one.
+        for (id, spoil) in SPOILT.into_iter().step_by(draws(3, 1) as usize) {
             let mut other = set.clone();
             let record = id.split_once('@').map(|(_, record)| record);
             let concerns = |position: Option<usize>| record.is_none_or(|name| position.is_some_and(|p| set.positions[p].name == name));
@@ -115,7 +116,7 @@ fn recover_faults_on_drawn_machines() {
     recover_records_without_data_of_their_own();
     let interval = |part: usize, whole: usize| clopper_pearson(part, whole, 0.95).unwrap();
     println!("{right} of {all} faults named ({:.2?}); claimed on {claimed} of {sound} sound sets", interval(right, all));
-    assert!(interval(right, all)[1] >= 0.95 && claimed == 0);
+    assert!(20 * (all - right) <= all && claimed == 0);
 }
 
 /// Faults of all records of the rotor, on a machine of which nothing is missing: each is named with its channel.
