@@ -178,6 +178,8 @@ pub struct EffectFile {
     /// Whether most machines show a little of it in motion, so that stronger evidence is required to name it.
     #[serde(default, alias = "ordinary")]
     common: bool,
+    /// The effect that it describes in more detail: a verdict names that effect alone.
+    refines: Option<String>,
     #[serde(default)]
     needs: Vec<String>,
     /// Location to report where it is not the first part that the effect changes.
@@ -351,6 +353,7 @@ impl EffectFile {
             confusable_with: self.confusable_with,
             confusable_with_slow: self.confusable_with_slow,
             common: self.common,
+            refines: self.refines,
             needs: self.needs,
             at: self.at,
             data: self.data,

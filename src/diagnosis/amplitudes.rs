@@ -1,6 +1,5 @@
 //! Trial amplitudes of the parameters that a hypothesis adds.
 
-use super::hypothesis::Hypothesis;
 use machine::{Mechanism, Parameter};
 use numeric::halton::halton_point;
 
@@ -9,15 +8,14 @@ const WIDE_LOSS_FACTOR: f64 = 0.1;
 /// Largest number of parameters that all vary together.
 const FEW: usize = 4;
 
-/// Returns trial coordinates of the added parameters: their start, and a grid over the unit cube (Halton's sequence). Loss factors beside many
+/// Returns trial coordinates of added parameters: their start, and a grid over the unit cube (Halton's sequence). Loss factors beside many
 /// other parameters keep one value.
-pub fn amplitudes(hypothesis: &Hypothesis) -> Vec<Vec<f64>> {
-    let described: Vec<_> = hypothesis.added.iter().map(|i| &hypothesis.machine.parameters[*i]).collect();
+pub fn amplitudes(described: &[&Parameter]) -> Vec<Vec<f64>> {
     if described.is_empty() {
         return vec![Vec::new()];
     }
     let start: Vec<f64> = described.iter().map(|p| p.to_unit(p.start)).collect();
-    if let Some(resonances) = resonances(&described) {
+    if let Some(resonances) = resonances(described) {
         return std::iter::once(start).chain(resonances).collect();
     }
     let is_loss = |p: &Parameter| p.mechanism == Mechanism::LossFactor;
@@ -42,6 +40,8 @@ pub fn amplitudes(hypothesis: &Hypothesis) -> Vec<Vec<f64>> {
 const RESONANCES_HZ: (f64, f64, u32) = (8.0, 1600.0, 26);
 /// Coordinates of a mass in its range for trial resonances.
 const SHARES: [f64; 3] = [0.3, 0.6, 0.85];
+/// Loss factor of trial resonances (1), twice the damping ratio.
+const LOSS: f64 = 0.06;
 /// Trial values of pairs of dimensionless parameters: lever arms of reading and of strike, on either side.
 const ARMS: [[f64; 2]; 5] = [[0.0, 0.0], [1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
 
@@ -57,7 +57,10 @@ fn resonances(described: &[&Parameter]) -> Option<Vec<Vec<f64>>> {
     let start: Vec<f64> = described.iter().map(|p| p.to_unit(p.start)).collect();
     let frequencies = (0..count).map(|at| low * (high / low).powf(f64::from(at) / f64::from(count - 1)));
     let tried = frequencies.flat_map(|hz| SHARES.map(|share| (hz, share)));
-    let dimensionless = that(Mechanism::is_dimensionless);
+    // Numbers without a unit are loss factors and lever arms.
+    let losses = that(|m| m == Mechanism::LossFactor);
+    let arms = that(|m| m.is_dimensionless() && m != Mechanism::LossFactor);
+    let are_all = masses.len() + springs.len() + dampers.len() + losses.len() + arms.len() == described.len();
     let resonant = |mass: usize, spring: usize, (hz, share): (f64, f64)| {
         let (m, omega) = (described[mass].from_unit(share), std::f64::consts::TAU * hz);
         let mut place = start.clone();
@@ -65,21 +68,17 @@ fn resonances(described: &[&Parameter]) -> Option<Vec<Vec<f64>>> {
         place[spring] = clamped(spring, m * omega * omega);
         (place, m * omega)
     };
-    match (masses.as_slice(), springs.as_slice(), dampers.as_slice()) {
-        (&[mass], &[spring], &[damper]) if described.len() == 3 + dimensionless.len() && [0, 2].contains(&dimensionless.len()) => {
-            let arms = if dimensionless.is_empty() { &ARMS[..1] } else { &ARMS };
-            let place = |(resonance, arms): ((f64, f64), [f64; 2])| {
-                let (mut place, impedance) = resonant(mass, spring, resonance);
-                place[damper] = clamped(damper, 2.0 * 0.03 * impedance);
-                dimensionless.iter().zip(arms).for_each(|(at, arm)| place[*at] = clamped(*at, arm));
-                place
-            };
-            Some(tried.flat_map(|resonance| arms.iter().map(move |some| (resonance, *some))).map(place).collect())
-        }
-        // A mass on a spring with a loss factor, which keeps its start.
-        (&[mass], &[spring], []) if described.len() == 3 && dimensionless.len() == 1 => {
-            Some(tried.map(|resonance| resonant(mass, spring, resonance).0).collect())
-        }
-        _ => None,
+    let (&[mass], &[spring], true) = (masses.as_slice(), springs.as_slice(), are_all && [0, 2].contains(&arms.len())) else { return None };
+    if dampers.len() + losses.len() != 1 {
+        return None;
     }
+    let sides = if arms.is_empty() { &ARMS[..1] } else { &ARMS };
+    let place = |(resonance, sides): ((f64, f64), [f64; 2])| {
+        let (mut place, impedance) = resonant(mass, spring, resonance);
+        dampers.iter().for_each(|damper| place[*damper] = clamped(*damper, LOSS * impedance));
+        losses.iter().for_each(|loss| place[*loss] = clamped(*loss, LOSS));
+        arms.iter().zip(sides).for_each(|(at, arm)| place[*at] = clamped(*at, arm));
+        place
+    };
+    Some(tried.flat_map(|resonance| sides.iter().map(move |some| (resonance, *some))).map(place).collect())
 }

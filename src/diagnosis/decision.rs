@@ -7,15 +7,16 @@ use super::cross_validation::cross_validation;
 use super::data_fault::{Contradiction, Fault, chain_fault, contradiction, fault, fault_of_records, held_out_fault};
 use super::evidence::{Domain, PartialGap, closed};
 use super::fit::{Ablation, Fitted, Fitter, values_of};
+use super::further::{DecisionInputs, LEAST_STATISTIC, LOCATIONS, beside};
 use super::hypothesis::{Hypothesis, HypothesisKind};
 use super::location::Location;
 use super::measuring_chain::fault_of_all;
 use super::nominal_refit::NominalRefit;
 use super::null_distribution::{LEAST_SCALE, NullDistribution, simulate};
 use super::one_machine::{Mismatch, mismatch};
-use super::parsimony::{GENERIC_PARAMETERS, NamedFit, is_located_only, more_parsimonious};
+use super::parsimony::{GENERIC_PARAMETERS, NamedFit, more_parsimonious};
 use super::ranking::{EQUIVALENT, SHORTFALL, TriedEffect, TriedLocation, indistinguishable, keep_predictive, rank};
-use super::screening::{Candidate, Screening, Status, hypotheses, nominal, nominal_fits};
+use super::screening::{Candidate, hypotheses, nominal, nominal_fits};
 use super::search::{Effort, large_misfit, search};
 use super::thresholds::Thresholds;
 use super::verdict::{NEXT_AT_LOCATION, Verdict, VerdictKind, impedance_of, nothing_fitted, p_value_text, percent_text};
@@ -78,11 +79,8 @@ pub struct DiagnosisSettings {
     pub null: Option<NullDistribution>,
 }
 
-/// Least statistic of a significant effect, and of a significant generic impedance, which has no scale of its own in null simulations.
-const LEAST_STATISTIC: f64 = 2.5;
+/// Least statistic of a significant generic impedance, which has no scale of its own in null simulations.
 const LEAST_GENERIC: f64 = 16.0;
-/// Number of generic impedances that locate a discrepancy.
-const LOCATIONS: usize = 5;
 /// Largest number of global searches for a candidate that explains a large discrepancy.
 const SEARCHES: usize = 4;
 /// Largest number of combined effects.
@@ -142,7 +140,7 @@ pub fn diagnose(
     let effort = Effort { located: (LOCATIONS, GENERIC_PARAMETERS), searches: if is_chain { 0 } else { SEARCHES }, seed: settings.seed };
     let first = bases[0].chi_square;
     // Generic impedances locate the discrepancy. They also show whether an effect of the library fits as well as any impedance can.
-    let (screening, mut located) = search(fitter, start, bases, candidates, effort, control)?;
+    let (mut screening, mut located) = search(fitter, start, bases, candidates, effort, control)?;
     let unknowns = fitter.objective(&screening.nominal)?.unknowns(&screening.nominal);
     let fitted: Vec<(&Hypothesis, &Fitted)> = screening.candidates.iter().filter_map(|c| c.fitted.as_ref().map(|(h, f)| (h, f))).collect();
     control.begin("3/6 null simulations");
@@ -153,6 +151,18 @@ pub fn diagnose(
     };
     control.begin("4/6 cross-validation");
     let mut tried = rank(&screening, &null, count);
+    // Where the best candidate leaves much, the search for what is missing beside it may find a deeper minimum of itself.
+    let mut next = None;
+    let much = |t: &&TriedEffect| !is_chain && null.excess(t.candidate.chi_square() / count) > limits.continue_from;
+    if let Some(chosen) = tried.first().filter(much).and_then(|t| t.candidate.fitted.clone()) {
+        let found = beside(fitter, machine, effects, &chosen, settings.seed, control)?;
+        let improved = screening.candidates.iter_mut().find(|c| c.fitted.as_ref().is_some_and(|(hypothesis, _)| *hypothesis == chosen.0));
+        if let Some(candidate) = improved {
+            *candidate = Candidate::of(chosen.0, Ok(found.base.clone()), &screening.base, fitter.band_hz());
+        }
+        tried = rank(&screening, &null, count);
+        next = Some(found);
+    }
     let nominal_loss = cross_validation(fitter, &screening.nominal, &screening.base, control)?;
     let base = screening.base.clone();
     let before = null.excess(base.chi_square / count);
@@ -213,6 +223,7 @@ pub fn diagnose(
         machine,
         effects,
         screening: &screening,
+        beside: next.filter(|found| tried.first().is_some_and(|t| t.candidate.fitted.as_ref().is_some_and(|f| f.0 == found.nominal))),
         tried: &tried,
         null: &null,
         count,
@@ -296,27 +307,6 @@ pub fn diagnose(
     })
 }
 
-struct DecisionInputs<'e, 's> {
-    fitter: &'e Fitter<'s>,
-    limits: Thresholds,
-    machine: &'e Machine,
-    effects: &'e [Effect],
-    screening: &'e Screening,
-    tried: &'e [TriedEffect],
-    null: &'e NullDistribution,
-    count: f64,
-    unknowns: usize,
-    significant: bool,
-    same: &'e [usize],
-    /// Candidates that fit as well but are rejected by cross-validation.
-    rejected: &'e [TriedEffect],
-    located: &'e [Candidate],
-    faulty: Option<Fault>,
-    nominal_loss: f64,
-    seed: u64,
-    control: &'e Control,
-}
-
 fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitted)), ObjectiveError> {
     let DecisionInputs { limits, screening, tried, null, count, same, located, .. } = inputs;
     let nominal = (screening.nominal.clone(), screening.base.clone());
@@ -378,12 +368,22 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     let mut chosen = (hypothesis, fitted);
     let mut names = chosen.0.effects.clone();
     let mut after = null.excess(chosen.1.chi_square / count);
-    // Add effects as long as each explains a significant share of the residual.
+    // Add effects, and what refines them, as long as each explains a significant share of the residual.
+    let mut sought = inputs.beside.clone();
     while after > limits.continue_from && names.len() < MAX_EFFECTS {
-        let Some(more) = next_effect(inputs, &chosen, &names)? else { break };
-        names.push(more.0);
-        chosen = (more.1, more.2);
+        let beside = match sought.take() {
+            Some(sought) => sought,
+            None => beside(inputs.fitter, inputs.machine, inputs.effects, &chosen, inputs.seed, inputs.control)?,
+        };
+        chosen.1 = beside.base.clone();
+        let more = if null.excess(chosen.1.chi_square / count) > limits.continue_from { inputs.further(&chosen, beside)? } else { None };
+        let is_last = more.is_none();
+        chosen = more.unwrap_or(chosen);
+        names = Effect::unrefined(inputs.effects, &chosen.0.effects);
         after = null.excess(chosen.1.chi_square / count);
+        if is_last {
+            break;
+        }
     }
     let released = tried[same[0]].candidate.fitted.as_ref().is_some_and(|f| f.0.kind == HypothesisKind::Release);
     if released {
@@ -403,9 +403,9 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     let least = if after < GENERIC_BETTER * generic_excess { LEAST_REDUCTION.0 } else { LEAST_REDUCTION.1 };
     let little = chosen.1.chi_square > (1.0 - least) * screening.base.chi_square;
     // A named effect must predict left-out positions better than the nominal machine, and not much worse than a better fitting generic impedance.
-    let loss = match names.len() {
-        1 => best.candidate.left_out,
-        _ => cross_validation(inputs.fitter, &chosen.0, &chosen.1, inputs.control).ok(),
+    let loss = match chosen.0.added.len() == best.candidate.fitted.as_ref().map_or(0, |(first, _)| first.added.len()) {
+        true => best.candidate.left_out,
+        false => cross_validation(inputs.fitter, &chosen.0, &chosen.1, inputs.control).ok(),
     };
     let predicts_nothing = |loss: f64| loss > PREDICTION.0 * inputs.nominal_loss;
     let generic_predicts = |loss: f64| {
@@ -449,7 +449,9 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     };
     let rest =
         if after > limits.continue_from { format!("; a misfit {after:.1} times that of null simulations remains") } else { String::new() };
-    let reason = format!("{names} reduces χ² by {gained}{predicted} ({}){others}{rest}", p_value_text(best.p_value));
+    let refined: Vec<&str> = chosen.0.effects.iter().filter(|id| !names.contains(id)).collect();
+    let refined = if refined.is_empty() { String::new() } else { format!(", with {},", refined.join(" and ")) };
+    let reason = format!("{names}{refined} reduces χ² by {gained}{predicted} ({}){others}{rest}", p_value_text(best.p_value));
     let verdict = if alternatives.len() < 2 {
         state(VerdictKind::Effect, vec![names], reason, None)
     } else {
@@ -462,39 +464,4 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
         state(VerdictKind::Ambiguous, alternatives, reason, next)
     };
     Ok((verdict, chosen))
-}
-
-/// Returns id, hypothesis and fit of the effect that explains most of the residual, if significant.
-fn next_effect(
-    inputs: &DecisionInputs<'_, '_>,
-    chosen: &(Hypothesis, Fitted),
-    names: &EffectIds,
-) -> Result<Option<(String, Hypothesis, Fitted)>, ObjectiveError> {
-    let DecisionInputs { fitter, limits, machine, effects, screening, null, count, seed, control, tried, .. } = inputs;
-    let others: Vec<Effect> = effects.iter().filter(|e| !names.contains(&e.id)).cloned().collect();
-    let (apply, _) = hypotheses(fitter, machine, &chosen.0, &others, &[]);
-    // Only the best candidate counts: how often a search found it is not asked.
-    let effort = Effort { located: (0, 0), searches: 1, seed: *seed };
-    let (second, _) = search(fitter, chosen.0.clone(), vec![chosen.1.clone()], (apply, Vec::new()), effort, control)?;
-    let best = second.candidates.into_iter().filter(|c| c.status == Status::Tried).max_by(|a, b| a.gain.total_cmp(&b.gain));
-    let Some((gain, (hypothesis, fitted))) = best.and_then(|c| Some((c.gain, c.fitted?))) else { return Ok(None) };
-    let after = null.excess(fitted.chi_square / count);
-    let last = hypothesis.effects.last().unwrap_or_default().to_string();
-    // An effect without a reduction of its own has no scale in null simulations.
-    let scale = if tried.iter().any(|t| t.candidate.id == last && t.statistic > 0.0) { null.scale(&last) } else { LEAST_SCALE };
-    let statistic = gain / scale / after;
-    let least = if after <= limits.continue_from { limits.next_share.0 } else { limits.next_share.1 };
-    let much = gain >= least * chosen.1.chi_square && gain >= limits.form_error * screening.base.chi_square;
-    if !much || statistic < LEAST_STATISTIC || null.p_value(statistic) >= limits.alpha {
-        return Ok(None);
-    }
-    if limits.calibrated {
-        let own = hypothesis.added.len() - chosen.0.added.len();
-        let effort = Effort { located: (LOCATIONS, own), ..effort };
-        let (_, generic) = search(fitter, chosen.0.clone(), vec![chosen.1.clone()], (Vec::new(), Vec::new()), effort, control)?;
-        if is_located_only(own, fitted.chi_square, &generic, EQUIVALENT * after) {
-            return Ok(None);
-        }
-    }
-    Ok(Some((last, hypothesis, fitted)))
 }

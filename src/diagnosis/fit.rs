@@ -8,7 +8,7 @@ use super::evidence::{Domain, DomainObjective, PartialGap, gaps};
 use super::hypothesis::Hypothesis;
 use identification::objective::{ObjectiveError, operating};
 use identification::{CHI_SQUARE_95, Place, Surroundings, Tail, ToleranceEstimate, mode_search_end, tolerances_at};
-use machine::{OperatingVariable, ParameterValues, UnitValues};
+use machine::{OperatingVariable, Parameter, ParameterValues, UnitValues};
 use measurement::{FitSet, FrfLine, HoldOutSet};
 use numeric::halton::halton_point;
 use optimizer::{Control, least_squares_within};
@@ -196,7 +196,8 @@ impl<'s> Fitter<'s> {
         let coarse = self.coarse(&objective);
         let few = coarse.as_ref().unwrap_or(&objective);
         let without_effect = start_of(hypothesis, &bases[0], &[]);
-        let followed = best_starts((few, coarse.is_some()), hypothesis, bases, FOLLOWED.0 + FOLLOWED.1 * hypothesis.added.len());
+        let most = FOLLOWED.0 + FOLLOWED.1 * sought(hypothesis, &bases[0]).len();
+        let followed = best_starts((few, coarse.is_some()), hypothesis, bases, most);
         let starts = followed.iter().chain(std::iter::once(&without_effect));
         let mut ends: Vec<Fitted> = starts.map(|start| self.descend(few, start, COARSE_STEPS, control)).collect();
         ends.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
@@ -297,13 +298,13 @@ impl<'s> Fitter<'s> {
         }
         let coarse = objective.coarse(self.lines_of_one(MULTISTART_LINES));
         let few = coarse.as_ref().unwrap_or(objective);
-        let described = &hypothesis.machine.parameters;
+        let (described, sought) = (&hypothesis.machine.parameters, sought(hypothesis, base));
         let varied = objective.free().iter().filter(|i| hypothesis.added.contains(i) || !described[**i].is_tolerance());
         let varied: Vec<usize> = varied.copied().collect();
         let start = |index: usize| {
             let mut start = centre.clone();
             for (place, &parameter) in halton_point(index, varied.len()).into_iter().zip(&varied) {
-                let near = index % 2 == 1 && !hypothesis.added.contains(&parameter);
+                let near = index % 2 == 1 && !sought.contains(&parameter);
                 start.units[parameter] = if near { (centre.units[parameter] + 0.5 * (place - 0.5)).clamp(0.0, 1.0) } else { place };
             }
             start
@@ -400,9 +401,18 @@ pub(super) fn read_back(objective: &DomainObjective<'_>, from: &Fitted, place: &
     Fitted { units, tail: Tail(place[objective.free().len()..].to_vec()), chi_square, found: from.found }
 }
 
-/// Returns a start of a hypothesis from some joints with each trial amplitude.
+/// Returns the added parameters that a fit of the machine without the last addition leaves open: those of that addition. A released parameter is
+/// part of every fit; it is sought again.
+fn sought(hypothesis: &Hypothesis, joints: &Fitted) -> Vec<usize> {
+    let new: Vec<usize> = hypothesis.added.iter().copied().filter(|index| *index >= joints.units.len()).collect();
+    if new.is_empty() { hypothesis.added.clone() } else { new }
+}
+
+/// Returns a start of a hypothesis from some joints with each trial amplitude of what is sought.
 fn trial_starts(hypothesis: &Hypothesis, joints: &Fitted) -> impl Iterator<Item = Fitted> {
-    amplitudes(hypothesis).into_iter().map(move |added| start_of(hypothesis, joints, &added))
+    let sought = sought(hypothesis, joints);
+    let described: Vec<&Parameter> = sought.iter().map(|index| &hypothesis.machine.parameters[*index]).collect();
+    amplitudes(&described).into_iter().map(move |units| start_at(hypothesis, joints, &sought, &units))
 }
 
 /// Returns the most promising starts of a hypothesis from some joints: of all amplitudes the distinct ones of the least χ², predicted by one linear
@@ -415,8 +425,9 @@ fn best_starts((few, is_linear): (&DomainObjective<'_>, bool), hypothesis: &Hypo
     let [first, others @ ..] = joints else { return Vec::new() };
     let mut starts: Vec<(f64, Fitted)> = trial_starts(hypothesis, first).map(|start| (cost(&start), start)).collect();
     let promising = if others.is_empty() { Vec::new() } else { distinct(&mut starts, PROMISING * most) };
-    let added = |start: &Fitted| hypothesis.added.iter().map(|at| start.units[*at]).collect::<Vec<f64>>();
-    let from_others = others.iter().flat_map(|joints| promising.iter().map(move |start| start_of(hypothesis, joints, &added(start))));
+    let sought = sought(hypothesis, first);
+    let units = |start: &Fitted| sought.iter().map(|at| start.units[*at]).collect::<Vec<f64>>();
+    let from_others = others.iter().flat_map(|joints| promising.iter().map(|start| start_at(hypothesis, joints, &sought, &units(start))));
     starts.extend(from_others.map(|start| (cost(&start), start)));
     distinct(&mut starts, most)
 }
@@ -458,10 +469,15 @@ pub(super) fn close(a: &UnitValues, b: &UnitValues) -> bool {
 
 /// Returns a nominal fit extended by added parameters at given coordinates.
 pub fn start_of(hypothesis: &Hypothesis, base: &Fitted, added: &[f64]) -> Fitted {
+    start_at(hypothesis, base, &hypothesis.added, added)
+}
+
+/// Returns a nominal fit extended by all other parameters at their start, with some parameters at given coordinates.
+fn start_at(hypothesis: &Hypothesis, base: &Fitted, parameters: &[usize], at: &[f64]) -> Fitted {
     let described = &hypothesis.machine.parameters;
     let mut units = base.units.clone();
     units.0.extend(described.iter().skip(base.units.len()).map(|p| p.to_unit(p.start)));
-    for (&index, &u) in hypothesis.added.iter().zip(added) {
+    for (&index, &u) in parameters.iter().zip(at) {
         units[index] = u;
     }
     Fitted { units, tail: base.tail.clone(), chi_square: f64::INFINITY, found: 1 }

@@ -10,6 +10,7 @@ mod data_fault;
 mod decision;
 mod evidence;
 mod fit;
+mod further;
 mod hypothesis;
 mod location;
 mod measuring_chain;

@@ -14,6 +14,7 @@ use super::evidence::DomainObjective;
 use super::fit::{Fitted, coordinates_of, start_of};
 use super::hypothesis::Hypothesis;
 use identification::Place;
+use machine::Parameter;
 use numeric::random::normal;
 
 /// Least share of a change, orthogonal to the nominal and nuisance parameters, that counts as an independent direction.
@@ -79,7 +80,8 @@ impl Directions {
         // The candidate's own end, with the nominal parameters of the base: the direction of its amplitude there.
         let at_end: Vec<f64> = hypothesis.added.iter().map(|i| end.units[*i]).collect();
         let mut each: Vec<(Vec<f64>, DVector<f64>)> = Vec::new();
-        for added in std::iter::once(at_end).chain(amplitudes(hypothesis)) {
+        let own: Vec<&Parameter> = hypothesis.added.iter().map(|i| &described[*i]).collect();
+        for added in std::iter::once(at_end).chain(amplitudes(&own)) {
             let change = rows(&start_of(hypothesis, base, &added)) - here;
             let projected = projection.apply(&change);
             let (size, left) = (change.norm(), projected.norm());

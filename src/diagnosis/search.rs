@@ -328,7 +328,7 @@ fn have_close_joints(a: &Fitted, b: &Fitted, own: usize) -> bool {
 
 impl Candidate {
     /// Returns a candidate with its fit to data in a band. A larger machine that fits worse is a failed fit, not a rejected candidate.
-    fn of(hypothesis: Hypothesis, fit: Result<Fitted, ObjectiveError>, base: &Fitted, band_hz: Option<(f64, f64)>) -> Self {
+    pub(super) fn of(hypothesis: Hypothesis, fit: Result<Fitted, ObjectiveError>, base: &Fitted, band_hz: Option<(f64, f64)>) -> Self {
         let id = hypothesis.id();
         match fit {
             Ok(fitted) if fitted.chi_square > base.chi_square * (1.0 + 1e-2) + 3.0 => {

@@ -11,8 +11,8 @@ use serde::Deserialize;
 
 use super::check::{MachineError, fault};
 use super::{
-    BendingFile, DerivedPatch, DriveFile, FrictionForceFile, LeadErrorFile, LoadedPair, Machine, NumberSource, OperatingVariable,
-    Parameter, PointMotion, Rescale, Role, Segment, StationPlace, Target,
+    BendingFile, DerivedPatch, DriveFile, EffectIds, FrictionForceFile, LeadErrorFile, LoadedPair, Machine, NumberSource,
+    OperatingVariable, Parameter, PointMotion, Rescale, Role, Segment, StationPlace, Target,
 };
 
 /// A point that a patch adds.
@@ -126,6 +126,12 @@ impl Effect {
     pub fn contained_variant<'e>(effects: &'e [Effect], id: &str, machine: &Machine) -> Option<&'e Effect> {
         let has = |e: &Effect| e.patch.parameters.iter().all(|p| machine.parameter(&p.id).is_some());
         effects.iter().find(|e| e.id == id && has(e))
+    }
+
+    /// Returns effects without those that describe another of them in more detail.
+    pub fn unrefined(effects: &[Effect], ids: &EffectIds) -> EffectIds {
+        let refines = |id: &&str| effects.iter().any(|e| e.id == *id && e.refines.as_ref().is_some_and(|other| ids.contains(other)));
+        ids.iter().filter(|id| !refines(id)).fold(EffectIds::default(), |all, id| all.with(id))
     }
 
     /// Returns the locations of the effect: the points, joints and shafts that it changes, each with the parameter that changes it, if any.
@@ -256,6 +262,8 @@ pub struct Effect {
     pub confusable_with_slow: Vec<String>,
     /// Whether most machines show a little of it in motion, so that stronger evidence is required to name it.
     pub common: bool,
+    /// The effect (id) that it describes in more detail: a verdict names that effect alone.
+    pub refines: Option<String>,
     /// Names of the points, joints or shafts that it requires; «drive» stands for the drive.
     pub needs: Vec<String>,
     /// Location to report where it is not the first part that the effect changes.
