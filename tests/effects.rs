@@ -404,6 +404,36 @@ source = "drawing"
     }
 }
 
+/// An effect describes another effect in more detail, neither an unknown one nor itself.
+#[test]
+fn effects_that_refine_no_other_are_refused() {
+    for id in ["bed-complaince", "heavy"] {
+        let effect = format!(
+            r#"
+[[effect]]
+id = "heavy"
+description = "the table is heavier"
+refines = "{id}"
+rescale = [{{ part = "point-inertia", name = "table", modifier = "added", by = "m_more" }}]
+[effect.parameter.m_more]
+unit = "kg"
+start = 0.0
+lower = 0.0
+upper = 100.0
+scale = "linear"
+source = "drawing"
+"#
+        );
+        let text = std::fs::read_to_string("configs/tian.toml").unwrap() + &effect;
+        let message = config::read_machine_text("heavy.toml", &text, &[], &[]).unwrap_err().to_string();
+        assert!(message.contains("«heavy», refines") && message.contains(&format!("no other effect is called «{id}»")), "{message}");
+        assert!(
+            config::read_machine_text("heavy.toml", &text.replace(&format!("refines = \"{id}\""), "refines = \"table-mass\""), &[], &[])
+                .is_ok()
+        );
+    }
+}
+
 /// Of an effect with several variants, a machine gets the variant whose parts it has most completely.
 #[test]
 fn the_variant_of_an_effect_that_fits_the_machine_applies() {

@@ -129,6 +129,13 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
     if let Some(idle) = machine.idle_tolerances(&with_tolerance).first() {
         return Err(in_file(fault(format!("tolerance.{idle}"), "the machine has no quantity with this tolerance; remove the key")));
     }
+    for effect in &own {
+        let others = || effects.iter().map(|e| e.id.as_str()).filter(|id| *id != effect.id);
+        if let Some(id) = effect.refines.as_deref().filter(|id| others().all(|other| other != *id)) {
+            let remedy = format!("no other effect is called «{id}»; there are {}", others().collect::<Vec<_>>().join(", "));
+            return Err(in_file(fault(format!("effect «{}», refines", effect.id), remedy)));
+        }
+    }
     // A removed effect may have contained a part that another effect needs.
     for effect in own.iter().filter(|effect| without.is_empty() && !machine.effects.contains(&effect.id)) {
         let elsewhere = machine.missing_part(&Effect { at: None, ..effect.clone() }).is_some();
