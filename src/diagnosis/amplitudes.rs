@@ -61,21 +61,17 @@ fn resonances(described: &[&Parameter]) -> Option<Vec<Vec<f64>>> {
     let losses = that(|m| m == Mechanism::LossFactor);
     let arms = that(|m| m.is_dimensionless() && m != Mechanism::LossFactor);
     let are_all = masses.len() + springs.len() + dampers.len() + losses.len() + arms.len() == described.len();
-    let resonant = |mass: usize, spring: usize, (hz, share): (f64, f64)| {
-        let (m, omega) = (described[mass].from_unit(share), std::f64::consts::TAU * hz);
-        let mut place = start.clone();
-        place[mass] = share;
-        place[spring] = clamped(spring, m * omega * omega);
-        (place, m * omega)
-    };
     let (&[mass], &[spring], true) = (masses.as_slice(), springs.as_slice(), are_all && [0, 2].contains(&arms.len())) else { return None };
     if dampers.len() + losses.len() != 1 {
         return None;
     }
     let sides = if arms.is_empty() { &ARMS[..1] } else { &ARMS };
-    let place = |(resonance, sides): ((f64, f64), [f64; 2])| {
-        let (mut place, impedance) = resonant(mass, spring, resonance);
-        dampers.iter().for_each(|damper| place[*damper] = clamped(*damper, LOSS * impedance));
+    let place = |((hz, share), sides): ((f64, f64), [f64; 2])| {
+        let (m, omega) = (described[mass].from_unit(share), std::f64::consts::TAU * hz);
+        let mut place = start.clone();
+        place[mass] = share;
+        place[spring] = clamped(spring, m * omega * omega);
+        dampers.iter().for_each(|damper| place[*damper] = clamped(*damper, LOSS * (m * omega)));
         losses.iter().for_each(|loss| place[*loss] = clamped(*loss, LOSS));
         arms.iter().zip(sides).for_each(|(at, arm)| place[*at] = clamped(*at, arm));
         place

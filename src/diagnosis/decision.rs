@@ -367,24 +367,23 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     let Some((hypothesis, fitted)) = best.candidate.fitted.clone() else { return Ok((nothing_fitted(before), nominal)) };
     let mut chosen = (hypothesis, fitted);
     let mut names = chosen.0.effects.clone();
-    let mut after = null.excess(chosen.1.chi_square / count);
+    let excess = |chosen: &(Hypothesis, Fitted)| null.excess(chosen.1.chi_square / count);
     // Add effects, and what refines them, as long as each explains a significant share of the residual.
     let mut sought = inputs.beside.clone();
-    while after > limits.continue_from && names.len() < MAX_EFFECTS {
+    while excess(&chosen) > limits.continue_from && names.len() < MAX_EFFECTS {
         let beside = match sought.take() {
             Some(sought) => sought,
             None => beside(inputs.fitter, inputs.machine, inputs.effects, &chosen, inputs.seed, inputs.control)?,
         };
         chosen.1 = beside.base.clone();
-        let more = if null.excess(chosen.1.chi_square / count) > limits.continue_from { inputs.further(&chosen, beside)? } else { None };
-        let is_last = more.is_none();
-        chosen = more.unwrap_or(chosen);
-        names = Effect::unrefined(inputs.effects, &chosen.0.effects);
-        after = null.excess(chosen.1.chi_square / count);
-        if is_last {
+        if excess(&chosen) <= limits.continue_from {
             break;
         }
+        let Some(more) = inputs.further(&chosen, beside)? else { break };
+        chosen = more;
+        names = Effect::unrefined(inputs.effects, &chosen.0.effects);
     }
+    let after = excess(&chosen);
     let released = tried[same[0]].candidate.fitted.as_ref().is_some_and(|f| f.0.kind == HypothesisKind::Release);
     if released {
         let reason = format!(
