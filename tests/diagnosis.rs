@@ -37,6 +37,29 @@ fn diagnose_modified_case(wanted: impl Fn(&Kind, &[String], Option<&str>) -> boo
     (diagnose(&["--config", machine.to_str().unwrap(), "--measurements", path.to_str().unwrap()]), label)
 }
 
+/// A bed that shifts and pitches has two modes that the library describes by two effects. The verdict names the first alone, in its row stand the
+/// values of both, and the machine with the named effect has both.
+#[test]
+#[ignore = "long"]
+fn recover_a_bed_that_shifts_and_pitches() {
+    let plan = Plan::on_layouts(&Counts::FULL, 40417, None);
+    let (case, label) = generate_one(40417, &plan, 70).unwrap();
+    assert_eq!(label.effects, ["bed-compliance"]);
+    let folder = tempfile::tempdir().unwrap();
+    write_case(folder.path(), &case).unwrap();
+    let (machine, applied) = (folder.path().join("machine.toml"), folder.path().join("applied.toml"));
+    let set = folder.path().to_str().unwrap();
+    let found = diagnose(&["--config", machine.to_str().unwrap(), "--measurements", set, "--apply", applied.to_str().unwrap()]);
+    assert_eq!(found["verdict"]["effects"], serde_json::json!(["bed-compliance"]), "{:#}", found["verdict"]);
+    assert_eq!(found["chosen"]["id"], "bed-compliance+bed-second-mode");
+    let row = |id: &str| found["effects"].as_array().unwrap().iter().find(|row| row["id"] == id).cloned();
+    let named = row("bed-compliance").unwrap();
+    assert!(row("bed-second-mode").is_none() && named["parameters"]["k_bed_2"].as_f64().unwrap() < 1e12, "{named:#}");
+    assert_eq!((&named["closed"], &named["closed95"]), (&found["chosen"]["closed"], &found["chosen"]["closed95"]));
+    let with = config::read_machine(applied.to_str().unwrap(), &[], &[]).unwrap().machine;
+    assert!(with.effects.ends_with(&["bed-compliance".into(), "bed-second-mode".into()]), "{:?}", with.effects);
+}
+
 #[test]
 fn recover_no_effect_where_none_is_missing() {
     let (found, _) = diagnose_case(|kind, _, _| *kind == Kind::Null);

@@ -300,26 +300,45 @@ damping = 4e3
     table.with_effect(library.iter().find(|e| e.id == "table-rocking").unwrap()).unwrap()
 }
 
-/// A table that rocks in two modes, as it does where it also heaves, has the receptance of its three equations of motion.
+/// A rigid table pitches and heaves on unequal carriages with a loss factor. The nut pushes below its centre, sensor and hammer are above it. Its two modes
+/// are those of the effect: the receptance is that of the equations of the rigid body.
 #[test]
-fn limit_a_rocking_table_of_two_modes_is_a_matrix() {
+fn published_rigid_table_on_unequal_carriages() {
     let library = effect_library().unwrap();
     let machine = rocking_table().with_effect(library.iter().find(|e| e.id == "rocking-second-mode").unwrap()).unwrap();
-    let (masses, stiffnesses, dampings) = ([300.0, 1400.0, 5000.0], [0.0, 5e9, 3e9], [0.0, 2e5, 0.0]);
-    let [sensor, hammer, loss] = [-1.5, 0.6, 0.02];
+    let (mass_kg, inertia, loss): (f64, f64, f64) = (300.0, 9.0, 0.02);
+    let [sensor_m, hammer_m, nut_m] = [0.12, -0.05, 0.08];
+    // Heave, pitch about the centre, and both together (N/m, N·m/rad, N/rad).
+    let [heave, pitch, both] = [9e8, 3e7, 6e7];
+    let scaled =
+        nalgebra::Matrix2::new(heave / mass_kg, both / (mass_kg * inertia).sqrt(), both / (mass_kg * inertia).sqrt(), pitch / inertia);
+    let modes = scaled.symmetric_eigen();
+    // Motion of the nut by each mode of unit modal mass.
+    let moved = [0, 1].map(|mode| nut_m * modes.eigenvectors[(1, mode)] / inertia.sqrt());
+    let [mass, stiffness] = [[0, 1].map(|mode| moved[mode].powi(-2)), [0, 1].map(|mode| modes.eigenvalues[mode] * moved[mode].powi(-2))];
     let values: Vec<(&str, f64)> = ["m_rock", "m_rock_2", "k_rock", "k_rock_2", "c_rock", "eta_rock_2", "r_sensor", "r_hammer"]
         .into_iter()
-        .zip([masses[1], masses[2], stiffnesses[1], stiffnesses[2], dampings[1], loss, sensor, hammer])
+        .zip([mass[0], mass[1], stiffness[0], stiffness[1], 0.0, loss, -sensor_m / nut_m, -hammer_m / nut_m])
         .collect();
     for hz in [20.0, 118.0, 290.0, 700.0] {
         let (omega, i) = (std::f64::consts::TAU * hz, num_complex::Complex64::i());
-        let nut = 2e8 + i * omega * 4e3;
-        let own = |at: usize| stiffnesses[at] * (1.0 + i * loss) + i * omega * dampings[at] - omega * omega * masses[at];
-        let matrix = nalgebra::Matrix3::from_fn(|a, b| nut + if a == b { own(a) } else { 0.0.into() });
-        let [read, struck] = [sensor, hammer].map(|arm| nalgebra::Vector3::new(1.0, arm, arm).map(num_complex::Complex64::from));
+        let (nut, lossy) = (2e8 + i * omega * 4e3, 1.0 + i * loss);
+        // Displacement along the travel, heave and pitch.
+        let matrix = nalgebra::Matrix3::new(
+            nut - omega * omega * mass_kg,
+            0.0.into(),
+            -nut * nut_m,
+            0.0.into(),
+            heave * lossy - omega * omega * mass_kg,
+            both * lossy,
+            -nut * nut_m,
+            both * lossy,
+            nut * nut_m * nut_m + pitch * lossy - omega * omega * inertia,
+        );
+        let [read, struck] = [sensor_m, hammer_m].map(|arm| nalgebra::Vector3::new(1.0, 0.0, arm).map(num_complex::Complex64::from));
         let expected = read.dot(&matrix.lu().solve(&struck).unwrap());
         let found = receptance(&machine, &values, hz);
-        assert!((found - expected).norm() < 1e-12 * expected.norm(), "{hz} Hz: {found} against {expected}");
+        assert!((found - expected).norm() < 1e-10 * expected.norm(), "{hz} Hz: {found} against {expected}");
     }
 }
 
@@ -434,6 +453,31 @@ source = "drawing"
     }
 }
 
+/// An effect that describes another one in more detail belongs to it: it applies only beside it, is withheld with it, and bears its name.
+#[test]
+fn the_second_mode_of_a_bed_belongs_to_its_compliance() {
+    let library = effect_library().unwrap();
+    let text = std::fs::read_to_string("configs/tian.toml").unwrap();
+    let read = |effects: &str, without: &[&str]| {
+        let without: Vec<String> = without.iter().map(|id| id.to_string()).collect();
+        config::read_machine_text("bed.toml", &text, &[format!("effects={effects}")], &without)
+    };
+    let both = read(r#"["rotor-hold", "bed-compliance", "bed-second-mode"]"#, &[]).unwrap().machine;
+    let ids = both.effects.iter().fold(machine::EffectIds::default(), |all, id| all.with(id));
+    assert_eq!(Effect::unrefined(&library, &ids).to_string(), "rotor-hold+bed-compliance");
+    let withheld = read(r#"["rotor-hold", "bed-compliance", "bed-second-mode"]"#, &["bed-compliance"]).unwrap().machine;
+    assert_eq!(withheld.effects, ["rotor-hold"]);
+    let alone = read(r#"["rotor-hold", "bed-second-mode"]"#, &[]).unwrap_err().to_string();
+    assert!(alone.contains("bed-second-mode") && alone.contains("the machine has no «bed"), "{alone}");
+    // A bed that the file itself describes: the effect would take its bearings the wrong way round.
+    let own = text.replace("between = [\"left\", \"ground\"]", "between = [\"left\", \"bed\"]")
+        + "\n[[point]]\nname = \"bed\"\nmotion = \"translation\"\nmass_kg = 400.0\n\n[[joint]]\nname = \"bed-foundation\"\nbetween = [\"bed\", \"ground\"]\nstiffness = 1.9e8\n";
+    let described = config::read_machine_text("bed.toml", &own, &[], &[]).unwrap().machine;
+    assert!(described.point("bed").is_some());
+    let refused = described.with_effect(library.iter().find(|e| e.id == "bed-second-mode").unwrap()).unwrap_err().to_string();
+    assert!(refused.contains("the machine has no «bed-compliance»"), "{refused}");
+}
+
 /// Of an effect with several variants, a machine gets the variant whose parts it has most completely.
 #[test]
 fn the_variant_of_an_effect_that_fits_the_machine_applies() {
@@ -516,11 +560,12 @@ fn the_first_letter_of_an_id_decides_nothing() {
 #[test]
 fn limit_an_effect_of_zero_amplitude_changes_nothing() {
     let machine = config("configs/tian.toml").machine;
-    let zero_amplitudes: [(&str, &[(&str, f64)]); 20] = [
+    let zero_amplitudes: [(&str, &[(&str, f64)]); 22] = [
         ("guide-stiffness", &[("k_guide", 1e-3)]),
         ("guide-viscous", &[("c_guide", 1e-6)]),
         ("table-mass", &[("table_mass_change", 0.0)]),
         ("bed-compliance", &[("k_bed", 1e18)]),
+        ("bed-second-mode", &[("k_bed", 2e8), ("k_bed_2", 1e18)]),
         ("nut-flange-compliance", &[("k_flange", 1e18), ("m_nut", 1e-6)]),
         ("nut-stiffness-position", &[("nut_slope", 0.0)]),
         ("bearing-stiffness-position", &[("bearing_slope_left", 0.0), ("bearing_slope_right", 0.0)]),
@@ -533,6 +578,7 @@ fn limit_an_effect_of_zero_amplitude_changes_nothing() {
         ("screw-youngs-modulus", &[("youngs_change", 0.0)]),
         ("screw-shear-modulus", &[("shear_change", 0.0)]),
         ("table-rocking", &[("k_rock", 1e18)]),
+        ("rocking-second-mode", &[("k_rock", 2e9), ("k_rock_2", 1e18)]),
         ("screw-bending", &[("e_bend", 1e-9), ("a_bend", 0.0)]),
         ("table-relaxation", &[("c_relax", 1e-6)]),
         ("frf-gain", &[]),
@@ -540,13 +586,16 @@ fn limit_an_effect_of_zero_amplitude_changes_nothing() {
     ];
     let library = effect_library().unwrap();
     for (id, set) in zero_amplitudes {
-        let effect = library.iter().find(|e| e.id == id).unwrap();
-        let with = machine.with_effect(effect).unwrap();
+        let of = |id: &str| library.iter().find(|e| e.id == id).unwrap();
+        // What describes another effect in more detail applies beside it.
+        let without = of(id).refines.as_deref().map_or(machine.clone(), |refined| machine.with_effect(of(refined)).unwrap());
+        let with = without.with_effect(of(id)).unwrap();
+        let (own, others): (Vec<_>, Vec<_>) = set.iter().partition(|(parameter, _)| without.parameter(parameter).is_none());
         for hz in [11.0, 117.0, 530.0, 890.0] {
-            let (a, b) = (receptance(&machine, &[], hz), receptance(&with, set, hz));
+            let (a, b) = (receptance(&without, &others, hz), receptance(&with, &[&own[..], &others].concat(), hz));
             assert!((a - b).norm() < 1e-5 * a.norm(), "{id} at {hz} Hz: {a} against {b}");
             // At the start values the effect is small.
-            let start = receptance(&with, &[], hz);
+            let start = receptance(&with, &others, hz);
             assert!((a - start).norm() < 1e-2 * a.norm(), "{id} at {hz} Hz: {a} against {start} at its start");
         }
     }

@@ -119,7 +119,9 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
     let empty = Machine { title, stiffness_proportional_damping_s: share_s, loss_dispersion, tolerance, ..Machine::default() };
     let mut machine = empty.with(&patch).map_err(in_file)?;
     let effects = one_of_each(effects, &machine);
-    for id in contained.iter().filter(|id| !without.contains(id)) {
+    let is_of_withheld =
+        |id: &String| effects.iter().any(|e| e.id == *id && e.refines.as_ref().is_some_and(|refined| without.contains(refined)));
+    for id in contained.iter().filter(|id| !without.contains(id) && !is_of_withheld(id)) {
         let effect = effects.iter().find(|e| e.id == *id).ok_or_else(|| {
             let known: Vec<&str> = effects.iter().map(|e| e.id.as_str()).collect();
             in_file(fault("effects", format!("no effect is called «{id}»; there are {}", known.join(", "))))

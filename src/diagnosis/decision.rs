@@ -149,14 +149,15 @@ pub fn diagnose(
         None if fitter.lacks(Ablation::ChiSquare) => NullDistribution::from_tables(&fitted, settings.seed),
         None => simulate(fitter, &screening.nominal, &screening.base, &fitted, settings.draws, settings.seed, control)?,
     };
-    control.begin("4/6 cross-validation");
+    control.begin("4/6 further effects and cross-validation");
     let mut tried = rank(&screening, &null, count);
     // Where the best candidate leaves much, the search for what is missing beside it may find a deeper minimum of itself.
     let mut next = None;
-    let much = |t: &&TriedEffect| !is_chain && null.excess(t.candidate.chi_square() / count) > limits.continue_from;
+    let much =
+        |t: &&TriedEffect| !is_chain && count > unknowns as f64 && null.excess(t.candidate.chi_square() / count) > limits.continue_from;
     if let Some(chosen) = tried.first().filter(much).and_then(|t| t.candidate.fitted.clone()) {
         let found = beside(fitter, machine, effects, &chosen, settings.seed, control)?;
-        let improved = screening.candidates.iter_mut().find(|c| c.fitted.as_ref().is_some_and(|(hypothesis, _)| *hypothesis == chosen.0));
+        let improved = screening.candidates.iter_mut().find(|c| c.id == chosen.0.id());
         if let Some(candidate) = improved {
             *candidate = Candidate::of(chosen.0, Ok(found.base.clone()), &screening.base, fitter.band_hz());
         }
@@ -384,6 +385,9 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
         names = Effect::unrefined(inputs.effects, &chosen.0.effects);
     }
     let after = excess(&chosen);
+    let detail: Vec<&str> = chosen.0.effects.iter().filter(|id| !names.contains(id)).collect();
+    let is_detailed = !detail.is_empty();
+    let stated = if is_detailed { format!("{names} with {}", detail.join(" and ")) } else { names.to_string() };
     let released = tried[same[0]].candidate.fitted.as_ref().is_some_and(|f| f.0.kind == HypothesisKind::Release);
     if released {
         let reason = format!(
@@ -397,12 +401,17 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     // Alternatives of the first effect are alternatives in the combination, too.
     let combined = |id: &String| names.after_first().iter().fold(EffectIds::single(id), |all, more| all.with(more));
     let is_effect = |t: &&TriedEffect| t.candidate.fitted.as_ref().is_some_and(|f| f.0.kind == HypothesisKind::Effect);
-    let stands = same.iter().map(|at| &tried[*at]).filter(is_effect).map(|t| &t.candidate.id);
-    let alternatives: Vec<EffectIds> = stands.filter(|id| !names.after_first().contains(id)).map(combined).collect();
+    let mut alternatives: Vec<EffectIds> = Vec::new();
+    for t in same.iter().map(|at| &tried[*at]).filter(is_effect).filter(|t| !names.after_first().contains(&t.candidate.id)) {
+        let rival = t.candidate.fitted.as_ref().filter(|(hypothesis, _)| is_detailed && hypothesis.effects.first() != names.first());
+        if rival.map_or(Ok(true), |rival| inputs.reaches(rival, &chosen.1))? {
+            alternatives.push(combined(&t.candidate.id));
+        }
+    }
     let least = if after < GENERIC_BETTER * generic_excess { LEAST_REDUCTION.0 } else { LEAST_REDUCTION.1 };
     let little = chosen.1.chi_square > (1.0 - least) * screening.base.chi_square;
     // A named effect must predict left-out positions better than the nominal machine, and not much worse than a better fitting generic impedance.
-    let loss = match chosen.0.added.len() == best.candidate.fitted.as_ref().map_or(0, |(first, _)| first.added.len()) {
+    let loss = match best.candidate.fitted.as_ref().is_some_and(|(_, fitted)| *fitted == chosen.1) {
         true => best.candidate.left_out,
         false => cross_validation(inputs.fitter, &chosen.0, &chosen.1, inputs.control).ok(),
     };
@@ -420,7 +429,7 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     if let Some((generic, comparison)) = more_parsimonious(&about, located, null, *count, *limits) {
         let (place, shape) = impedance_of(generic).unwrap_or(("?", "shape"));
         let reason = format!(
-            "a generic {shape} at {place} {comparison} {names}: these data show that such an impedance is missing there, but do not identify \
+            "a generic {shape} at {place} {comparison} {stated}: these data show that such an impedance is missing there, but do not identify \
              the effect"
         );
         return Ok((unknown(reason), chosen));
@@ -431,7 +440,7 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     if several || (after > limits.large_excess && little) || (after > DOUBTFUL_EXCESS && generic_excess < GENERIC_BETTER * after) || fails {
         let fails = if fails { ", and predicts left-out positions worse than it fits" } else { "" };
         let reason = format!(
-            "the best effect of the library, {names}, leaves a misfit {after:.1} times that of null simulations{fails}; a generic impedance at \
+            "the best effect of the library, {stated}, leaves a misfit {after:.1} times that of null simulations{fails}; a generic impedance at \
              {generic_place} leaves {generic_excess:.1} times"
         );
         return Ok((unknown(reason), chosen));
@@ -448,9 +457,7 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     };
     let rest =
         if after > limits.continue_from { format!("; a misfit {after:.1} times that of null simulations remains") } else { String::new() };
-    let refined: Vec<&str> = chosen.0.effects.iter().filter(|id| !names.contains(id)).collect();
-    let refined = if refined.is_empty() { String::new() } else { format!(", with {},", refined.join(" and ")) };
-    let reason = format!("{names}{refined} reduces χ² by {gained}{predicted} ({}){others}{rest}", p_value_text(best.p_value));
+    let reason = format!("{stated} reduces χ² by {gained}{predicted} ({}){others}{rest}", p_value_text(best.p_value));
     let verdict = if alternatives.len() < 2 {
         state(VerdictKind::Effect, vec![names], reason, None)
     } else {

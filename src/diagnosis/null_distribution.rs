@@ -44,7 +44,7 @@ const SQUARED_SCALE: f64 = 0.6;
 const MODE_VARIANCE: (f64, f64) = (1.0, 2.5);
 
 /// Returns the least scale of a candidate with a number of added parameters.
-fn least_scale(objective: &DomainObjective<'_>, added: usize) -> f64 {
+pub(super) fn least_scale(objective: &DomainObjective<'_>, added: usize) -> f64 {
     let added = added.max(1) as f64;
     match objective {
         DomainObjective::Frf(_) => LEAST_SCALE.max(SQUARED_SCALE * added * added),

@@ -186,7 +186,8 @@ impl Machine {
         linear
     }
 
-    /// Returns the first part that an effect needs, or names as its location, and the machine lacks.
+    /// Returns the first part that an effect needs, or names as its location, and the machine lacks; or the effect that it describes in more detail,
+    /// where the machine does not contain that.
     pub fn missing_part<'e>(&self, effect: &'e Effect) -> Option<&'e str> {
         effect
             .needs
@@ -197,6 +198,7 @@ impl Machine {
                 let named = self.joints.iter().any(|j| j.name == **name) || self.shafts.iter().any(|s| s.name == **name);
                 !driven && !named && self.point(name).is_none()
             })
+            .or(effect.refines.as_ref().filter(|refined| !self.effects.contains(refined)))
             .map(String::as_str)
     }
 

@@ -33,6 +33,9 @@ pub struct EffectEntry {
     pub data: Vec<String>,
     /// Points, joints or shafts (by name) that a machine must have for it to apply; `drive` stands for its drive.
     pub needs: Vec<String>,
+    /// Effect (id) that it describes in more detail; a machine must contain that for it to apply.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub refines: Option<String>,
     /// Effects (ids) that force and one encoder do not distinguish from it.
     pub confusable_with: Vec<String>,
     /// Its parameters by id.
@@ -92,6 +95,7 @@ pub fn effect_text(document: &EffectLibraryDocument) -> String {
         let lists = [
             ("shows in", effect.data_text()),
             ("applies to machines with", effect.needs.join(", ")),
+            ("describes in more detail", effect.refines.clone().unwrap_or_default()),
             ("signature", effect.signature.clone().unwrap_or_default()),
             ("discriminating test", effect.discriminating_test.clone().unwrap_or_default()),
             ("not distinguished by force and one encoder from", effect.confusable_with.join(", ")),

@@ -49,6 +49,7 @@ fn entry(effect: &Effect) -> EffectEntry {
         discriminating_test: effect.discriminating_test.clone(),
         data: effect.data.iter().map(data).collect(),
         needs: effect.needs.clone(),
+        refines: effect.refines.clone(),
         confusable_with: effect.confusable_with.clone(),
         parameters: parameters.collect(),
     }

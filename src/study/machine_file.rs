@@ -45,8 +45,13 @@ impl Study {
                 return Err(StudyError::impossible(fault));
             }
         };
-        let heading = format!("Machine with {named}, the effect that a diagnosis with {} names.", diagnosis.measurements);
-        let effects = named.split('+').map(String::from).collect();
+        // The chosen model contains the named effects and what describes them in more detail.
+        let effects: Vec<String> = diagnosis.chosen.effects().map(String::from).collect();
+        let detail = effects
+            .iter()
+            .filter(|id| !named.split('+').any(|other| other == *id))
+            .fold(String::new(), |all, id| format!("{all}, with {id}"));
+        let heading = format!("Machine with {named}, the effect that a diagnosis with {} names{detail}.", diagnosis.measurements);
         self.machine_text_of(Found { values: diagnosis.chosen.parameters.clone(), effects, ..Found::default() }, &heading)
     }
 

@@ -111,7 +111,14 @@ pub fn scores_page(columns: &[PageColumn]) -> String {
                 let cells = [&row.false_name, &row.exact, &row.class, &row.selective, &row.outside_misnamed].map(cell);
                 [layout.clone(), row.cases.to_string()].into_iter().chain(cells).collect()
             });
-            let names = ["cases", "nulls named", "named alone, from 20", "in a set, from 20", "one name, right", "outside causes named"];
+            let names = [
+                "cases",
+                "named without an effect",
+                "named alone, from 20",
+                "in a set, from 20",
+                "one name, right",
+                "outside causes named",
+            ];
             table(&mut page, &head("layout", &names), rows.collect());
         }
         let rows = scores.outside.by_kind.iter().map(|(kind, row)| {

@@ -16,7 +16,9 @@ pub fn choose_effects(request: &DiagnosisRequest, all: &[Effect], data: Data) ->
             return Err(StudyError::setting(key, "", format!("no effect is called «{id}»; there are {}", known.join(", "))));
         }
     }
-    let wanted = |e: &&Effect| (request.effects.is_empty() || request.effects.contains(&e.id)) && !request.exclude.contains(&e.id);
+    // What describes a requested effect in more detail goes with it.
+    let is_requested = |e: &Effect| request.effects.contains(&e.id) || e.refines.as_ref().is_some_and(|id| request.effects.contains(id));
+    let wanted = |e: &&Effect| (request.effects.is_empty() || is_requested(e)) && !request.exclude.contains(&e.id);
     Ok(Effect::for_data(all, data).filter(wanted).cloned().collect())
 }
 

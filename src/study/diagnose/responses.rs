@@ -176,9 +176,19 @@ fn list_effects(
     found
         .tried
         .iter()
+        // What describes a named effect in more detail stands in the row of that effect.
+        .filter(|t| {
+            let id = &t.candidate.id;
+            t.candidate.fitted.is_some() || names_effect(&found.verdict, id) || !found.chosen.0.effects.contains(id)
+        })
         .map(|t| {
             let (status, why) = status_words(&t.candidate.status);
-            let fitted = t.candidate.fitted.as_ref();
+            // The row of an effect that is named alone is that of the chosen model.
+            let is_named_first = found.verdict.effects.first().is_some_and(|first| first.is_only(&t.candidate.id));
+            let is_chosen = is_named_first && found.chosen.0.effects.first() == Some(&t.candidate.id);
+            let fitted = if is_chosen { Some(&found.chosen) } else { t.candidate.fitted.as_ref() };
+            let held_out = if is_chosen { &found.chosen_held_out } else { &t.held_out };
+            let gain = if is_chosen { found.nominal.1.chi_square - found.chosen.1.chi_square } else { t.candidate.gain };
             let why = why.or_else(|| fitted.and_then(|(hypothesis, fitted)| doubt_about(hypothesis, fitted, band_hz)));
             let is_selected = names_effect(&found.verdict, &t.candidate.id);
             let own: Vec<(&Parameter, f64)> = fitted.map_or_else(Vec::new, |(hypothesis, fitted)| {
@@ -190,14 +200,12 @@ fn list_effects(
                 status,
                 why,
                 gap_held_out_before: gap_over(&found.held_out),
-                gap_held_out_after: gap_over(&t.held_out),
-                closed: fitted.and_then(|_| closed(&found.held_out, &t.held_out)),
-                closed95: interval
-                    .filter(|_| is_selected && found.verdict.effects.first().is_some_and(|first| first.is_only(&t.candidate.id)))
-                    .map(|(a, b)| [a, b]),
+                gap_held_out_after: gap_over(held_out),
+                closed: fitted.and_then(|_| closed(&found.held_out, held_out)),
+                closed95: interval.filter(|_| is_chosen).map(|(a, b)| [a, b]),
                 p_value: fitted.map(|_| t.p_value),
                 statistic: t.statistic,
-                misfit_reduction: t.candidate.gain / found.nominal.1.chi_square,
+                misfit_reduction: gain / found.nominal.1.chi_square,
                 parameters: own.iter().map(|(p, value)| (p.id.clone(), *value)).collect(),
                 parameter_units: units(&own),
                 parameters_at_bound: at_bound(&own, found.chosen.0.effects.contains(&t.candidate.id).then_some(&chosen.parameters)),
