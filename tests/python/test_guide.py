@@ -21,6 +21,7 @@ def test_notebooks_run_and_draw(name):
     nbclient = pytest.importorskip("nbclient")
     file = GUIDE / f"notebooks/{name}.ipynb"
     book = nbformat.read(file, 4)
+    printed = texts(book)
     nbclient.NotebookClient(book, timeout=600, kernel_name="python3").execute()
     figures = 0
     for cell in (cell for cell in book.cells if cell.cell_type == "code"):
@@ -37,6 +38,14 @@ def test_notebooks_run_and_draw(name):
     assert figures == NOTEBOOKS[name]
     if os.environ.get("JOINTID_WRITE"):
         nbformat.write(book, file)
+    else:
+        assert texts(book) == printed
+
+
+def texts(book):
+    """Return what the cells of a notebook print."""
+    outputs = [output for cell in book.cells if cell.cell_type == "code" for output in cell.outputs]
+    return "".join(output.text for output in outputs if output.get("name") == "stdout")
 
 
 def test_the_notebooks_of_the_guide_are_all_tested():
