@@ -17,8 +17,10 @@ use identification::Place;
 use machine::Parameter;
 use numeric::random::normal;
 
-/// Least share of a change, orthogonal to the nominal and nuisance parameters, that counts as an independent direction.
-const LEAST_INDEPENDENT: f64 = 0.01;
+/// Least share of a change, orthogonal to the nominal and nuisance parameters, that counts as an independent direction. A change of a number that has a
+/// tolerance is orthogonal to the fit of that number only by its prior: of 4000 lines with weights of 1 %, a mass with a tolerance of 1 % keeps a share of
+/// 1/√4000 = 0.016. What nominal parameters produce exactly keeps 10⁻⁶, the regularisation of the projection.
+const LEAST_INDEPENDENT: f64 = 1e-4;
 /// Cosine from which on two directions of a candidate count as one: the reduction along the omitted one is larger by 4 % at most.
 const SAME_DIRECTION: f64 = 0.98;
 /// Draws that are computed together.
@@ -83,12 +85,9 @@ impl Directions {
         let own: Vec<&Parameter> = hypothesis.added.iter().map(|i| &described[*i]).collect();
         for added in std::iter::once(at_end).chain(amplitudes(&own)) {
             let change = rows(&start_of(hypothesis, base, &added)) - here;
-            let projected = projection.apply(&change);
-            let (size, left) = (change.norm(), projected.norm());
-            // A change that nominal parameters produce as well is not an independent direction.
-            let is_independent = size > 1e-9 && left > LEAST_INDEPENDENT * size;
-            if is_independent && each.iter().all(|(_, other)| other.dot(&projected).abs() < SAME_DIRECTION * left) {
-                each.push((added, projected / left));
+            let Some(direction) = independent(projection, &change) else { continue };
+            if each.iter().all(|(_, other)| other.dot(&direction).abs() < SAME_DIRECTION) {
+                each.push((added, direction));
             }
         }
         let about_end = about_end(objective, hypothesis, end, &its_own).iter().map(|d| projection.apply(d)).collect();
@@ -125,6 +124,13 @@ impl Directions {
         found.sort_by(|a, b| b.0.total_cmp(&a.0));
         found.into_iter().take(most).map(|(_, added)| added).collect()
     }
+}
+
+/// Returns the unit direction of a change orthogonal to nominal and nuisance parameters; `None` where these produce the change as well.
+fn independent(projection: &Projection, change: &DVector<f64>) -> Option<DVector<f64>> {
+    let projected = projection.apply(change);
+    let (size, left) = (change.norm(), projected.norm());
+    (size > 1e-9 && left > LEAST_INDEPENDENT * size).then(|| projected / left)
 }
 
 /// Returns an orthonormal basis of the changes by a candidate's own parameters about the end of its fit, orthogonal to all other parameters there.
@@ -188,6 +194,18 @@ pub(super) fn linear_draws(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A number that lines determine far better than its tolerance, changed by an effect: the effect relieves its prior, and nothing else. An effect
+    /// that does what a number without a tolerance does has no direction.
+    #[test]
+    fn limit_a_change_of_a_number_with_a_tolerance_relieves_its_prior() {
+        let lines = 100_000;
+        let change = |prior: f64| DVector::from_fn(lines + 1, |row, _| if row < lines { 1.0 + (row as f64).sin() } else { prior });
+        let projection = Projection::of(DMatrix::from_columns(&[change(1.0)]));
+        let direction = independent(&projection, &change(0.0)).unwrap();
+        assert!(direction[lines].abs() > 0.999, "{}", direction[lines]);
+        assert!(independent(&Projection::of(DMatrix::from_columns(&[change(0.0)])), &change(0.0)).is_none());
+    }
 
     /// Gains of linear draws are those of draws written out: each direction's is the square of a normal number, jointly with all others.
     #[test]
