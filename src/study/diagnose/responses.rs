@@ -186,9 +186,10 @@ fn list_effects(
             // The row of an effect that is named alone is that of the chosen model.
             let is_named_first = found.verdict.effects.first().is_some_and(|first| first.is_only(&t.candidate.id));
             let is_chosen = is_named_first && found.chosen.0.effects.first() == Some(&t.candidate.id);
-            let fitted = if is_chosen { Some(&found.chosen) } else { t.candidate.fitted.as_ref() };
-            let held_out = if is_chosen { &found.chosen_held_out } else { &t.held_out };
-            let gain = if is_chosen { found.nominal.1.chi_square - found.chosen.1.chi_square } else { t.candidate.gain };
+            let (fitted, held_out, gain) = match is_chosen {
+                true => (Some(&found.chosen), &found.chosen_held_out, found.nominal.1.chi_square - found.chosen.1.chi_square),
+                false => (t.candidate.fitted.as_ref(), &t.held_out, t.candidate.gain),
+            };
             let why = why.or_else(|| fitted.and_then(|(hypothesis, fitted)| doubt_about(hypothesis, fitted, band_hz)));
             let is_selected = names_effect(&found.verdict, &t.candidate.id);
             let own: Vec<(&Parameter, f64)> = fitted.map_or_else(Vec::new, |(hypothesis, fitted)| {

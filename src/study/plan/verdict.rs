@@ -45,11 +45,11 @@ impl Study {
         let made = IdentificationSettings { profile: false, ..study.identification_settings()? };
         let (fit, held_out) = study.set.split(study.fit.as_deref(), &study.hold_out)?;
         let mut rivals = Vec::new();
+        // The chosen model may describe the effects that it names in more detail.
+        let chosen: Vec<&str> = diagnosis.chosen.effects().collect();
         for explanation in &diagnosis.verdict.effects {
-            // The chosen model may describe the effects that it names in more detail.
-            let chosen: Vec<&str> = diagnosis.chosen.effects().collect();
-            let is_chosen = explanation.split('+').all(|id| chosen.contains(&id));
-            let effects = if is_chosen { chosen } else { explanation.split('+').collect() };
+            let named: Vec<&str> = explanation.split('+').collect();
+            let effects = if named.iter().all(|id| chosen.contains(id)) { chosen.clone() } else { named };
             let machine =
                 self.config.machine.with_chosen(effects, &self.config.effects).ok_or_else(|| {
                     StudyError::input(name, format!("names «{explanation}», which the machine cannot have; diagnose again"))
