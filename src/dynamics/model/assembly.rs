@@ -162,11 +162,13 @@ impl AssembledModel {
                     continue;
                 }
                 for (w, omega) in (first..).zip(omegas) {
-                    let of = at.entries(number, rod, w, || rod.damped_with_material(*omega, &mut materials[w]));
-                    for (slots, entry) in [&left, &right, &cross].into_iter().zip([of.direct, of.direct, of.cross]) {
-                        slots.iter().for_each(|slots| entries[slots.start + w] += entry);
-                    }
-                    determinants.iter_mut().for_each(|d| d[w] *= of.sin);
+                    let compute = || rod.damped_with_material(*omega, &mut materials[w]);
+                    at.with_entries(number, rod, w, compute, |of| {
+                        for (slots, entry) in [&left, &right, &cross].into_iter().zip([of.direct, of.direct, of.cross]) {
+                            slots.iter().for_each(|slots| entries[slots.start + w] += entry);
+                        }
+                        determinants.iter_mut().for_each(|d| d[w] *= of.sin);
+                    });
                 }
             }
         }

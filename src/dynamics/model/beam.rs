@@ -68,13 +68,21 @@ const STEP: f64 = 1e-6;
 const SHORT: f64 = 0.25;
 
 /// Entries of one span, on the near end and with its far end.
+#[derive(Debug, Clone, Copy)]
 struct Span {
     near: [Complexes; 3],
     far: [Complexes; 2],
-    pivot: Complexes,
     /// 1 − cos α·cosh α and α.
     denominator: Complexes,
     alpha: Complexes,
+}
+
+/// The spans on the left and on the right of the nut, for each frequency. Arms, bearings and the nut's lateral stiffness are no part of them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct BeamSpans {
+    /// Relative complex modulus.
+    material: Complexes,
+    spans: [Span; 2],
 }
 
 impl Beam {
@@ -83,8 +91,8 @@ impl Beam {
         Complexes::new(omega_rad_s, Reals::splat(-self.window_per_s))
     }
 
-    /// Computes a span of a length with the rigidity E·I·material; the pivot includes the bearing.
-    fn span(&self, wave: Complexes, rigidity: Complexes, length: f64, clamping: f64) -> Span {
+    /// Computes a span of a length with the rigidity E·I·material.
+    fn span(wave: Complexes, rigidity: Complexes, length: f64) -> Span {
         let alpha = wave * length;
         let (s, c) = alpha.sin_cos();
         let (turned, ch) = alpha.times_i().sin_cos();
@@ -104,34 +112,39 @@ impl Beam {
         let powers = [3, 1, 2, 2, 1];
         let [near_y, turning, both, far_y, far_turning] =
             std::array::from_fn(|at| rigidity * either(closed[at], series[at]) * length.powi(-powers[at]));
-        Span {
-            near: [near_y, turning, both],
-            far: [far_y, far_turning],
-            pivot: turning + rigidity * (clamping / self.length),
-            denominator: either(denominator, [0.0, 70.0]),
-            alpha,
-        }
+        Span { near: [near_y, turning, both], far: [far_y, far_turning], denominator: either(denominator, [0.0, 70.0]), alpha }
     }
 
-    /// Returns the spans on the left and on the right of the nut at real or complex frequencies.
-    fn spans(&self, omega_rad_s: Complexes, material: Complexes) -> [Span; 2] {
+    /// Computes the spans at real or complex frequencies.
+    fn spans(&self, omega_rad_s: Complexes, material: Complexes) -> BeamSpans {
         let rigidity = material * self.rigidity;
         let root = (rigidity.inverse() * self.mass_per_length).sqrt();
         let wave = (root * omega_rad_s).sqrt();
-        let [left, right] = self.clamping;
-        [self.span(wave, rigidity, self.nut, left), self.span(wave, rigidity, self.length - self.nut, right)]
+        BeamSpans { material, spans: [Self::span(wave, rigidity, self.nut), Self::span(wave, rigidity, self.length - self.nut)] }
+    }
+
+    /// Computes the spans with loss, for each frequency.
+    pub fn spans_each(&self, omega_rad_s: Reals) -> BeamSpans {
+        self.spans(self.complex_each(omega_rad_s), modulus_each(omega_rad_s, self.loss_factor, self.dispersion))
+    }
+
+    /// Returns the entry of the rotation at each bearing.
+    fn pivots(&self, BeamSpans { material, spans }: &BeamSpans) -> [Complexes; 2] {
+        let rigidity = *material * self.rigidity;
+        std::array::from_fn(|side| spans[side].near[1] + rigidity * (self.clamping[side] / self.length))
     }
 
     /// Returns the entries (y, y), (θ, θ) and (y, θ) of both spans and of the nut's lateral stiffness.
-    fn joined(&self, [left, right]: &[Span; 2], material: Complexes) -> [Complexes; 3] {
-        let of = |span: &Span, sign: f64| {
+    fn joined(&self, of: &BeamSpans) -> [Complexes; 3] {
+        let [left, right] = self.pivots(of);
+        let condensed = |span: &Span, pivot: Complexes, sign: f64| {
             let [y, theta, both] = span.near;
             let [with_y, with_theta] = span.far;
-            let inverse = span.pivot.inverse();
+            let inverse = pivot.inverse();
             [y - with_y * with_y * inverse, theta - with_theta * with_theta * inverse, (both - with_y * with_theta * inverse) * sign]
         };
-        let ([a, b, c], [d, e, f]) = (of(left, -1.0), of(right, 1.0));
-        [a + d + material * self.lateral_stiffness, b + e, c + f]
+        let ([a, b, c], [d, e, f]) = (condensed(&of.spans[0], left, -1.0), condensed(&of.spans[1], right, 1.0));
+        [a + d + of.material * self.lateral_stiffness, b + e, c + f]
     }
 
     /// Returns D, and the determinant of the entries.
@@ -144,20 +157,23 @@ impl Beam {
 
     /// Computes D for each frequency.
     pub fn damped_each(&self, omega_rad_s: Reals) -> Complexes {
-        let material = modulus_each(omega_rad_s, self.loss_factor, self.dispersion);
-        self.condensed(self.joined(&self.spans(self.complex_each(omega_rad_s), material), material)).0
+        self.damped_with(&self.spans_each(omega_rad_s))
+    }
+
+    /// Computes D from its spans.
+    fn damped_with(&self, of: &BeamSpans) -> Complexes {
+        self.condensed(self.joined(of)).0
     }
 
     /// Computes D without loss, and the number of modes below each frequency with q held.
     ///
     /// # Source  Wittrick and Williams, Q. J. Mech. Appl. Math. 24 (1971) 263–284: with q free there are as many more as D is negative.
     pub fn undamped_each(&self, omega_rad_s: Reals) -> (Reals, Reals) {
-        let material = Complexes::real(Reals::ONE);
-        let spans = self.spans(Complexes::real(omega_rad_s), material);
-        let entries = self.joined(&spans, material);
+        let of = self.spans(Complexes::real(omega_rad_s), Complexes::real(Reals::ONE));
+        let entries = self.joined(&of);
         let (condensed, determinant) = self.condensed(entries);
         let negative = |x: Reals| x.to_array().map(|x| f64::from(u8::from(x < 0.0)));
-        let clamped = spans.each_ref().map(|span| {
+        let clamped = of.spans.each_ref().map(|span| {
             let (alpha, denominator) = (span.alpha.re.to_array(), span.denominator.re.to_array());
             std::array::from_fn::<f64, LANES, _>(|lane| {
                 let half_waves = (alpha[lane] / std::f64::consts::PI).floor();
@@ -165,15 +181,16 @@ impl Beam {
                 half_waves - 0.5 * (1.0 - parity * denominator[lane].signum())
             })
         });
-        let pivots = [spans[0].pivot.re, spans[1].pivot.re, entries[0].re, determinant.re * entries[0].re].map(negative);
+        let [left, right] = self.pivots(&of);
+        let pivots = [left.re, right.re, entries[0].re, determinant.re * entries[0].re].map(negative);
         let held = negative(condensed.re);
         let count =
             std::array::from_fn(|lane| clamped[0][lane] + clamped[1][lane] + pivots.iter().map(|p| p[lane]).sum::<f64>() - held[lane]);
         (condensed.re, Reals::from(count))
     }
 
-    /// Computes the derivative of D with one of the numbers, for each frequency.
-    pub fn slopes_each(&self, omega_rad_s: Reals, number: BeamNumber) -> Complexes {
+    /// Computes the derivative of D with one of the numbers, for each frequency; `of` holds the spans there.
+    pub fn slopes_each(&self, omega_rad_s: Reals, of: &BeamSpans, number: BeamNumber) -> Complexes {
         let size = match number {
             BeamNumber::Rigidity => self.rigidity,
             BeamNumber::MassPerLength => self.mass_per_length,
@@ -202,7 +219,14 @@ impl Beam {
                 BeamNumber::LossFactor => &mut beam.loss_factor,
                 BeamNumber::Dispersion => &mut beam.dispersion,
             } += by;
-            beam.damped_each(omega_rad_s)
+            match number {
+                BeamNumber::LeftClamping
+                | BeamNumber::RightClamping
+                | BeamNumber::Misalignment
+                | BeamNumber::Eccentricity
+                | BeamNumber::LateralStiffness => beam.damped_with(of),
+                _ => beam.damped_each(omega_rad_s),
+            }
         };
         (at(step) - at(-step)) * (0.5 / step)
     }
@@ -226,11 +250,11 @@ impl Beam {
 
     /// Computes a factor with zeros where D has poles: where the beam resonates with q held.
     pub fn poles_each(&self, omega_rad_s: Reals) -> Complexes {
-        let material = modulus_each(omega_rad_s, self.loss_factor, self.dispersion);
-        let spans = self.spans(self.complex_each(omega_rad_s), material);
-        let (condensed, determinant) = self.condensed(self.joined(&spans, material));
+        let of = self.spans_each(omega_rad_s);
+        let (condensed, determinant) = self.condensed(self.joined(&of));
         let unit = self.length / self.rigidity;
-        let free = spans.iter().fold(determinant * (unit * unit), |product, span| product * (span.pivot * span.denominator * unit));
+        let rotations = of.spans.iter().zip(self.pivots(&of));
+        let free = rotations.fold(determinant * (unit * unit), |product, (span, pivot)| product * (pivot * span.denominator * unit));
         free * condensed.inverse()
     }
 }
@@ -370,7 +394,7 @@ mod tests {
         // All stiffnesses and masses in one proportion change D in the same.
         let change = (here - softer.damped_each(omega)) * 100.0;
         assert!((change.lanes()[0] / here.lanes()[0] - 1.0).norm() < 1e-9);
-        let slope = |number, size: f64| of.slopes_each(omega, number).lanes()[0] * size;
+        let slope = |number, size: f64| of.slopes_each(omega, &of.spans_each(omega), number).lanes()[0] * size;
         let sum = slope(BeamNumber::Rigidity, of.rigidity)
             + slope(BeamNumber::MassPerLength, of.mass_per_length)
             + slope(BeamNumber::LateralStiffness, of.lateral_stiffness);

@@ -106,24 +106,33 @@ impl<'g> Frequencies<'g> {
         self.omega_rad_s.len()
     }
 
-    /// Returns the entries of a rod (by number) at one of the groups: those last computed there, where the rod is the same.
+    /// Calls `read` with the entries of a rod (by number) at one of the groups: those last computed there, where the rod is the same. Handing out copies
+    /// would cost more than most entries.
     #[inline]
-    pub(super) fn entries(&self, at: usize, rod: &Rod, group: usize, compute: impl FnOnce() -> RodLanes) -> RodLanes {
+    pub(super) fn with_entries(
+        &self,
+        at: usize,
+        rod: &Rod,
+        group: usize,
+        compute: impl FnOnce() -> RodLanes,
+        read: impl FnOnce(&RodLanes),
+    ) {
         // A group that another thread uses is computed anew.
         let recent = self.grid.map(|(grid, first)| grid.recent.0[first + group].try_lock());
-        let Some(Ok(mut recent)) = recent else { return compute() };
+        let Some(Ok(mut recent)) = recent else { return read(&compute()) };
         match recent.get_mut(at) {
-            Some((same, entries)) if same == rod => *entries,
-            Some(known) => {
-                *known = (*rod, compute());
-                known.1
+            Some((same, entries)) if same == rod => read(entries),
+            Some((known, entries)) => {
+                *known = *rod;
+                *entries = compute();
+                read(entries);
             }
             None => {
                 let entries = compute();
+                read(&entries);
                 if recent.len() == at {
                     recent.push((*rod, entries));
                 }
-                entries
             }
         }
     }

@@ -59,13 +59,15 @@ impl AssembledModel {
         let mut materials = [None; ABREAST];
         for (number, (rod, slots)) in self.rods.iter().zip(&shape.rod_slots).enumerate() {
             for (w, (omega, material)) in omega_rad_s.iter().zip(&mut materials).enumerate() {
-                let of = at.entries(number, rod, w, || rod.damped_with_material(*omega, material));
-                for (slot, entry) in slots.iter().zip([of.direct, of.direct, of.cross]) {
-                    if let Some(slot) = *slot {
-                        entries[slot * abreast + w] += entry;
+                let compute = || rod.damped_with_material(*omega, material);
+                at.with_entries(number, rod, w, compute, |of| {
+                    for (slot, entry) in slots.iter().zip([of.direct, of.direct, of.cross]) {
+                        if let Some(slot) = *slot {
+                            entries[slot * abreast + w] += entry;
+                        }
                     }
-                }
-                work.rods.push(of);
+                    work.rods.push(*of);
+                });
             }
         }
         shape.elimination.factor(abreast, entries, &self.real, |_, _, _| ());

@@ -208,10 +208,10 @@ impl Rod {
         {
             return RodLanes::real(direct, cross, sin);
         }
-        let material = match material {
-            Some(same) if same.loss_factor == self.loss_factor => *same,
-            other => *other.insert(self.material_each(omega_rad_s)),
-        };
+        if material.as_ref().is_some_and(|known| known.loss_factor != self.loss_factor) {
+            *material = None;
+        }
+        let material = material.get_or_insert_with(|| self.material_each(omega_rad_s));
         if !self.is_lossless() && self.elements == 0 {
             let phase = omega_rad_s * Reals::splat(self.transit_s);
             let (sin, cos) = (material.slowness * phase).sin_cos();

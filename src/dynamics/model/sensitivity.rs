@@ -12,11 +12,11 @@
 //! # Source  derivative of the inverse of a symmetric matrix, d(D⁻¹) = −D⁻¹·dD·D⁻¹.
 
 use super::assembled_model::AssembledModel;
-use super::beam::BeamNumber;
+use super::beam::{BeamNumber, BeamSpans};
 use super::frequency_grid::Frequencies;
 use super::joint::{JointNumbers, over_each};
 use super::receptance::ReceptanceEnd;
-use super::rod::{dispersion_each, loss_each, modulus_each};
+use super::rod::dispersion_each;
 use super::simd::{ABREAST, Complexes, Reals};
 use super::solution::Solution;
 use super::workspace::Workspace;
@@ -69,10 +69,23 @@ struct AtRod {
     factors: (Complexes, Complexes),
     /// d(direct)/dω and d(cross)/dω.
     slopes: (Complexes, Complexes),
+    /// aᵀ·(∂D/∂material)·b.
+    by_material: Complexes,
 }
 
 impl AtRod {
-    const NONE: Self = AtRod { factors: (Complexes::ZERO, Complexes::ZERO), slopes: (Complexes::ZERO, Complexes::ZERO) };
+    const NONE: Self =
+        AtRod { factors: (Complexes::ZERO, Complexes::ZERO), slopes: (Complexes::ZERO, Complexes::ZERO), by_material: Complexes::ZERO };
+}
+
+/// What several elements share, for each group of frequencies.
+struct Shared {
+    /// 2/π·ln(ω/ω₀), the slope of a loss with its share of dispersion.
+    dispersion: [Reals; ABREAST],
+    /// Of the rod of the element.
+    rod: [AtRod; ABREAST],
+    /// Spans of the beam of the element.
+    beam: Vec<BeamSpans>,
 }
 
 /// Derivatives of a model's elements with some parameters, for one operating condition and one set of parameters.
@@ -278,16 +291,21 @@ impl AssembledModel {
         let (receptances, solution) = self.solve(at, work);
         let mut products = [Complexes::ZERO; ABREAST];
         let mut of = None;
-        let (mut last, mut of_rod) = (None, [AtRod::NONE; ABREAST]);
+        let dispersion = std::array::from_fn(|w| omega_rad_s.get(w).map_or(Reals::ZERO, |omega| dispersion_each(*omega)));
+        let mut shared = Shared { dispersion, rod: [AtRod::NONE; ABREAST], beam: Vec::new() };
+        let (mut last_rod, mut last_beam) = (None, None);
         for &(element, column, slope) in &sensitivity.entries {
             if of.replace(element) != Some(element) {
-                if let Element::Rod(rod, _) = element
-                    && last.replace(rod) != Some(rod)
-                {
-                    of_rod = self.at_rod(rod, &solution);
+                match element {
+                    Element::Rod(rod, _) if last_rod.replace(rod) != Some(rod) => self.at_rod(rod, &solution, &mut shared.rod),
+                    Element::Beam(beam, _) if last_beam.replace(beam) != Some(beam) => {
+                        shared.beam.clear();
+                        shared.beam.extend(omega_rad_s.iter().map(|omega| self.beams[beam].spans_each(*omega)));
+                    }
+                    _ => {}
                 }
                 products.iter_mut().take(omega_rad_s.len()).enumerate().for_each(|(w, product)| {
-                    *product = self.element_product(element, &solution, (&of_rod[w], w));
+                    *product = self.element_product(element, &solution, (&shared, w));
                 });
             }
             let sums = gradient[column * omega_rad_s.len()..][..omega_rad_s.len()].iter_mut();
@@ -296,39 +314,43 @@ impl AssembledModel {
         receptances
     }
 
-    /// Computes the shared factors of a rod at each group of frequencies.
-    fn at_rod(&self, rod: usize, of: &Solution<'_>) -> [AtRod; ABREAST] {
+    /// Computes the shared factors of a rod at each group of frequencies, in place: copying them would cost as much.
+    fn at_rod(&self, rod: usize, of: &Solution<'_>, groups: &mut [AtRod; ABREAST]) {
         let abreast = of.omega_rad_s.len();
-        std::array::from_fn(|w| match of.omega_rad_s.get(w) {
-            None => AtRod::NONE,
-            Some(omega) => AtRod {
-                factors: of.rod_factors(self.structure.rods[rod].ends, w),
-                slopes: self.rods[rod].slopes_each(*omega, &of.rods[rod * abreast + w]),
-            },
-        })
+        for (w, (group, omega)) in groups.iter_mut().zip(of.omega_rad_s).enumerate() {
+            let entries = &of.rods[rod * abreast + w];
+            let (direct, cross) = of.rod_factors(self.structure.rods[rod].ends, w);
+            let slopes = self.rods[rod].slopes_each(*omega, entries);
+            let (by_direct, by_cross) = entries.by_material(*omega, slopes);
+            let by_material = (direct * by_direct + cross * by_cross) * entries.material_inverse;
+            *group = AtRod { factors: (direct, cross), slopes, by_material };
+        }
+    }
+
+    /// Computes the loss of a joint or rod for one group of frequencies, as [`loss_each`](super::rod::loss_each).
+    #[inline]
+    fn loss(&self, shared: &Shared, w: usize) -> Complexes {
+        Complexes::new(shared.dispersion[w] * Reals::splat(self.dispersion), Reals::ONE)
     }
 
     /// Computes aᵀ·(∂D/∂number)·b of one number of a rod for one group of frequencies.
     #[inline]
-    fn rod_product(&self, rod: usize, number: RodNumber, of: &Solution<'_>, (at, w): (&AtRod, usize)) -> Complexes {
-        let (omega, (direct, cross)) = (of.omega_rad_s[w], at.factors);
-        let (rod, entries) = (&self.rods[rod], &of.rods[rod * of.omega_rad_s.len() + w]);
-        let by_material = || {
-            let (by_direct, by_cross) = entries.by_material(omega, at.slopes);
-            (direct * by_direct + cross * by_cross) * entries.material_inverse
-        };
+    fn rod_product(&self, rod: usize, number: RodNumber, of: &Solution<'_>, (shared, w): (&Shared, usize)) -> Complexes {
+        let AtRod { factors: (direct, cross), slopes, by_material } = shared.rod[w];
+        let (omega, entries) = (of.omega_rad_s[w], &of.rods[rod * of.omega_rad_s.len() + w]);
+        let rod = &self.rods[rod];
         match number {
             RodNumber::Stiffness => (direct * entries.direct + cross * entries.cross) * (1.0 / rod.stiffness),
-            RodNumber::Transit => (direct * at.slopes.0 + cross * at.slopes.1) * (omega * Reals::splat(1.0 / rod.transit_s)),
-            RodNumber::Loss => by_material() * loss_each(omega, self.dispersion).0,
+            RodNumber::Transit => (direct * slopes.0 + cross * slopes.1) * (omega * Reals::splat(1.0 / rod.transit_s)),
+            RodNumber::Loss => by_material * self.loss(shared, w),
             RodNumber::Dispersion if rod.loss_factor == 0.0 => Complexes::ZERO,
-            RodNumber::Dispersion => by_material() * (dispersion_each(omega) * Reals::splat(rod.loss_factor)),
+            RodNumber::Dispersion => by_material * (shared.dispersion[w] * Reals::splat(rod.loss_factor)),
         }
     }
 
-    /// Computes aᵀ·(∂D/∂element)·b for one group of frequencies; for a rod with its shared factors.
+    /// Computes aᵀ·(∂D/∂element)·b for one group of frequencies.
     #[inline]
-    fn element_product(&self, element: Element, of: &Solution<'_>, (at_rod, w): (&AtRod, usize)) -> Complexes {
+    fn element_product(&self, element: Element, of: &Solution<'_>, (shared, w): (&Shared, usize)) -> Complexes {
         let omega = of.omega_rad_s[w];
         let s = self.complex_frequency_each(omega);
         let product = |joint: usize| {
@@ -342,24 +364,26 @@ impl AssembledModel {
                 if of.loss_factor == 0.0 && of.integral_rate == 0.0 {
                     return product(joint);
                 }
-                let mut factor = modulus_each(omega, of.loss_factor, self.dispersion);
-                factor += over_each(of.integral_rate, s);
+                let mut factor = Complexes::real(Reals::ONE) + self.loss(shared, w) * of.loss_factor;
+                if of.integral_rate != 0.0 {
+                    factor += over_each(of.integral_rate, s);
+                }
                 product(joint) * factor
             }
             Element::Integral(joint) => product(joint) * over_each(self.joints[joint].stiffness, s),
-            Element::Loss(joint) => product(joint) * loss_each(omega, self.dispersion).0 * self.joints[joint].stiffness,
+            Element::Loss(joint) => product(joint) * self.loss(shared, w) * self.joints[joint].stiffness,
             Element::Dispersion(joint) => {
                 let JointNumbers { stiffness, loss_factor, .. } = self.joints[joint];
                 if loss_factor == 0.0 {
                     Complexes::ZERO
                 } else {
-                    product(joint) * (dispersion_each(omega) * Reals::splat(stiffness * loss_factor))
+                    product(joint) * (shared.dispersion[w] * Reals::splat(stiffness * loss_factor))
                 }
             }
             Element::Beam(beam, number) => {
-                self.beams[beam].slopes_each(omega, number) * of.product(self.structure.beams[beam].coordinate, w)
+                self.beams[beam].slopes_each(omega, &shared.beam[w], number) * of.product(self.structure.beams[beam].coordinate, w)
             }
-            Element::Rod(rod, number) => self.rod_product(rod, number, of, (at_rod, w)),
+            Element::Rod(rod, number) => self.rod_product(rod, number, of, (shared, w)),
             Element::Damping(joint) => self.joints[joint].damper_derivative_each(product(joint), s) * s,
             Element::Relaxation(joint) => {
                 let Some(k) = self.joints[joint].relaxation_stiffness else { return Complexes::ZERO };
