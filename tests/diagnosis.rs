@@ -92,8 +92,8 @@ fn recover_a_misread_quantity() {
     assert_eq!(found["verdict"]["where"], "measurement");
 }
 
-/// The paper prints the amplitudes of its bench "in m", which cannot be right. Read as receptances, modes alone suffice to name the misread
-/// quantity.
+/// The paper prints the amplitudes of its bench "in m", which cannot be right. Read as receptances, modes alone suffice to find the misread
+/// quantity. It is not named, because the fit with it predicts the held-out positions worse.
 #[test]
 #[ignore = "second tier"]
 fn published_amplitudes_are_no_receptances() {
@@ -103,9 +103,14 @@ fn published_amplitudes_are_no_receptances() {
         std::fs::write(folder.path().join(name), text.replace("quantity = \"mobility\"", "quantity = \"receptance\"")).unwrap();
     }
     let found = diagnose(&["--measurements", folder.path().to_str().unwrap(), "--positions", "l1,l3,l5"]);
-    assert_eq!(found["verdict"]["effects"][0], "frf-quantity", "{:#}", found["verdict"]);
-    let power = found["effects"][0]["parameters"]["quantity_power"].as_f64().unwrap();
-    assert!(power > 0.5 && power < 2.5, "{power}");
+    let (verdict, best) = (&found["verdict"], &found["effects"][0]);
+    assert_eq!((&verdict["kind"], &verdict["confirmed"]), (&"unknown".into(), &false.into()), "{verdict:#}");
+    assert!(verdict["reason"].as_str().unwrap().contains("frf-quantity reduces χ²"), "{verdict:#}");
+    assert_eq!(best["id"], "frf-quantity");
+    let number = |value: &Value| value.as_f64().unwrap();
+    let power = number(&best["parameters"]["quantity_power"]);
+    assert!(power > 0.5 && power < 2.5 && number(&best["p_value"]) < 0.001, "{best:#}");
+    assert!(number(&best["gap_held_out_after"]) > 2.0 * number(&best["gap_held_out_before"]), "{best:#}");
 }
 
 /// Two records exchanged between their positions, among the fitted and among the held-out ones.

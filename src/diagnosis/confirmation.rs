@@ -16,7 +16,7 @@ use optimizer::Control;
 /// # Source  Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773–795: «strong» evidence from 3 on.
 const DECISIVE: f64 = 3.0;
 
-/// How well a chosen model predicts held-out data.
+/// How well a named model, or the best of a set of which one is named, predicts held-out data.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Confirmation {
     /// Logarithm of its predictive density over that of the nominal machine, and of a rival, in units of its misfit over null simulations.
@@ -43,15 +43,15 @@ impl Confirmation {
     }
 }
 
-/// Compares a chosen model with the nominal machine, and with a rival, at held-out data. `excess` is the misfit of the chosen model over null
-/// simulations. `None` where nothing is held out.
+/// Compares the named models with the nominal machine, and with a rival, at held-out data: of a set that names one of several, that which predicts them
+/// best. `excess` is the misfit of the first over null simulations. `None` where nothing is held out.
 ///
 /// # Errors  as [`Fitter::objective`].
 pub(super) fn confirmation(
     fitter: &Fitter<'_>,
     held_out: &HoldOutSet<'_>,
-    [nominal, chosen]: [(&Hypothesis, &Fitted); 2],
-    rival: Option<(&Hypothesis, &Fitted)>,
+    (nominal, rival): ((&Hypothesis, &Fitted), Option<(&Hypothesis, &Fitted)>),
+    named: &[(&Hypothesis, &Fitted)],
     excess: f64,
     control: &Control,
 ) -> Result<Option<Confirmation>, ObjectiveError> {
@@ -62,13 +62,13 @@ pub(super) fn confirmation(
     if is_empty || control.stopped() {
         return Ok(None);
     }
-    let losses: Vec<f64> = [Some(nominal), Some(chosen), rival]
-        .into_par_iter()
-        .flatten()
-        .map(|(hypothesis, fitted)| held_out_loss(fitter, held_out, hypothesis, fitted, control))
-        .or_first_error()?;
-    let over = |other: &f64| 0.5 * (other - losses[1]) / excess;
-    Ok(Some(Confirmation { over_nominal: over(&losses[0]), over_rival: losses.get(2).map(over) }))
+    let models: Vec<(&Hypothesis, &Fitted)> = std::iter::once(nominal).chain(rival).chain(named.iter().copied()).collect();
+    let losses: Vec<f64> =
+        models.into_par_iter().map(|(hypothesis, fitted)| held_out_loss(fitter, held_out, hypothesis, fitted, control)).or_first_error()?;
+    let (others, named) = losses.split_at(1 + usize::from(rival.is_some()));
+    let least = named.iter().copied().fold(f64::INFINITY, f64::min);
+    let over = |other: &f64| 0.5 * (other - least) / excess;
+    Ok(Some(Confirmation { over_nominal: over(&others[0]), over_rival: others.get(1).map(over) }))
 }
 
 /// Returns −2 ln of the predictive density of held-out data after a fit, up to a constant: of each FRF with its own nut position, gain and delay, over

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::confirmation::{Confirmation, confirmation};
+use super::confirmation::confirmation;
 use super::cross_validation::cross_validation;
 use super::data_fault::{Contradiction, Fault, chain_fault, contradiction, fault, fault_of_records, held_out_fault};
 use super::evidence::{Domain, PartialGap, closed};
@@ -243,11 +243,12 @@ pub fn diagnose(
         let better = |c: &&(Hypothesis, Fitted)| c.1.chi_square < chosen.1.chi_square;
         let rival =
             located.iter().filter_map(|c| c.fitted.as_ref()).min_by(|a, b| a.1.chi_square.total_cmp(&b.1.chi_square)).filter(better);
-        let compared = [as_described, (&chosen.0, &chosen.1)];
-        let found = confirmation(fitter, held_out, compared, rival.map(|(h, f)| (h, f)), after, control)?;
-        verdict.confirmed = found.map(Confirmation::is_certain);
-        if let Some(found) = found.filter(|found| verdict.kind == VerdictKind::Effect && !found.is_certain()) {
-            verdict = verdict.unnamed(&found.text(), "measure at more positions, or with less noise");
+        let others = tried.iter().filter(|t| verdict.effects.iter().skip(1).any(|ids| *ids == EffectIds::single(&t.candidate.id)));
+        let others = others.filter_map(|t| t.candidate.fitted.as_ref()).map(|(h, f)| (h, f));
+        let named: Vec<(&Hypothesis, &Fitted)> = std::iter::once((&chosen.0, &chosen.1)).chain(others).collect();
+        let found = confirmation(fitter, held_out, (as_described, rival.map(|(h, f)| (h, f))), &named, after, control)?;
+        if let Some(found) = found {
+            verdict = verdict.confirmed_by(found.is_certain(), &found.text(), "measure at more positions, or with less noise");
         }
     }
     let chosen_with_nuisances = fitter.gaps(&chosen.0, &chosen.1, held_out)?;

@@ -42,7 +42,12 @@ impl VerdictKind {
 
     /// Whether the verdict names an explanation of the gap: effects or a parameter that was frozen.
     pub fn explains(self) -> bool {
-        matches!(self, VerdictKind::Effect | VerdictKind::Ambiguous | VerdictKind::WrongParameter)
+        self.names_effects() || self == VerdictKind::WrongParameter
+    }
+
+    /// Whether the verdict names effects, one or several of which one is missing.
+    pub fn names_effects(self) -> bool {
+        matches!(self, VerdictKind::Effect | VerdictKind::Ambiguous)
     }
 }
 
@@ -70,6 +75,13 @@ impl Verdict {
         Verdict { kind, effects: Vec::new(), faults: Vec::new(), confirmed: None, reason, next_measurement }
     }
 
+    /// Returns the verdict with whether held-out data speak for it for certain. Where they do not, effects are not named, be it one or a set of which one
+    /// is missing: the verdict is «unknown», for a reason and with a next measurement.
+    pub(super) fn confirmed_by(self, is_certain: bool, reason: &str, next_measurement: &str) -> Verdict {
+        let verdict = Verdict { confirmed: Some(is_certain), ..self };
+        if is_certain || !verdict.kind.names_effects() { verdict } else { verdict.unnamed(reason, next_measurement) }
+    }
+
     /// Returns the verdict «unknown» in place of a name, for a reason that is added.
     pub(super) fn unnamed(self, reason: &str, next_measurement: &str) -> Verdict {
         Verdict {
@@ -83,8 +95,7 @@ impl Verdict {
 
     /// Returns the verdict «ambiguous» where something else explains as much as the named effects: its id, a reason and the next measurement.
     pub(super) fn or_else(self, other: Option<(String, (String, String))>) -> Verdict {
-        let names_effects = matches!(self.kind, VerdictKind::Effect | VerdictKind::Ambiguous);
-        let Some((id, (text, next))) = other.filter(|_| names_effects) else { return self };
+        let Some((id, (text, next))) = other.filter(|_| self.kind.names_effects()) else { return self };
         let effects = self.effects.into_iter().chain([EffectIds::single(&id)]).collect();
         let reason = format!("{}; these data cannot distinguish it from another cause: {text}", self.reason);
         Verdict { kind: VerdictKind::Ambiguous, effects, reason, next_measurement: Some(next), ..self }
@@ -121,4 +132,31 @@ pub(super) fn p_value_text(p_value: f64) -> String {
 /// Writes a percentage: two decimals below 1 %.
 pub(crate) fn percent_text(percent: f64) -> String {
     if percent.abs() < 0.95 { format!("{percent:.2} %") } else { format!("{percent:.0} %") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One name or a set: held-out data that do not speak for it leave none. A released parameter is no effect, and its verdict stays.
+    #[test]
+    fn what_held_out_data_do_not_confirm_is_not_named() {
+        let of = |kind, ids: &[&str]| Verdict {
+            kind,
+            effects: ids.iter().copied().map(EffectIds::single).collect(),
+            faults: Vec::new(),
+            confirmed: None,
+            reason: "it reduces χ² by 1 %".into(),
+            next_measurement: None,
+        };
+        for (kind, ids) in [(VerdictKind::Effect, &["screw-lead"][..]), (VerdictKind::Ambiguous, &["screw-lead", "frf-gain"])] {
+            let named = of(kind, ids).confirmed_by(true, "no", "measure");
+            assert_eq!((named.kind, named.effects.len(), named.confirmed), (kind, ids.len(), Some(true)));
+            let unnamed = of(kind, ids).confirmed_by(false, "no", "measure");
+            assert_eq!((unnamed.kind, unnamed.effects.len(), unnamed.confirmed), (VerdictKind::Unknown, 0, Some(false)));
+            assert_eq!(unnamed.reason, "no (it reduces χ² by 1 %)");
+        }
+        let released = of(VerdictKind::WrongParameter, &[]).confirmed_by(false, "no", "measure");
+        assert_eq!((released.kind, released.next_measurement), (VerdictKind::WrongParameter, None));
+    }
 }
