@@ -16,12 +16,14 @@ use optimizer::Control;
 /// # Source  Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773–795: «strong» evidence from 3 on.
 const DECISIVE: f64 = 3.0;
 
-/// How well a named model, or the best of a set of which one is named, predicts held-out data.
+/// How well the named model, or a set of models of which one is named, predicts held-out data.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Confirmation {
     /// Logarithm of its predictive density over that of the nominal machine, and of a rival, in units of its misfit over null simulations.
     over_nominal: f64,
     over_rival: Option<f64>,
+    /// Number of named models.
+    named: usize,
 }
 
 impl Confirmation {
@@ -32,19 +34,22 @@ impl Confirmation {
 
     /// Describes why held-out data do not confirm the model.
     pub fn text(self) -> String {
+        let effect = if self.named > 1 { "the named effects" } else { "the best effect" };
         match self.over_rival.filter(|_| self.over_nominal >= DECISIVE) {
             Some(rival) => {
-                format!("a generic impedance predicts held-out data better than the best effect (ln of the density ratio {:.1})", -rival)
+                format!("a generic impedance predicts held-out data better than {effect} (ln of the density ratio {:.1})", -rival)
             }
             None => {
-                format!("held-out data do not speak for the best effect for certain (ln of the density ratio {:.1})", self.over_nominal)
+                format!("held-out data do not speak for {effect} for certain (ln of the density ratio {:.1})", self.over_nominal)
             }
         }
     }
 }
 
-/// Compares the named models with the nominal machine, and with a rival, at held-out data: of a set that names one of several, that which predicts them
-/// best. `excess` is the misfit of the first over null simulations. `None` where nothing is held out.
+/// Compares the named models with the nominal machine, and with a rival, at held-out data. Where one of several is named, each is as probable as the
+/// others, and the mean of their predictive densities counts. `excess` is the misfit of the first over null simulations. `None` where nothing is held out.
+///
+/// # Source  MacKay, Information Theory, Inference, and Learning Algorithms, §28: the evidence of a hypothesis is the mean over its parts.
 ///
 /// # Errors  as [`Fitter::objective`].
 pub(super) fn confirmation(
@@ -65,10 +70,17 @@ pub(super) fn confirmation(
     let models: Vec<(&Hypothesis, &Fitted)> = std::iter::once(nominal).chain(rival).chain(named.iter().copied()).collect();
     let losses: Vec<f64> =
         models.into_par_iter().map(|(hypothesis, fitted)| held_out_loss(fitter, held_out, hypothesis, fitted, control)).or_first_error()?;
-    let (others, named) = losses.split_at(1 + usize::from(rival.is_some()));
-    let least = named.iter().copied().fold(f64::INFINITY, f64::min);
-    let over = |other: &f64| 0.5 * (other - least) / excess;
-    Ok(Some(Confirmation { over_nominal: over(&others[0]), over_rival: others.get(1).map(over) }))
+    let log_densities: Vec<f64> = losses.iter().map(|loss| -0.5 * loss / excess).collect();
+    let (others, named) = log_densities.split_at(1 + usize::from(rival.is_some()));
+    let over = |other: &f64| log_mean_exp(named) - other;
+    Ok(Some(Confirmation { over_nominal: over(&others[0]), over_rival: others.get(1).map(over), named: named.len() }))
+}
+
+/// Computes ln of the mean of numbers given by their logarithms.
+fn log_mean_exp(logarithms: &[f64]) -> f64 {
+    let largest = logarithms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let sum: f64 = logarithms.iter().map(|logarithm| (logarithm - largest).exp()).sum();
+    largest + (sum / logarithms.len() as f64).ln()
 }
 
 /// Returns −2 ln of the predictive density of held-out data after a fit, up to a constant: of each FRF with its own nut position, gain and delay, over
@@ -96,5 +108,17 @@ fn held_out_loss(
             let gain = own.gain(&coordinates_of(&own, fitted));
             Ok(left.residuals(&predicted, gain).iter().map(|r| r * r).sum())
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limit_one_of_several_costs_at_most_their_number() {
+        assert_eq!(log_mean_exp(&[-3000.0]), -3000.0);
+        assert!((log_mean_exp(&[-3000.0, -3000.0, -3000.0]) + 3000.0).abs() < 1e-12);
+        assert!((log_mean_exp(&[-3000.0, -3100.0]) + 3000.0 + 2.0_f64.ln()).abs() < 1e-12);
     }
 }

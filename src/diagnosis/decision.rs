@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::confirmation::confirmation;
+use super::confirmation::{Confirmation, confirmation};
 use super::cross_validation::cross_validation;
 use super::data_fault::{Contradiction, Fault, chain_fault, contradiction, fault, fault_of_records, held_out_fault};
 use super::evidence::{Domain, PartialGap, closed};
@@ -247,9 +247,12 @@ pub fn diagnose(
         let others = others.filter_map(|t| t.candidate.fitted.as_ref()).map(|(h, f)| (h, f));
         let named: Vec<(&Hypothesis, &Fitted)> = std::iter::once((&chosen.0, &chosen.1)).chain(others).collect();
         let found = confirmation(fitter, held_out, (as_described, rival.map(|(h, f)| (h, f))), &named, after, control)?;
-        if let Some(found) = found {
-            verdict = verdict.confirmed_by(found.is_certain(), &found.text(), "measure at more positions, or with less noise");
-        }
+        // Of combinations the first alone is fitted: the others might be confirmed.
+        let are_all_compared = named.len() >= verdict.effects.len();
+        verdict = match found {
+            Some(found) if are_all_compared => verdict.judged_by_held_out(found.is_certain(), &found.text()),
+            found => Verdict { confirmed: found.map(Confirmation::is_certain), ..verdict },
+        };
     }
     let chosen_with_nuisances = fitter.gaps(&chosen.0, &chosen.1, held_out)?;
     let leaves_much = after > EXCESS || after - 1.0 > UNEXPLAINED * (before - 1.0);

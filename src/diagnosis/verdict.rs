@@ -60,7 +60,7 @@ pub struct Verdict {
     pub effects: Vec<EffectIds>,
     /// Ids of faults of the measuring chain, `id@record` where one record is concerned.
     pub faults: Vec<String>,
-    /// Whether held-out data speak for the named explanation for certain; `None` where nothing is named or held out.
+    /// Whether held-out data speak for the named explanation for certain, `false` also where that leaves none; `None` where nothing is named or held out.
     pub confirmed: Option<bool>,
     /// Reason, in one or two sentences.
     pub reason: String,
@@ -75,11 +75,12 @@ impl Verdict {
         Verdict { kind, effects: Vec::new(), faults: Vec::new(), confirmed: None, reason, next_measurement }
     }
 
-    /// Returns the verdict with whether held-out data speak for it for certain. Where they do not, effects are not named, be it one or a set of which one
-    /// is missing: the verdict is «unknown», for a reason and with a next measurement.
-    pub(super) fn confirmed_by(self, is_certain: bool, reason: &str, next_measurement: &str) -> Verdict {
+    /// Returns the verdict with whether held-out data speak for its effects for certain. Where they do not, no effect is named, be it one or a set of which
+    /// one is missing: the verdict is «unknown», for a reason.
+    pub(super) fn judged_by_held_out(self, is_certain: bool, reason: &str) -> Verdict {
         let verdict = Verdict { confirmed: Some(is_certain), ..self };
-        if is_certain || !verdict.kind.names_effects() { verdict } else { verdict.unnamed(reason, next_measurement) }
+        let is_kept = is_certain || !verdict.kind.names_effects();
+        if is_kept { verdict } else { verdict.unnamed(reason, "measure at more positions, or with less noise") }
     }
 
     /// Returns the verdict «unknown» in place of a name, for a reason that is added.
@@ -150,13 +151,13 @@ mod tests {
             next_measurement: None,
         };
         for (kind, ids) in [(VerdictKind::Effect, &["screw-lead"][..]), (VerdictKind::Ambiguous, &["screw-lead", "frf-gain"])] {
-            let named = of(kind, ids).confirmed_by(true, "no", "measure");
+            let named = of(kind, ids).judged_by_held_out(true, "no");
             assert_eq!((named.kind, named.effects.len(), named.confirmed), (kind, ids.len(), Some(true)));
-            let unnamed = of(kind, ids).confirmed_by(false, "no", "measure");
+            let unnamed = of(kind, ids).judged_by_held_out(false, "no");
             assert_eq!((unnamed.kind, unnamed.effects.len(), unnamed.confirmed), (VerdictKind::Unknown, 0, Some(false)));
             assert_eq!(unnamed.reason, "no (it reduces χ² by 1 %)");
         }
-        let released = of(VerdictKind::WrongParameter, &[]).confirmed_by(false, "no", "measure");
+        let released = of(VerdictKind::WrongParameter, &[]).judged_by_held_out(false, "no");
         assert_eq!((released.kind, released.next_measurement), (VerdictKind::WrongParameter, None));
     }
 }

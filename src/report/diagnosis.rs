@@ -320,7 +320,7 @@ pub struct VerdictRow {
     /// Ids of faults of the measuring chain, `id@record` where one record is concerned.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<String>,
-    /// Whether held-out data speak for the named explanation for certain; null where nothing is named or held out.
+    /// Whether held-out data speak for the named explanation for certain, false also where that leaves none; null where nothing is named or held out.
     #[serde(default)]
     pub confirmed: Option<bool>,
     /// Reason in words.
@@ -469,9 +469,9 @@ pub fn diagnosis_text(document: &DiagnosisDocument) -> String {
     let mut text = verdict_text(document);
     text.push('\n');
     text += &gap_text(document, "gap at held-out positions");
-    let confirm =
-        document.verdict.confirmed.map(|does| if does { "confirm the named effect" } else { "do not confirm the best effect for certain" });
-    text += &confirm.map_or(String::new(), |confirm| format!("  held-out data {confirm}\n"));
+    let named = if document.verdict.kind == "ambiguous" { "one of the named effects" } else { "the best effect" };
+    let confirm = |does: bool| if does { format!("confirm {named}") } else { format!("do not confirm {named} for certain") };
+    text += &document.verdict.confirmed.map_or(String::new(), |does| format!("  held-out data {}\n", confirm(does)));
     if let Some([before, after]) = document.chosen.gap_held_out_with_nuisances {
         text += &wrapped(&format!("  with tolerances fitted as nuisance parameters: {} as described, {} with it", gap(before), gap(after)));
     }

@@ -63,15 +63,12 @@ pub(super) fn decide(inputs: &MotionDecisionInputs<'_>) -> Verdict {
     let confirmed = inputs.holds_out.then(|| inputs.closed95.is_some_and(|(low, _)| low > 0.0));
     let stated = inputs.stated;
     let beside: String = stated.iter().map(|record| format!("; {}", record.description)).collect();
-    let verdict = Verdict { faults: ids(stated), reason: verdict.reason.clone() + &beside, ..verdict };
-    match confirmed {
-        Some(false) if !stated.is_empty() => at_fault(stated),
-        Some(is_certain) => verdict.confirmed_by(
-            is_certain,
-            "the held-out records do not surely speak for the best effect",
-            "record more motions with other speeds and loads",
-        ),
-        None => verdict,
+    let verdict = Verdict { confirmed, faults: ids(stated), reason: verdict.reason.clone() + &beside, ..verdict };
+    match (confirmed, verdict.kind) {
+        (Some(false), _) if !stated.is_empty() => at_fault(stated),
+        (Some(false), VerdictKind::Effect) => verdict
+            .unnamed("the held-out records do not surely speak for the best effect", "record more motions with other speeds and loads"),
+        _ => verdict,
     }
 }
 

@@ -189,7 +189,8 @@ impl Beam {
         (condensed.re, Reals::from(count))
     }
 
-    /// Computes the derivative of D with one of the numbers, for each frequency; `of` holds the spans there.
+    /// Computes the derivative of D with one of the numbers, for each frequency. `of` is [`Beam::spans_each`] there: bearings, arms and the nut's lateral
+    /// stiffness do not change it.
     pub fn slopes_each(&self, omega_rad_s: Reals, of: &BeamSpans, number: BeamNumber) -> Complexes {
         let size = match number {
             BeamNumber::Rigidity => self.rigidity,

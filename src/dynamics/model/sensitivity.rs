@@ -78,14 +78,14 @@ impl AtRod {
         AtRod { factors: (Complexes::ZERO, Complexes::ZERO), slopes: (Complexes::ZERO, Complexes::ZERO), by_material: Complexes::ZERO };
 }
 
-/// What several elements share, for each group of frequencies.
+/// What several elements share, for each group of frequencies that is evaluated. Entries of one rod, or of one beam, follow each other.
 struct Shared {
     /// 2/π·ln(ω/ω₀), the slope of a loss with its share of dispersion.
     dispersion: [Reals; ABREAST],
-    /// Of the rod of the element.
+    /// Of the last rod.
     rod: [AtRod; ABREAST],
-    /// Spans of the beam of the element.
-    beam: Vec<BeamSpans>,
+    /// Spans of the last beam.
+    beam: [Option<BeamSpans>; ABREAST],
 }
 
 /// Derivatives of a model's elements with some parameters, for one operating condition and one set of parameters.
@@ -292,15 +292,15 @@ impl AssembledModel {
         let mut products = [Complexes::ZERO; ABREAST];
         let mut of = None;
         let dispersion = std::array::from_fn(|w| omega_rad_s.get(w).map_or(Reals::ZERO, |omega| dispersion_each(*omega)));
-        let mut shared = Shared { dispersion, rod: [AtRod::NONE; ABREAST], beam: Vec::new() };
+        let mut shared = Shared { dispersion, rod: [AtRod::NONE; ABREAST], beam: [None; ABREAST] };
         let (mut last_rod, mut last_beam) = (None, None);
         for &(element, column, slope) in &sensitivity.entries {
             if of.replace(element) != Some(element) {
                 match element {
                     Element::Rod(rod, _) if last_rod.replace(rod) != Some(rod) => self.at_rod(rod, &solution, &mut shared.rod),
                     Element::Beam(beam, _) if last_beam.replace(beam) != Some(beam) => {
-                        shared.beam.clear();
-                        shared.beam.extend(omega_rad_s.iter().map(|omega| self.beams[beam].spans_each(*omega)));
+                        let groups = shared.beam.iter_mut().zip(omega_rad_s);
+                        groups.for_each(|(spans, omega)| *spans = Some(self.beams[beam].spans_each(*omega)));
                     }
                     _ => {}
                 }
@@ -314,7 +314,7 @@ impl AssembledModel {
         receptances
     }
 
-    /// Computes the shared factors of a rod at each group of frequencies, in place: copying them would cost as much.
+    /// Computes the shared factors of a rod at each group of frequencies, in place: copying them takes as long as computing them.
     fn at_rod(&self, rod: usize, of: &Solution<'_>, groups: &mut [AtRod; ABREAST]) {
         let abreast = of.omega_rad_s.len();
         for (w, (group, omega)) in groups.iter_mut().zip(of.omega_rad_s).enumerate() {
@@ -327,7 +327,7 @@ impl AssembledModel {
         }
     }
 
-    /// Computes the loss of a joint or rod for one group of frequencies, as [`loss_each`](super::rod::loss_each).
+    /// Computes the factor of a loss factor for one group of frequencies, as [`loss_each`](super::rod::loss_each).
     #[inline]
     fn loss(&self, shared: &Shared, w: usize) -> Complexes {
         Complexes::new(shared.dispersion[w] * Reals::splat(self.dispersion), Reals::ONE)
@@ -381,7 +381,8 @@ impl AssembledModel {
                 }
             }
             Element::Beam(beam, number) => {
-                self.beams[beam].slopes_each(omega, &shared.beam[w], number) * of.product(self.structure.beams[beam].coordinate, w)
+                let Some(spans) = &shared.beam[w] else { return Complexes::ZERO };
+                self.beams[beam].slopes_each(omega, spans, number) * of.product(self.structure.beams[beam].coordinate, w)
             }
             Element::Rod(rod, number) => self.rod_product(rod, number, of, (shared, w)),
             Element::Damping(joint) => self.joints[joint].damper_derivative_each(product(joint), s) * s,

@@ -22,6 +22,7 @@ pub fn sentence(of: &DiagnosisDocument) -> String {
         "none" => "The model explains the measurements: no effect is missing beyond noise and tolerances.".into(),
         "effect" => format!("The model lacks {}.", effects("and", " together with ")),
         "ambiguous" => format!("The model lacks {}: these data do not distinguish them.", effects("or", " with ")),
+        "unknown" if verdict.confirmed == Some(false) => "Measurements that were not fitted confirm no effect of the library.".into(),
         "unknown" => format!("The model lacks an effect{place} that is not in the library."),
         "wrong-parameter" => "A parameter that was held fixed is wrong.".into(),
         "measurement" if of.verdict.faults.is_empty() => "The measurements are faulty: no effect makes them consistent.".into(),
