@@ -9,6 +9,7 @@ use super::hypothesis::Hypothesis;
 use identification::objective::{ModeObjective, ObjectiveError};
 use measurement::HoldOutSet;
 use numeric::parallel::OrFirstError;
+use numeric::statistics::log_sum_exp;
 use optimizer::Control;
 
 /// Least logarithm of a ratio of predictive densities that decides, in units of the misfit over null simulations: 20 to 1.
@@ -78,9 +79,7 @@ pub(super) fn confirmation(
 
 /// Computes ln of the mean of numbers given by their logarithms.
 fn log_mean_exp(logarithms: &[f64]) -> f64 {
-    let largest = logarithms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let sum: f64 = logarithms.iter().map(|logarithm| (logarithm - largest).exp()).sum();
-    largest + (sum / logarithms.len() as f64).ln()
+    log_sum_exp(logarithms) - (logarithms.len() as f64).ln()
 }
 
 /// Returns −2 ln of the predictive density of held-out data after a fit, up to a constant: of each FRF with its own nut position, gain and delay, over

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, DVector};
+use numeric::statistics::log_sum_exp;
 
 use super::{MeasurementSet, ModeObservation, ModeTable};
 
@@ -204,11 +205,7 @@ fn log_density(here: CoursePoint, course: &[CoursePoint], length_m: f64) -> f64 
         let variance = covariance(&here, &here) + here.variance - cross.dot(&factor.solve(&cross));
         (evidence, normal(here.log - mean - cross.dot(&solved), variance.max(here.variance)))
     });
-    let log_sum = |terms: [f64; VARIATION.len()]| {
-        let most = terms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        most + terms.iter().map(|term| (term - most).exp()).sum::<f64>().ln()
-    };
-    log_sum(parts.map(|(evidence, density)| evidence + density)) - log_sum(parts.map(|(evidence, _)| evidence))
+    log_sum_exp(&parts.map(|(evidence, density)| evidence + density)) - log_sum_exp(&parts.map(|(evidence, _)| evidence))
 }
 
 #[cfg(test)]

@@ -23,6 +23,12 @@ pub fn extremes<'v>(values: impl IntoIterator<Item = &'v f64>) -> (f64, f64) {
     values.into_iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x)))
 }
 
+/// Computes ln Σ eˣ without overflow.
+pub fn log_sum_exp(values: &[f64]) -> f64 {
+    let largest = extremes(values).1;
+    largest + values.iter().map(|x| (x - largest).exp()).sum::<f64>().ln()
+}
+
 /// Computes the median; `None` without values. NaN counts as largest.
 pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     quantile(values, 0.5)
