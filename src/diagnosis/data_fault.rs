@@ -9,9 +9,10 @@ use super::hypothesis::Hypothesis;
 use super::measuring_chain::{ChainCandidate, ChainFault};
 use super::null_distribution::NullDistribution;
 use super::ranking::EQUIVALENT;
+use super::record_checks::factors_of_alike;
+use super::verdict::VerdictKind;
 use identification::objective::ObjectiveError;
-use measurement::{Frf, FrfLine, HoldOutSet, MeasurementSet};
-use num_complex::Complex64;
+use measurement::{HoldOutSet, MeasurementSet};
 use numeric::parallel::OrFirstError;
 use numeric::statistics::quantile;
 use optimizer::Control;
@@ -25,6 +26,10 @@ pub(super) enum Fault {
     Noise(usize),
     /// The second FRF is a copy of the first.
     Copied(usize, usize),
+    /// No FRF shows a resonance.
+    NoResonance,
+    /// All FRFs agree within their noise but for a factor, as if measured at this position.
+    OnePosition(usize),
     /// The measuring chain of all FRFs has a fault.
     OfAll(ChainCandidate),
     /// The machine as described agrees with the records, and a fault of the measuring chain of all FRFs accounts for the little that an effect reduces.
@@ -53,6 +58,11 @@ impl Fault {
         !matches!(self, Fault::Possible(_))
     }
 
+    /// Returns the kind of the verdict that states it.
+    pub fn verdict_kind(self) -> VerdictKind {
+        if self == Fault::NoResonance { VerdictKind::Insufficient } else { VerdictKind::Measurement }
+    }
+
     /// Returns id, reason and proposed measurement of a fault that is only as likely as an effect.
     pub fn possible(self, set: &MeasurementSet) -> Option<(String, (String, String))> {
         let Fault::Possible(found) = self else { return None };
@@ -66,6 +76,8 @@ impl Fault {
             Fault::NoSignal => vec!["noise".into()],
             Fault::Noise(frf) => vec![format!("noise@{}", name(frf))],
             Fault::Copied(_, copy) => vec![format!("copied-record@{}", name(copy))],
+            Fault::NoResonance => Vec::new(),
+            Fault::OnePosition(_) => vec!["copied-record".into()],
             Fault::OfAll(found) => vec![found.fault.id().into()],
             Fault::Possible(_) => Vec::new(),
             Fault::OfSome(fault, records) => vec![format!("{}@{}", fault.id(), records.name(set))],
@@ -90,6 +102,19 @@ impl Fault {
             Fault::Copied(first, copy) => (
                 format!("{} is a copy of {}, though at another position: all their values are equal", source(copy), source(first)),
                 "check which of both was measured where, and measure the other".into(),
+            ),
+            Fault::NoResonance => (
+                "no record shows a resonance: within its noise each is that of a single mass, spring or damper, which says nothing about single joints"
+                    .into(),
+                "measure up to frequencies of several modes; check which quantity was measured".into(),
+            ),
+            Fault::OnePosition(at) => (
+                format!(
+                    "the records of all positions differ by noise and a factor alone, as if all were measured at {0}: taken as measured there, they \
+                     agree with the model",
+                    set.positions[at].name
+                ),
+                "check at which position each record was measured, and measure at the others".into(),
             ),
             Fault::OfAll(fault) | Fault::Possible(fault) => (
                 format!("{}; corrected for it, the records agree with the model", fault.text()),
@@ -124,40 +149,6 @@ impl Fault {
         }
     }
 }
-
-/// Least number of lines at which a record is tested for a signal.
-const LEAST_LINES: usize = 20;
-/// Largest n·R² of phase steps that are unrelated: exceeded by one of a thousand records of noise.
-///
-/// # Source  Rayleigh's test of uniformity, p = exp(−n·R²); Mardia and Jupp, Directional Statistics (2000), section 6.3.
-const UNRELATED: f64 = 6.9;
-
-/// Whether a record holds no signal: the steps of its phase from line to line are uniform over the circle. Those of a structure are mostly small.
-fn is_noise(frf: &Frf) -> bool {
-    let steps = frf.lines.windows(2).map(|pair| pair[1].value * pair[0].value.conj()).filter(|step| step.norm() > 0.0);
-    let (count, sum) = steps.fold((0, Complex64::ZERO), |(count, sum), step| (count + 1, sum + step / step.norm()));
-    count >= LEAST_LINES && sum.norm_sqr() / f64::from(u32::try_from(count).unwrap_or(u32::MAX)) < UNRELATED
-}
-
-/// Returns a fault that the records show by themselves: no signal, or a copy of another record.
-pub(super) fn fault_of_records(fitter: &Fitter<'_>, held_out: &HoldOutSet<'_>) -> Option<Fault> {
-    let set = fitter.fit.set();
-    let all: Vec<usize> = fitter.fit.frfs().iter().chain(held_out.frfs()).copied().collect();
-    let noise: Vec<usize> = all.iter().copied().filter(|frf| is_noise(&set.frfs[*frf])).collect();
-    if !noise.is_empty() {
-        return Some(if noise.len() == all.len() { Fault::NoSignal } else { Fault::Noise(noise[0]) });
-    }
-    let equal = |(a, b): &(usize, usize)| {
-        let line =
-            |(a, b): (&FrfLine, &FrfLine)| a.frequency_hz == b.frequency_hz && (a.value - b.value).norm() <= ROUNDING * a.value.norm();
-        let (a, b) = (&set.frfs[*a].lines, &set.frfs[*b].lines);
-        a.len() == b.len() && a.iter().zip(b).all(line)
-    };
-    pairs(set, &all, &all).find(equal).map(|(a, b)| Fault::Copied(a.min(b), a.max(b)))
-}
-
-/// Relative difference of values that are equal but for the rounding of a file (1).
-const ROUNDING: f64 = 1e-6;
 
 /// Returns the fault that best explains why no model fits; `None` where the records do not contradict each other. Where a contradiction was
 /// sought already, it is not sought again.
@@ -318,7 +309,7 @@ fn with_exchanged(set: &MeasurementSet, (a, b): (usize, usize)) -> MeasurementSe
 }
 
 /// Returns pairs of records of one channel at two positions.
-fn pairs<'p>(set: &'p MeasurementSet, frfs: &'p [usize], others: &'p [usize]) -> impl Iterator<Item = (usize, usize)> + 'p {
+pub(super) fn pairs<'p>(set: &'p MeasurementSet, frfs: &'p [usize], others: &'p [usize]) -> impl Iterator<Item = (usize, usize)> + 'p {
     let alike = move |a: usize, b: usize| {
         let (a, b) = (&set.frfs[a], &set.frfs[b]);
         (&a.response, &a.excitation, a.quantity) == (&b.response, &b.excitation, b.quantity)
@@ -367,6 +358,43 @@ fn exchanged(
     Ok(None)
 }
 
+/// Returns the fault that all records were measured at one position: they agree with each other within their noise but for a factor, and at one of the
+/// positions with the nominal machine, as well as with any effect. `rival`: χ² of the best significant effect.
+///
+/// # Errors  as [`Fitter::objective`].
+pub(super) fn one_position(
+    fitter: &Fitter<'_>,
+    held_out: &HoldOutSet<'_>,
+    (nominal, base): (&Hypothesis, &Fitted),
+    rival: Option<f64>,
+    null: &NullDistribution,
+    control: &Control,
+) -> Result<Option<Fault>, ObjectiveError> {
+    let set = fitter.fit.set();
+    let all: Vec<usize> = fitter.fit.frfs().iter().chain(held_out.frfs()).copied().collect();
+    let Some(factors) = factors_of_alike(set, &all) else { return Ok(None) };
+    let mut positions: Vec<usize> = all.iter().filter_map(|frf| set.frfs[*frf].position).collect();
+    positions.sort_unstable();
+    positions.dedup();
+    let at_one = |position: &usize| -> Result<(f64, usize), ObjectiveError> {
+        let mut other = set.clone();
+        for (frf, factor) in &factors {
+            let frf = &mut other.frfs[*frf];
+            frf.position = frf.position.and(Some(*position));
+            frf.lines.iter_mut().for_each(|line| line.value /= *factor);
+        }
+        let there = fitter.on(fitter.fit.in_version(&other));
+        Ok((there.multistart(nominal, base, 0, control)?.chi_square, *position))
+    };
+    let fits: Vec<(f64, usize)> = positions.par_iter().map(at_one).or_first_error()?;
+    let count = fitter.objective(nominal)?.observations() as f64;
+    let explains = |chi_square: f64| rival.is_none_or(|rival| chi_square <= rival + EQUIVALENT * null.excess(rival / count));
+    let best = fits.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+    Ok(best
+        .filter(|(chi_square, _)| null.excess(chi_square / count) <= AGREES && explains(*chi_square))
+        .map(|(_, at)| Fault::OnePosition(at)))
+}
+
 /// Returns the fault of a held-out record that is far off while all others are not: exchanged with another, or contradicting.
 ///
 /// # Errors  as [`Fitter::gaps`].
@@ -399,46 +427,4 @@ fn contradicting(held_out: &[PartialGap]) -> Option<usize> {
     gaps.sort_by(|a, b| b.0.total_cmp(&a.0));
     let [(worst, frf), (second, _), ..] = gaps[..] else { return None };
     frf.filter(|_| worst > 0.2 && worst > 8.0 * second)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use measurement::{Condition, Quantity};
-    use numeric::random::normal;
-    use rand::SeedableRng;
-    use rand_xoshiro::Xoshiro256PlusPlus;
-
-    fn frf(value: impl FnMut(f64) -> Complex64, step_hz: f64) -> Frf {
-        let mut value = value;
-        let lines = (1..=(800.0 / step_hz) as usize).map(|at| at as f64 * step_hz);
-        Frf {
-            position: None,
-            record: None,
-            response: String::new(),
-            excitation: String::new(),
-            quantity: Quantity::Receptance,
-            condition: Condition::default(),
-            averages: None,
-            source: String::new(),
-            lines: lines.map(|f| FrfLine { frequency_hz: f, value: value(f), noise: None }).collect(),
-            rejected: Vec::new(),
-        }
-    }
-
-    /// Noise is distinguished from three sharp modes at coarse and at fine lines, with a tenth of noise.
-    #[test]
-    fn limit_noise_has_unrelated_phases() {
-        let mut random = Xoshiro256PlusPlus::seed_from_u64(11);
-        let mut noise = || Complex64::new(normal(&mut random), normal(&mut random));
-        for step_hz in [0.5, 5.0, 20.0] {
-            for _ in 0..20 {
-                let modes =
-                    |f: f64| [(45.0, 1.0), (230.0, -0.3), (610.0, 0.1)].map(|(hz, a)| a / Complex64::new(hz * hz - f * f, 0.02 * hz * f));
-                assert!(!is_noise(&frf(|f| modes(f).iter().sum::<Complex64>() * (1.0 + 0.1 * noise()), step_hz)));
-            }
-            let unrelated = (0..100).filter(|_| is_noise(&frf(|_| noise(), step_hz))).count();
-            assert!(unrelated >= 98, "{unrelated} at {step_hz} Hz");
-        }
-    }
 }

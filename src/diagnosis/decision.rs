@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::confirmation::{Confirmation, confirmation};
 use super::cross_validation::cross_validation;
-use super::data_fault::{Contradiction, Fault, chain_fault, contradiction, fault, fault_of_records, held_out_fault};
+use super::data_fault::{Contradiction, Fault, chain_fault, contradiction, fault, held_out_fault, one_position};
 use super::evidence::{Domain, PartialGap, closed};
 use super::fit::{Ablation, Fitted, Fitter, values_of};
 use super::further::{DecisionInputs, LEAST_STATISTIC, LOCATIONS, beside};
@@ -16,6 +16,7 @@ use super::null_distribution::{LEAST_SCALE, NullDistribution, simulate};
 use super::one_machine::{Mismatch, mismatch};
 use super::parsimony::{GENERIC_PARAMETERS, NamedFit, more_parsimonious};
 use super::ranking::{EQUIVALENT, SHORTFALL, TriedEffect, TriedLocation, indistinguishable, keep_predictive, rank};
+use super::record_checks::fault_of_records;
 use super::screening::{Candidate, hypotheses, nominal, nominal_fits};
 use super::search::{Effort, large_misfit, search};
 use super::thresholds::Thresholds;
@@ -87,7 +88,7 @@ const SEARCHES: usize = 4;
 const MAX_EFFECTS: usize = 3;
 /// Excess above which an effect is missing.
 const EXCESS: f64 = 2.0;
-/// Excess above which an effect is missing even if no candidate is significant.
+/// Excess above which an effect is missing even if no candidate is significant, or beside those that are.
 const LARGE_EXCESS: f64 = 5.0;
 /// Least share of χ² by which a released parameter must reduce it to be the only error.
 const RELEASE_REDUCTION: f64 = 0.75;
@@ -206,8 +207,12 @@ pub fn diagnose(
         };
         Ok(chain.and_then(|found| chain_fault(found, base.chi_square, rival, count, &null)))
     };
-    let faulty = match shown {
-        Some(shown) => Some(shown),
+    let at_one = match shown {
+        None if needs_explanation => one_position(fitter, held_out, as_described, rival.map(|rival| rival.0), &null, control)?,
+        _ => None,
+    };
+    let faulty = match shown.or(at_one) {
+        Some(found) => Some(found),
         None => match held_out_fault(fitter, held_out, as_described, &nominal_held_out)? {
             Some(found) if restored.is_none_or(|still| still == Some(found)) => Some(found),
             _ => match of_all()? {
@@ -270,7 +275,7 @@ pub fn diagnose(
     if matches!(domain, Domain::Frf(_)) && is_unexplained && (verdict.kind == VerdictKind::Unknown || verdict.kind.explains()) {
         let all: Vec<usize> = fitter.fit.frfs().iter().chain(held_out.frfs()).copied().collect();
         if let Some((reason, next)) = mismatch(fitter.fit.set(), &all).map(Mismatch::text) {
-            verdict = Verdict { confirmed: None, ..verdict.unnamed(&reason, next) };
+            verdict = verdict.unnamed(&reason, next);
         }
     }
     let verdict = verdict.or_else(faulty.and_then(|fault| fault.possible(fitter.fit.set())));
@@ -327,7 +332,7 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     if let Some(fault) = inputs.faulty.filter(|fault| fault.is_certain()) {
         let (reason, next) = fault.fault_text(inputs.fitter.fit.set());
         let faults = fault.ids(inputs.fitter.fit.set());
-        return Ok((Verdict { faults, ..state(VerdictKind::Measurement, Vec::new(), reason, Some(next)) }, nominal));
+        return Ok((Verdict { faults, ..state(fault.verdict_kind(), Vec::new(), reason, Some(next)) }, nominal));
     }
     // A generic impedance has no scale of its own in null simulations: it needs a clear reduction of χ².
     let generic = located.iter().filter(|c| c.fitted.is_some()).min_by(|a, b| a.chi_square().total_cmp(&b.chi_square()));
@@ -438,10 +443,14 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
         );
         return Ok((unknown(reason), chosen));
     }
-    // Only the largest number ended the search for further effects: records of another machine need ever more.
-    let exhausted = limits.calibrated && names.len() == MAX_EFFECTS && after > EXCESS;
-    let several = exhausted || (names.len() > 1 && after > limits.combination_excess);
-    if several || (after > limits.large_excess && little) || (after > DOUBTFUL_EXCESS && generic_excess < GENERIC_BETTER * after) || fails {
+    // A model that leaves as much as a nominal machine that lacks an effect lacks one, too. Records of another machine need ever more: where only the
+    // largest number ended the search for further effects, less is enough.
+    let is_inadequate = limits.calibrated && after > if names.len() < MAX_EFFECTS { LARGE_EXCESS } else { EXCESS };
+    if is_inadequate
+        || (after > limits.large_excess && little)
+        || (after > DOUBTFUL_EXCESS && generic_excess < GENERIC_BETTER * after)
+        || fails
+    {
         let fails = if fails { ", and predicts left-out positions worse than it fits" } else { "" };
         let reason = format!(
             "the best effect of the library, {stated}, leaves a misfit {after:.1} times that of null simulations{fails}; a generic impedance at \

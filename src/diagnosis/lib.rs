@@ -23,6 +23,7 @@ mod one_machine;
 mod parsimony;
 mod peaks;
 mod ranking;
+mod record_checks;
 mod screening;
 mod search;
 mod thresholds;

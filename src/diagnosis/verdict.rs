@@ -78,9 +78,9 @@ impl Verdict {
     /// Returns the verdict with whether held-out data speak for its effects for certain. Where they do not, no effect is named, be it one or a set of which
     /// one is missing: the verdict is «unknown», for a reason.
     pub(super) fn judged_by_held_out(self, is_certain: bool, reason: &str) -> Verdict {
-        let verdict = Verdict { confirmed: Some(is_certain), ..self };
-        let is_kept = is_certain || !verdict.kind.names_effects();
-        if is_kept { verdict } else { verdict.unnamed(reason, "measure at more positions, or with less noise") }
+        let is_kept = is_certain || !self.kind.names_effects();
+        let verdict = if is_kept { self } else { self.unnamed(reason, "measure at more positions, or with less noise") };
+        Verdict { confirmed: Some(is_certain), ..verdict }
     }
 
     /// Returns the verdict «unknown» in place of a name, for a reason that is added.
@@ -88,18 +88,25 @@ impl Verdict {
         Verdict {
             kind: VerdictKind::Unknown,
             effects: Vec::new(),
+            confirmed: None,
             reason: format!("{reason} ({})", self.reason),
             next_measurement: Some(next_measurement.into()),
             ..self
         }
     }
 
-    /// Returns the verdict «ambiguous» where something else explains as much as the named effects: its id, a reason and the next measurement.
+    /// Returns the verdict «ambiguous» where something else explains as much as the named effects: its id, a reason and the next measurement. Where no
+    /// effect is named, the reason of «unknown» states it.
     pub(super) fn or_else(self, other: Option<(String, (String, String))>) -> Verdict {
-        let Some((id, (text, next))) = other.filter(|_| self.kind.names_effects()) else { return self };
-        let effects = self.effects.into_iter().chain([EffectIds::single(&id)]).collect();
-        let reason = format!("{}; these data cannot distinguish it from another cause: {text}", self.reason);
-        Verdict { kind: VerdictKind::Ambiguous, effects, reason, next_measurement: Some(next), ..self }
+        let Some((id, (text, next))) = other else { return self };
+        if self.kind.names_effects() {
+            let effects = self.effects.into_iter().chain([EffectIds::single(&id)]).collect();
+            let reason = format!("{}; these data cannot distinguish it from another cause: {text}", self.reason);
+            return Verdict { kind: VerdictKind::Ambiguous, effects, reason, next_measurement: Some(next), ..self };
+        }
+        let is_open = self.kind == VerdictKind::Unknown;
+        let reason = if is_open { format!("{}; a possible cause: {text}", self.reason) } else { self.reason };
+        Verdict { reason, ..self }
     }
 
     /// Returns the first effect that the verdict names.
@@ -157,7 +164,28 @@ mod tests {
             assert_eq!((unnamed.kind, unnamed.effects.len(), unnamed.confirmed), (VerdictKind::Unknown, 0, Some(false)));
             assert_eq!(unnamed.reason, "no (it reduces χ² by 1 %)");
         }
+        assert_eq!(of(VerdictKind::Effect, &["screw-lead"]).judged_by_held_out(true, "no").unnamed("no", "measure").confirmed, None);
         let released = of(VerdictKind::WrongParameter, &[]).judged_by_held_out(false, "no");
         assert_eq!((released.kind, released.next_measurement), (VerdictKind::WrongParameter, None));
+    }
+
+    /// A fault of the measuring chain that explains as much as an effect is a second name beside one, and stated where none is named.
+    #[test]
+    fn another_cause_is_stated_whether_an_effect_is_named_or_not() {
+        let other = || Some(("low-pass".to_string(), ("low pass at 5 kHz".to_string(), "measure one record again".to_string())));
+        let of = |kind, effects| Verdict {
+            kind,
+            effects,
+            faults: Vec::new(),
+            confirmed: None,
+            reason: "it is so".into(),
+            next_measurement: None,
+        };
+        let named = of(VerdictKind::Effect, vec![EffectIds::single("screw-lead")]).or_else(other());
+        assert_eq!((named.kind, named.effects.len(), named.reason.contains("low pass at 5 kHz")), (VerdictKind::Ambiguous, 2, true));
+        let unnamed = of(VerdictKind::Unknown, Vec::new()).or_else(other());
+        assert_eq!((unnamed.kind, unnamed.effects.len(), unnamed.next_measurement.is_none()), (VerdictKind::Unknown, 0, true));
+        assert_eq!(unnamed.reason, "it is so; a possible cause: low pass at 5 kHz");
+        assert_eq!(of(VerdictKind::None, Vec::new()).or_else(other()).reason, "it is so");
     }
 }

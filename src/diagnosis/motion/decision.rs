@@ -66,8 +66,10 @@ pub(super) fn decide(inputs: &MotionDecisionInputs<'_>) -> Verdict {
     let verdict = Verdict { confirmed, faults: ids(stated), reason: verdict.reason.clone() + &beside, ..verdict };
     match (confirmed, verdict.kind) {
         (Some(false), _) if !stated.is_empty() => at_fault(stated),
-        (Some(false), VerdictKind::Effect) => verdict
-            .unnamed("the held-out records do not surely speak for the best effect", "record more motions with other speeds and loads"),
+        (Some(false), VerdictKind::Effect) => {
+            let reason = "the held-out records do not surely speak for the best effect";
+            Verdict { confirmed, ..verdict.unnamed(reason, "record more motions with other speeds and loads") }
+        }
         _ => verdict,
     }
 }
