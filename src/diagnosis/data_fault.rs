@@ -10,6 +10,7 @@ use super::measuring_chain::{ChainCandidate, ChainFault};
 use super::null_distribution::NullDistribution;
 use super::ranking::EQUIVALENT;
 use super::record_checks::factors_of_alike;
+use super::screening::nominal_fits;
 use super::verdict::VerdictKind;
 use identification::objective::ObjectiveError;
 use measurement::{HoldOutSet, MeasurementSet};
@@ -367,7 +368,7 @@ pub(super) fn one_position(
     held_out: &HoldOutSet<'_>,
     (nominal, base): (&Hypothesis, &Fitted),
     rival: Option<f64>,
-    null: &NullDistribution,
+    (null, seed): (&NullDistribution, u64),
     control: &Control,
 ) -> Result<Option<Fault>, ObjectiveError> {
     let set = fitter.fit.set();
@@ -384,14 +385,16 @@ pub(super) fn one_position(
             frf.lines.iter_mut().for_each(|line| line.value /= *factor);
         }
         let there = fitter.on(fitter.fit.in_version(&other));
-        Ok((there.multistart(nominal, base, 0, control)?.chi_square, *position))
+        let part = control.within(&format!("one position {position}"));
+        Ok((nominal_fits(&there, nominal, seed, &part)?[0].chi_square, *position))
     };
     let fits: Vec<(f64, usize)> = positions.par_iter().map(at_one).or_first_error()?;
     let count = fitter.objective(nominal)?.observations() as f64;
+    let reach = AGREES + RESTORED.1 * null.excess(base.chi_square / count);
     let explains = |chi_square: f64| rival.is_none_or(|rival| chi_square <= rival + EQUIVALENT * null.excess(rival / count));
     let best = fits.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
     Ok(best
-        .filter(|(chi_square, _)| null.excess(chi_square / count) <= AGREES && explains(*chi_square))
+        .filter(|(chi_square, _)| null.excess(chi_square / count) <= reach && explains(*chi_square))
         .map(|(_, at)| Fault::OnePosition(at)))
 }
 

@@ -208,7 +208,9 @@ pub fn diagnose(
         Ok(chain.and_then(|found| chain_fault(found, base.chi_square, rival, count, &null)))
     };
     let at_one = match shown {
-        None if needs_explanation => one_position(fitter, held_out, as_described, rival.map(|rival| rival.0), &null, control)?,
+        None if needs_explanation => {
+            one_position(fitter, held_out, as_described, rival.map(|rival| rival.0), (&null, settings.seed), control)?
+        }
         _ => None,
     };
     let faulty = match shown.or(at_one) {
