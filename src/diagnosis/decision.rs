@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::confirmation::{Confirmation, confirmation};
 use super::cross_validation::cross_validation;
-use super::data_fault::{Contradiction, Fault, chain_fault, contradiction, fault, held_out_fault, one_position};
+use super::data_fault::{Contradiction, Fault, chain_fault, contradiction, fault, held_out_fault};
 use super::evidence::{Domain, PartialGap, closed};
 use super::fit::{Ablation, Fitted, Fitter, values_of};
 use super::further::{DecisionInputs, LEAST_STATISTIC, LOCATIONS, beside};
@@ -14,6 +14,7 @@ use super::measuring_chain::fault_of_all;
 use super::nominal_refit::NominalRefit;
 use super::null_distribution::{LEAST_SCALE, NullDistribution, simulate};
 use super::one_machine::{Mismatch, mismatch};
+use super::one_position::one_position;
 use super::parsimony::{GENERIC_PARAMETERS, NamedFit, more_parsimonious};
 use super::ranking::{EQUIVALENT, SHORTFALL, TriedEffect, TriedLocation, indistinguishable, keep_predictive, rank};
 use super::record_checks::fault_of_records;
@@ -88,7 +89,7 @@ const SEARCHES: usize = 4;
 const MAX_EFFECTS: usize = 3;
 /// Excess above which an effect is missing.
 const EXCESS: f64 = 2.0;
-/// Excess above which an effect is missing even if no candidate is significant, or beside those that are.
+/// Excess above which an effect is missing even if no candidate is significant.
 const LARGE_EXCESS: f64 = 5.0;
 /// Least share of χ² by which a released parameter must reduce it to be the only error.
 const RELEASE_REDUCTION: f64 = 0.75;
@@ -445,14 +446,10 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
         );
         return Ok((unknown(reason), chosen));
     }
-    // A model that leaves as much as a nominal machine that lacks an effect lacks one, too. Records of another machine need ever more: where only the
-    // largest number ended the search for further effects, less is enough.
-    let is_inadequate = limits.calibrated && after > if names.len() < MAX_EFFECTS { LARGE_EXCESS } else { EXCESS };
-    if is_inadequate
-        || (after > limits.large_excess && little)
-        || (after > DOUBTFUL_EXCESS && generic_excess < GENERIC_BETTER * after)
-        || fails
-    {
+    // Only the largest number ended the search for further effects: records of another machine need ever more.
+    let exhausted = limits.calibrated && names.len() == MAX_EFFECTS && after > EXCESS;
+    let several = exhausted || (names.len() > 1 && after > limits.combination_excess);
+    if several || (after > limits.large_excess && little) || (after > DOUBTFUL_EXCESS && generic_excess < GENERIC_BETTER * after) || fails {
         let fails = if fails { ", and predicts left-out positions worse than it fits" } else { "" };
         let reason = format!(
             "the best effect of the library, {stated}, leaves a misfit {after:.1} times that of null simulations{fails}; a generic impedance at \

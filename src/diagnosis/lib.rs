@@ -20,6 +20,7 @@ mod nominal_refit;
 mod null_directions;
 mod null_distribution;
 mod one_machine;
+mod one_position;
 mod parsimony;
 mod peaks;
 mod ranking;

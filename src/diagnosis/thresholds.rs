@@ -17,6 +17,8 @@ pub(super) struct Thresholds {
     pub form_error: f64,
     /// Excess above which an effect must explain a large share of χ².
     pub large_excess: f64,
+    /// Excess above which a combination of effects is rejected.
+    pub combination_excess: f64,
     /// Whether null simulations calibrate the misfit. Then a fit that agrees with them excludes one that does not, and a combination of effects must
     /// explain more than a generic impedance.
     pub calibrated: bool,
@@ -29,6 +31,7 @@ const FRF: Thresholds = Thresholds {
     next_share: (0.25, 0.5),
     form_error: 0.004,
     large_excess: 2.0,
+    combination_excess: 10.0,
     calibrated: true,
 };
 const MODES: Thresholds = Thresholds {
@@ -38,6 +41,7 @@ const MODES: Thresholds = Thresholds {
     next_share: (0.4, 0.4),
     form_error: 0.0,
     large_excess: 5.0,
+    combination_excess: f64::INFINITY,
     calibrated: false,
 };
 
