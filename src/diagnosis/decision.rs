@@ -89,8 +89,12 @@ const SEARCHES: usize = 4;
 const MAX_EFFECTS: usize = 3;
 /// Excess above which an effect is missing.
 const EXCESS: f64 = 2.0;
-/// Excess above which an effect is missing even if no candidate is significant.
+/// Excess above which an effect is missing even if no candidate is significant, and beside one with which stated numbers become [`IMPOSSIBLE`].
 const LARGE_EXCESS: f64 = 5.0;
+/// Deviation of a stated number in standard deviations that is impossible (1): whatever the law, one of a hundred at most exceeds it.
+///
+/// # Source  Chebyshev's inequality.
+const IMPOSSIBLE: f64 = 10.0;
 /// Least share of χ² by which a released parameter must reduce it to be the only error.
 const RELEASE_REDUCTION: f64 = 0.75;
 /// Least share of χ² by which an effect must reduce it where a large excess remains: one that no generic impedance matches, and any other.
@@ -209,9 +213,7 @@ pub fn diagnose(
         Ok(chain.and_then(|found| chain_fault(found, base.chi_square, rival, count, &null)))
     };
     let at_one = match shown {
-        None if needs_explanation => {
-            one_position(fitter, held_out, as_described, rival.map(|rival| rival.0), (&null, settings.seed), control)?
-        }
+        None if needs_explanation => one_position(fitter, held_out, as_described, rival, (&null, settings.seed), control)?,
         _ => None,
     };
     let faulty = match shown.or(at_one) {
@@ -449,8 +451,21 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     // Only the largest number ended the search for further effects: records of another machine need ever more.
     let exhausted = limits.calibrated && names.len() == MAX_EFFECTS && after > EXCESS;
     let several = exhausted || (names.len() > 1 && after > limits.combination_excess);
-    if several || (after > limits.large_excess && little) || (after > DOUBTFUL_EXCESS && generic_excess < GENERIC_BETTER * after) || fails {
-        let fails = if fails { ", and predicts left-out positions worse than it fits" } else { "" };
+    // Another machine: the effect leaves much, although numbers of the description went beyond possibility.
+    let is_other = limits.calibrated
+        && after > LARGE_EXCESS
+        && inputs.fitter.tolerances(&chosen.0, &chosen.1)?.iter().any(|number| number.deviation().abs() > IMPOSSIBLE);
+    if is_other
+        || several
+        || (after > limits.large_excess && little)
+        || (after > DOUBTFUL_EXCESS && generic_excess < GENERIC_BETTER * after)
+        || fails
+    {
+        let fails = match (fails, is_other) {
+            (_, true) => ", though stated numbers of the description move by more than 10 standard deviations",
+            (true, _) => ", and predicts left-out positions worse than it fits",
+            _ => "",
+        };
         let reason = format!(
             "the best effect of the library, {stated}, leaves a misfit {after:.1} times that of null simulations{fails}; a generic impedance at \
              {generic_place} leaves {generic_excess:.1} times"

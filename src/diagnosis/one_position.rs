@@ -15,14 +15,14 @@ use numeric::parallel::OrFirstError;
 use optimizer::Control;
 
 /// Returns the fault that all records were measured at one position: they agree with each other within their noise but for a factor, and at one of the
-/// positions with the nominal machine, as well as with any effect. `rival`: χ² of the best significant effect.
+/// positions with the nominal machine, as well as with any effect. `rival`: χ² and number of parameters of the best significant effect.
 ///
 /// # Errors  as [`Fitter::objective`].
 pub(super) fn one_position(
     fitter: &Fitter<'_>,
     held_out: &HoldOutSet<'_>,
     (nominal, base): (&Hypothesis, &Fitted),
-    rival: Option<f64>,
+    rival: Option<(f64, usize)>,
     (null, seed): (&NullDistribution, u64),
     control: &Control,
 ) -> Result<Option<Fault>, ObjectiveError> {
@@ -46,7 +46,7 @@ pub(super) fn one_position(
     let fits: Vec<(f64, usize)> = positions.par_iter().map(at_one).or_first_error()?;
     let count = fitter.objective(nominal)?.observations() as f64;
     let reach = AGREES + RESTORED.1 * null.excess(base.chi_square / count);
-    let explains = |chi_square: f64| rival.is_none_or(|rival| chi_square <= rival + EQUIVALENT * null.excess(rival / count));
+    let explains = |chi_square: f64| rival.is_none_or(|(rival, _)| chi_square <= rival + EQUIVALENT * null.excess(rival / count));
     let best = fits.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
     Ok(best
         .filter(|(chi_square, _)| null.excess(chi_square / count) <= reach && explains(*chi_square))
