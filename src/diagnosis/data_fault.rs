@@ -103,14 +103,15 @@ impl Fault {
                 "check which of both was measured where, and measure the other".into(),
             ),
             Fault::NoResonance => (
-                "no record shows a resonance: within its noise each is that of a single mass, spring or damper, which says nothing about single joints"
+                "no record shows a resonance: but for noise each follows a power of the frequency, as a mass, spring or damper does; such records hardly \
+                 tell joints apart"
                     .into(),
                 "measure up to frequencies of several modes; check which quantity was measured".into(),
             ),
             Fault::OnePosition(at) => (
                 format!(
-                    "the records of all positions differ by noise and a factor alone, as if all were measured at {0}: taken as measured there, they \
-                     agree with the model",
+                    "the records of all positions differ by noise and a factor alone, as if all were measured at {0}: taken as measured there, and \
+                     scaled alike, they agree with the model",
                     set.positions[at].name
                 ),
                 "check at which position each record was measured, and measure at the others".into(),

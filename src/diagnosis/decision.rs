@@ -13,7 +13,7 @@ use super::location::Location;
 use super::measuring_chain::fault_of_all;
 use super::nominal_refit::NominalRefit;
 use super::null_distribution::{LEAST_SCALE, NullDistribution, simulate};
-use super::one_machine::{Mismatch, mismatch};
+use super::one_machine::{Mismatch, impossible_number, mismatch};
 use super::one_position::one_position;
 use super::parsimony::{GENERIC_PARAMETERS, NamedFit, more_parsimonious};
 use super::ranking::{EQUIVALENT, SHORTFALL, TriedEffect, TriedLocation, indistinguishable, keep_predictive, rank};
@@ -89,12 +89,8 @@ const SEARCHES: usize = 4;
 const MAX_EFFECTS: usize = 3;
 /// Excess above which an effect is missing.
 const EXCESS: f64 = 2.0;
-/// Excess above which an effect is missing even if no candidate is significant, and beside one with which stated numbers become [`IMPOSSIBLE`].
+/// Excess above which an effect is missing even if no candidate is significant, and beside one that needs an impossible machine.
 const LARGE_EXCESS: f64 = 5.0;
-/// Deviation of a stated number in standard deviations that is impossible (1): whatever the law, one of a hundred at most exceeds it.
-///
-/// # Source  Chebyshev's inequality.
-const IMPOSSIBLE: f64 = 10.0;
 /// Least share of χ² by which a released parameter must reduce it to be the only error.
 const RELEASE_REDUCTION: f64 = 0.75;
 /// Least share of χ² by which an effect must reduce it where a large excess remains: one that no generic impedance matches, and any other.
@@ -216,6 +212,8 @@ pub fn diagnose(
         None if needs_explanation => one_position(fitter, held_out, as_described, rival, (&null, settings.seed), control)?,
         _ => None,
     };
+    // What agrees with the machine lacks nothing, with or without a resonance.
+    let shown = shown.filter(|found| needs_explanation || *found != Fault::NoResonance);
     let faulty = match shown.or(at_one) {
         Some(found) => Some(found),
         None => match held_out_fault(fitter, held_out, as_described, &nominal_held_out)? {
@@ -451,21 +449,11 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     // Only the largest number ended the search for further effects: records of another machine need ever more.
     let exhausted = limits.calibrated && names.len() == MAX_EFFECTS && after > EXCESS;
     let several = exhausted || (names.len() > 1 && after > limits.combination_excess);
-    // Another machine: the effect leaves much, although numbers of the description went beyond possibility.
-    let is_other = limits.calibrated
-        && after > LARGE_EXCESS
-        && inputs.fitter.tolerances(&chosen.0, &chosen.1)?.iter().any(|number| number.deviation().abs() > IMPOSSIBLE);
-    if is_other
-        || several
-        || (after > limits.large_excess && little)
-        || (after > DOUBTFUL_EXCESS && generic_excess < GENERIC_BETTER * after)
-        || fails
-    {
-        let fails = match (fails, is_other) {
-            (_, true) => ", though stated numbers of the description move by more than 10 standard deviations",
-            (true, _) => ", and predicts left-out positions worse than it fits",
-            _ => "",
-        };
+    let other = impossible_number(&chosen).filter(|_| limits.calibrated && after > LARGE_EXCESS);
+    let is_inadequate = several || (after > limits.large_excess && little);
+    if is_inadequate || other.is_some() || (after > DOUBTFUL_EXCESS && generic_excess < GENERIC_BETTER * after) || fails {
+        let moved = |(name, deviation): (String, f64)| format!(", although {name} moves by {deviation:+.0} of its standard deviations");
+        let fails = other.map(moved).unwrap_or_default() + if fails { ", and predicts left-out positions worse than it fits" } else { "" };
         let reason = format!(
             "the best effect of the library, {stated}, leaves a misfit {after:.1} times that of null simulations{fails}; a generic impedance at \
              {generic_place} leaves {generic_excess:.1} times"

@@ -1,7 +1,9 @@
-//! Whether records belong to one passive machine. Where they do not, no effect explains them, however much it reduces χ².
+//! Whether records belong to one passive machine, and to the described one. Where they do not, no effect explains them, however much it reduces χ².
 
 use rayon::prelude::*;
 
+use super::fit::{Fitted, values_of};
+use super::hypothesis::Hypothesis;
 use measurement::modal::{CurveOptions, ModalFit, TrackOptions, TrackRecord, fit_curve, track, with_curve_of};
 use measurement::{Frf, MeasurementSet};
 use numeric::unit::omega_rad_s;
@@ -12,6 +14,11 @@ const LEAST_RECORDS: usize = 3;
 const ACTIVE: f64 = 0.1;
 /// Least number of driving points with a larger share, and least share of all of them, that are no fault of single records.
 const ACTIVE_RECORDS: (usize, f64) = (2, 1.0 / 3.0);
+
+/// Deviation of a number of the machine, in standard deviations of its tolerance, with which it is another machine (1).
+///
+/// # Source  Chebyshev's inequality: whatever its law, a number exceeds ten standard deviations once in a hundred machines at most.
+const IMPOSSIBLE: f64 = 10.0;
 
 /// A reason why records are not those of one passive machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,6 +65,15 @@ pub(super) fn mismatch(set: &MeasurementSet, frfs: &[usize]) -> Option<Mismatch>
         return Some(Mismatch::ActiveDrivingPoints { active, all: driving.len() });
     }
     (regular_modes(set, &records)? == 0).then_some(Mismatch::NoRegularMode { records: records.len() })
+}
+
+/// Returns the number of the machine that a fit moves farthest beyond its tolerance, with its deviation in standard deviations; `None` where all are possible.
+pub(super) fn impossible_number((hypothesis, fitted): &(Hypothesis, Fitted)) -> Option<(String, f64)> {
+    let values = values_of(hypothesis, fitted);
+    let numbers = hypothesis.machine.parameters.iter().zip(values).filter(|(parameter, _)| parameter.is_tolerance());
+    let deviations = numbers.filter_map(|(parameter, value)| Some((parameter.name(), parameter.prior?.deviation(parameter.start, value))));
+    let (name, deviation) = deviations.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+    (deviation.abs() > IMPOSSIBLE).then(|| (name.to_string(), deviation))
 }
 
 /// Computes the share of Σ(Im H)² where Im H > 0, of the receptance.

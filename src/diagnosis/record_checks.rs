@@ -1,11 +1,15 @@
 //! Checks of records by themselves, without a model: signal, copies, resonances, and differences between positions.
 
+use std::collections::BTreeSet;
+
 use num_complex::Complex64;
 
 use super::chain_of_records::channel;
 use super::data_fault::{Fault, pairs};
+use super::evidence::Domain;
 use super::fit::Fitter;
 use measurement::{Frf, FrfLine, HoldOutSet, MeasurementSet};
+use numeric::statistics::{median, root_mean_square};
 use numeric::unit::omega_rad_s;
 
 /// Least number of lines at which a record is tested.
@@ -16,19 +20,19 @@ const LEAST_LINES: usize = 20;
 const UNRELATED: f64 = 6.9;
 /// Relative difference of values that are equal but for the rounding of a file (1).
 const ROUNDING: f64 = 1e-6;
-/// Quantile of the normal distribution beyond which a series is no noise: one of 30,000 series of noise is.
+/// ln of the ratio of amplitudes at half of the power (1).
+const HALF_POWER: f64 = std::f64::consts::LN_2 / 2.0;
+/// Quantile of the normal distribution beyond which a series is no noise: one of 30,000 of equal noise is (1).
 const NO_NOISE: f64 = 4.0;
 
 /// Returns a fault that the records show by themselves: no signal, a copy of another record, or no resonance.
 pub(super) fn fault_of_records(fitter: &Fitter<'_>, held_out: &HoldOutSet<'_>) -> Option<Fault> {
+    let Domain::Frf(_) = fitter.domain else { return None };
     let set = fitter.fit.set();
     let all: Vec<usize> = fitter.fit.frfs().iter().chain(held_out.frfs()).copied().collect();
     let noise: Vec<usize> = all.iter().copied().filter(|frf| is_noise(&set.frfs[*frf])).collect();
     if !noise.is_empty() {
         return Some(if noise.len() == all.len() { Fault::NoSignal } else { Fault::Noise(noise[0]) });
-    }
-    if !all.is_empty() && all.iter().all(|frf| is_single_element(&set.frfs[*frf])) {
-        return Some(Fault::NoResonance);
     }
     let equal = |(a, b): &(usize, usize)| {
         let line =
@@ -36,7 +40,9 @@ pub(super) fn fault_of_records(fitter: &Fitter<'_>, held_out: &HoldOutSet<'_>) -
         let (a, b) = (&set.frfs[*a].lines, &set.frfs[*b].lines);
         a.len() == b.len() && a.iter().zip(b).all(line)
     };
-    pairs(set, &all, &all).find(equal).map(|(a, b)| Fault::Copied(a.min(b), a.max(b)))
+    let copied = pairs(set, &all, &all).find(equal).map(|(a, b)| Fault::Copied(a.min(b), a.max(b)));
+    let is_without_resonance = !all.is_empty() && all.iter().all(|frf| follows_a_power(&set.frfs[*frf]));
+    copied.or(is_without_resonance.then_some(Fault::NoResonance))
 }
 
 /// Whether a record holds no signal: the steps of its phase from line to line are uniform over the circle. Those of a structure are mostly small.
@@ -46,8 +52,9 @@ fn is_noise(frf: &Frf) -> bool {
     count >= LEAST_LINES && sum.norm_sqr() / f64::from(u32::try_from(count).unwrap_or(u32::MAX)) < UNRELATED
 }
 
-/// Whether a record is that of a mass, spring or damper, possibly delayed, but for noise: ln|H| is linear in ln ω, and the phase in ω.
-fn is_single_element(frf: &Frf) -> bool {
+/// Whether a record follows a power of the frequency, possibly delayed, but for noise, as those of a mass, spring or damper do: ln|H| is linear in ln ω, and
+/// the phase in ω. Few lines of resonances may look like noise, but are farther from it than half of the power.
+fn follows_a_power(frf: &Frf) -> bool {
     if frf.lines.len() < LEAST_LINES {
         return false;
     }
@@ -64,7 +71,8 @@ fn is_single_element(frf: &Frf) -> bool {
     let magnitudes: Vec<f64> = values.iter().map(|h| h.norm().ln()).collect();
     let log_omegas: Vec<f64> = omegas.iter().map(|omega| omega.ln()).collect();
     let (re, im) = (beyond_a_line(&log_omegas, &magnitudes), beyond_a_line(&omegas, &phases));
-    is_noise_about_zero(re.zip(im).map(|(re, im)| Complex64::new(re, im)))
+    let residuals: Vec<Complex64> = re.zip(im).map(|(re, im)| Complex64::new(re, im)).collect();
+    is_noise_about_zero(&residuals) && root_mean_square(residuals.iter().map(|r| r.norm())).is_some_and(|rms| rms < HALF_POWER)
 }
 
 /// Computes the residuals of the line through points that fits best.
@@ -75,33 +83,37 @@ fn beyond_a_line<'v>(x: &'v [f64], y: &'v [f64]) -> impl Iterator<Item = f64> + 
     x.iter().zip(y).map(move |(x, y)| y - y_mean - xy / xx * (x - x_mean))
 }
 
-/// Returns for each record the factor by which it exceeds the first of its channel, where records of at least three positions differ by noise and such
-/// factors alone; `None` where they differ by more.
+/// Returns for each record the factor by which it exceeds the median of its channel, where the records of each channel differ by noise and such factors
+/// alone, and those of one are from at least three positions; `None` where they differ by more. Records of other lines are not compared.
 pub(super) fn factors_of_alike(set: &MeasurementSet, frfs: &[usize]) -> Option<Vec<(usize, f64)>> {
-    let mut positions: Vec<usize> = frfs.iter().filter_map(|frf| set.frfs[*frf].position).collect();
-    positions.sort_unstable();
-    positions.dedup();
-    let factor = |frf: &usize| {
-        let first = frfs.iter().find(|other| channel(set, **other) == channel(set, *frf))?;
-        let (own, first) = (&set.frfs[*frf].lines, &set.frfs[*first].lines);
+    let of_channel = |frf: usize| frfs.iter().copied().filter(move |other| channel(set, *other) == channel(set, frf));
+    let positions = |frf: usize| of_channel(frf).filter_map(|other| set.frfs[other].position).collect::<BTreeSet<usize>>().len();
+    if frfs.iter().all(|frf| positions(*frf) < 3) {
+        return None;
+    }
+    let log_factor = |frf: &usize| {
+        let (own, first) = (&set.frfs[*frf].lines, &set.frfs[of_channel(*frf).next()?].lines);
         let is_one_grid = own.len() == first.len() && own.iter().zip(first).all(|(a, b)| a.frequency_hz == b.frequency_hz);
         let logarithms: Vec<Complex64> = own.iter().zip(first).map(|(own, first)| (own.value / first.value).ln()).collect();
-        let mean = logarithms.iter().map(|log| log.re).sum::<f64>() / logarithms.len() as f64;
-        let is_noise = is_noise_about_zero(logarithms.iter().map(|log| log - mean));
-        (is_one_grid && own.len() >= LEAST_LINES && is_noise).then(|| (*frf, mean.exp()))
+        let log_factor = median(logarithms.iter().map(|log| log.re))?;
+        let rest: Vec<Complex64> = logarithms.iter().map(|log| log - log_factor).collect();
+        (is_one_grid && own.len() >= LEAST_LINES && is_noise_about_zero(&rest)).then_some((*frf, log_factor))
     };
-    let are_compared = positions.len() >= 3 && pairs(set, frfs, frfs).nth(2).is_some();
-    if are_compared { frfs.iter().map(factor).collect() } else { None }
+    let factors: Vec<(usize, f64)> = frfs.iter().map(log_factor).collect::<Option<_>>()?;
+    let middle = |frf: usize| median(factors.iter().filter(|(other, _)| channel(set, *other) == channel(set, frf)).map(|(_, log)| *log));
+    factors.iter().map(|(frf, log)| Some((*frf, (log - middle(*frf)?).exp()))).collect()
 }
 
-/// Whether a series is independent noise about zero: it is no larger than the differences of its neighbours say.
+/// Whether a series is independent noise about zero: it is no larger than the differences of its neighbours say, or than rounding. Noise of neighbouring lines
+/// that correlates, by a window for example, is not recognised.
 ///
-/// # Source  von Neumann, Ann. Math. Stat. 12 (1941) 367–395: of noise, Σ(xₖ₊₁ − xₖ)²/Σxₖ² of n numbers has mean 2 and standard deviation 2/√n.
-fn is_noise_about_zero(series: impl Iterator<Item = Complex64>) -> bool {
-    let series: Vec<Complex64> = series.collect();
+/// # Source  von Neumann, Ann. Math. Stat. 12 (1941) 367–395: of equal noise, Σ(xₖ₊₁ − xₖ)²/Σxₖ² of n numbers has mean 2 and standard deviation 2/√n;
+/// here n is twice the number of lines.
+fn is_noise_about_zero(series: &[Complex64]) -> bool {
     let squares: f64 = series.iter().map(Complex64::norm_sqr).sum();
     let steps: f64 = series.windows(2).map(|pair| (pair[1] - pair[0]).norm_sqr()).sum();
-    steps >= 2.0 * squares * (1.0 - NO_NOISE / (2.0 * series.len() as f64).sqrt())
+    let count = series.len() as f64;
+    steps >= 2.0 * squares * (1.0 - NO_NOISE / (2.0 * count).sqrt()) || squares <= count * ROUNDING * ROUNDING
 }
 
 #[cfg(test)]
@@ -152,7 +164,7 @@ mod tests {
         for noise_sd in [1e-9, 0.01, 0.1] {
             for _ in 0..10 {
                 let mut noise = || 1.0 + noise_sd * Complex64::new(normal(&mut random), normal(&mut random));
-                let mut is = |value: fn(f64) -> Complex64| is_single_element(&frf(|f| value(f) * noise(), 2.0));
+                let mut is = |value: fn(f64) -> Complex64| follows_a_power(&frf(|f| value(f) * noise(), 2.0));
                 assert!(is(|f| Complex64::from(-1.0 / (f * f))));
                 assert!(is(|_| Complex64::from(1e-8)));
                 assert!(is(|f| Complex64::new(0.0, -1.0 / f)));
@@ -160,6 +172,18 @@ mod tests {
                 assert!(!is(|f| 1.0 / Complex64::new(1.0 - (f / 300.0).powi(2), 0.8 * f / 300.0)));
                 assert!(!is(|f| 1.0 / Complex64::new(1.0 - (f / 1000.0).powi(2), 0.06 * f / 1000.0)));
             }
+        }
+    }
+
+    /// Few lines over many modes, of which neighbours differ as much as noise does, are no single element.
+    #[test]
+    fn limit_coarse_lines_of_many_modes_hold_resonances() {
+        let modes = |f: f64| -> Complex64 {
+            let mode = |at: u32| 1.0 / Complex64::new(1.0 - (f / (90.0 * f64::from(at))).powi(2), 0.03 * f / (90.0 * f64::from(at)));
+            (1..=8).map(mode).sum()
+        };
+        for step_hz in [20.0, 27.0, 40.0] {
+            assert!(!follows_a_power(&frf(modes, step_hz)), "{step_hz} Hz");
         }
     }
 
@@ -180,9 +204,9 @@ mod tests {
         };
         for _ in 0..20 {
             let mut alike = set(0.01, 0.0, &mut random);
-            alike.frfs[2].lines.iter_mut().for_each(|line| line.value *= 1.3);
+            alike.frfs[0].lines.iter_mut().for_each(|line| line.value *= 1.3);
             let found = factors_of_alike(&alike, &[0, 1, 2, 3]).unwrap();
-            assert!(found.iter().zip([1.0, 1.0, 1.3, 1.0]).all(|((_, factor), exact)| (factor / exact - 1.0).abs() < 0.005), "{found:?}");
+            assert!(found.iter().zip([1.3, 1.0, 1.0, 1.0]).all(|((_, factor), exact)| (factor / exact - 1.0).abs() < 0.005), "{found:?}");
             assert_eq!(factors_of_alike(&set(0.05, 0.025, &mut random), &[0, 1, 2, 3]), None);
         }
     }

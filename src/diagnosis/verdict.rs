@@ -104,9 +104,11 @@ impl Verdict {
             let reason = format!("{}; these data cannot distinguish it from another cause: {text}", self.reason);
             return Verdict { kind: VerdictKind::Ambiguous, effects, reason, next_measurement: Some(next), ..self };
         }
-        let is_open = self.kind == VerdictKind::Unknown;
-        let reason = if is_open { format!("{}; a possible cause: {text}", self.reason) } else { self.reason };
-        Verdict { reason, ..self }
+        if self.kind != VerdictKind::Unknown {
+            return self;
+        }
+        let next = self.next_measurement.map_or(next.clone(), |own| format!("{own}; or {next}"));
+        Verdict { reason: format!("{}; a possible cause: {text}", self.reason), next_measurement: Some(next), ..self }
     }
 
     /// Returns the first effect that the verdict names.
@@ -184,7 +186,10 @@ mod tests {
         let named = of(VerdictKind::Effect, vec![EffectIds::single("screw-lead")]).or_else(other());
         assert_eq!((named.kind, named.effects.len(), named.reason.contains("low pass at 5 kHz")), (VerdictKind::Ambiguous, 2, true));
         let unnamed = of(VerdictKind::Unknown, Vec::new()).or_else(other());
-        assert_eq!((unnamed.kind, unnamed.effects.len(), unnamed.next_measurement.is_none()), (VerdictKind::Unknown, 0, true));
+        assert_eq!(
+            (unnamed.kind, unnamed.effects.len(), unnamed.next_measurement.as_deref()),
+            (VerdictKind::Unknown, 0, Some("measure one record again"))
+        );
         assert_eq!(unnamed.reason, "it is so; a possible cause: low pass at 5 kHz");
         assert_eq!(of(VerdictKind::None, Vec::new()).or_else(other()).reason, "it is so");
     }
