@@ -10,9 +10,10 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use dynamics::model::{RodModel, Structure};
 use identification::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings};
 use identification::{IdentificationSettings, identify};
+use long_work::Control;
 use machine::Operating;
 use measurement::read_set;
-use optimizer::{Control, Cost, LeastSquares};
+use optimizer::{Cost, LeastSquares};
 use support::simulated_frfs;
 
 fn bench(criterion: &mut Criterion) {

@@ -17,6 +17,7 @@ use dynamics::model::coupling::coupled_receptances;
 use dynamics::model::{AssembledModel, RodModel, Structure, matrices};
 use identification::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings};
 use identification::{IdentificationSettings, Place, identify};
+use long_work::{Control, Progress};
 use machine::{Machine, Operating};
 use measurement::universal::{
     Abscissa, ByteOrder, Encoding, NodeLocation, Ordinate, RecordAxis, UniversalRecord, UniversalWriter, read_path,
@@ -24,7 +25,7 @@ use measurement::universal::{
 use measurement::{MeasurementSet, read_set};
 use num_complex::Complex64;
 use numeric::unit::omega_rad_s;
-use optimizer::{Control, Cost, LeastSquares, Progress, SearchSettings, search};
+use optimizer::{Cost, LeastSquares, SearchSettings, search};
 use report::document::Input;
 use serde_json::{Value, json};
 use study::{Study, simulation};

@@ -2,10 +2,10 @@
 
 use identification::objective::FrfSettings;
 use identification::{Identification, IdentificationSettings, identify};
+use long_work::Control;
 use machine::Machine;
 use measurement::{MeasurementSet, read_set};
 use numeric::distribution::clopper_pearson;
-use optimizer::Control;
 use test_data::{draws, shared};
 
 use crate::support::frf_set::{own_set, spread};

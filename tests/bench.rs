@@ -6,10 +6,11 @@ use config::effect_library;
 use identification::objective::{ModeObjective, ModeSettings, Objective, PositionPrediction};
 use identification::validation::{frequency_errors, leave_one_out};
 use identification::{Identification, IdentificationSettings, identify};
+use long_work::Control;
 use machine::Machine;
 use measurement::read_set;
 use numeric::statistics::{root_mean_square, root_sum_square};
-use optimizer::{Control, Cost};
+use optimizer::Cost;
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 

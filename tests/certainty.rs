@@ -6,12 +6,12 @@ use std::path::Path;
 use identification::objective::{FrfObjective, FrfSettings};
 use identification::{Drawn, Identification, IdentificationSettings, identify};
 use jointid::{Study, read_machine};
+use long_work::Control;
 use machine::Machine;
 use measurement::{FrfLine, read_set};
 use nalgebra::{DMatrix, DVector};
 use numeric::distribution::clopper_pearson;
 use numeric::statistics::median;
-use optimizer::Control;
 use reference_simulator::{Ordinary, ordinary, ordinary_on_guide, write_case};
 use test_data::draws;
 

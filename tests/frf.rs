@@ -3,10 +3,11 @@
 use dynamics::model::{RodModel, Structure};
 use identification::objective::{FrfObjective, FrfSettings};
 use identification::{Identification, IdentificationSettings, Place, identify};
+use long_work::Control;
 use machine::{Machine, Operating, ParameterValues};
 use measurement::{Gain, MeasurementSet};
 use num_complex::Complex64;
-use optimizer::{Control, LeastSquares};
+use optimizer::LeastSquares;
 use reference_simulator::hammer::fft::Fft;
 use std::f64::consts::TAU;
 use std::sync::Arc;

@@ -6,8 +6,8 @@ use diagnosis::{Status, VerdictKind};
 use dynamics::inverse_dynamics::{MotionSignal, Phase, Preprocessing, Rigid, free_parameters, prediction, recorded};
 use identification::motion::estimate;
 use jointid::Study;
+use long_work::Control;
 use measurement::{DriveEffort, MotionRecord, read_set};
-use optimizer::Control;
 
 use crate::support::axis::{Axis, course};
 

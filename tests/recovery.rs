@@ -6,10 +6,11 @@ use std::path::Path;
 use dynamics::model::RodModel;
 use identification::objective::{Deviation, ModeObjective, ModeSettings, ModeSquares, PositionPrediction};
 use identification::{Identification, IdentificationSettings, Place, identify};
+use long_work::Control;
 use machine::Machine;
 use measurement::{MeasurementSet, read_set};
 use numeric::statistics::median;
-use optimizer::{Control, LeastSquares};
+use optimizer::LeastSquares;
 
 use crate::support::bench_equations::Joints;
 use crate::support::everything::everything;

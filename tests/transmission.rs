@@ -8,8 +8,8 @@ use diagnosis::motion::{MotionDiagnosis, MotionSettings, diagnose_motion};
 use dynamics::inverse_dynamics::{MotionSignal, Preprocessing, Rigid, free_parameters, parameters_without_influence};
 use dynamics::motion::{Course, SimulationSettings, simulate};
 use identification::motion::{ForceFit, estimate_weighted};
+use long_work::Control;
 use measurement::{DriveEffort, MotionRecord};
-use optimizer::Control;
 
 use crate::support::axis::course;
 use crate::support::two_masses::TwoMasses;

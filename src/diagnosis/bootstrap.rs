@@ -11,10 +11,11 @@ use super::hypothesis::Hypothesis;
 use super::null_distribution::redraw_records;
 use identification::Place;
 use identification::objective::{Deviation, FrfGap, FrfObjective, FrfRecord, FrfSettings, ModeObjective, ModeSettings};
+use long_work::Control;
 use measurement::{HoldOutSet, MeasurementSet, ModeTable};
 use numeric::random::normal;
 use numeric::statistics::root_mean_square;
-use optimizer::{Control, least_squares_within};
+use optimizer::least_squares_within;
 
 /// Lines per FRF in a draw, and steps of its fits.
 const LINES: usize = 80;

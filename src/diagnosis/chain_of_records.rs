@@ -13,10 +13,10 @@ use super::hypothesis::Hypothesis;
 use super::measuring_chain::{ChainFault, FREQUENCY_SCALES};
 use identification::Tail;
 use identification::objective::{FrfObjective, ObjectiveError};
+use long_work::Control;
 use measurement::{HoldOutSet, MeasurementSet};
 use numeric::minimum::golden_section;
 use numeric::statistics::median;
-use optimizer::Control;
 
 /// Records that share a fault.
 #[derive(Debug, Clone, Copy, PartialEq)]

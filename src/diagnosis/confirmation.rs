@@ -7,10 +7,10 @@ use super::evidence::Domain;
 use super::fit::{Fitted, Fitter, coordinates_of, values_of};
 use super::hypothesis::Hypothesis;
 use identification::objective::{ModeObjective, ObjectiveError};
+use long_work::Control;
 use measurement::HoldOutSet;
 use numeric::parallel::OrFirstError;
 use numeric::statistics::log_sum_exp;
-use optimizer::Control;
 
 /// Least logarithm of a ratio of predictive densities that decides, in units of the misfit over null simulations: 20 to 1.
 ///

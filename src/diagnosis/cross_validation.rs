@@ -7,8 +7,9 @@ use super::evidence::{Domain, DomainObjective};
 use super::fit::{Fitted, Fitter, coordinates_of};
 use super::hypothesis::Hypothesis;
 use identification::objective::ObjectiveError;
+use long_work::Control;
 use numeric::parallel::OrFirstError;
-use optimizer::{Control, LeastSquares, NormalEquations, least_squares_within};
+use optimizer::{LeastSquares, NormalEquations, least_squares_within};
 
 /// Steps of a fit without one position.
 const STEPS: u64 = 12;

@@ -11,10 +11,10 @@ use super::null_distribution::NullDistribution;
 use super::ranking::EQUIVALENT;
 use super::verdict::VerdictKind;
 use identification::objective::ObjectiveError;
+use long_work::Control;
 use measurement::{HoldOutSet, MeasurementSet};
 use numeric::parallel::OrFirstError;
 use numeric::statistics::quantile;
-use optimizer::Control;
 
 /// A fault of the records.
 #[derive(Debug, Clone, Copy, PartialEq)]

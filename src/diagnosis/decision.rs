@@ -24,10 +24,10 @@ use super::thresholds::Thresholds;
 use super::verdict::{NEXT_AT_LOCATION, Verdict, VerdictKind, impedance_of, nothing_fitted, p_value_text, percent_text};
 use identification::ToleranceEstimate;
 use identification::objective::ObjectiveError;
+use long_work::Control;
 use machine::{Effect, EffectIds, Machine, Parameter};
 use measurement::HoldOutSet;
 use numeric::parallel::OrFirstError;
-use optimizer::Control;
 
 /// Result of a diagnosis.
 #[derive(Debug, Clone, PartialEq)]

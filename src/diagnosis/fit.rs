@@ -8,10 +8,11 @@ use super::evidence::{Domain, DomainObjective, PartialGap, gaps};
 use super::hypothesis::Hypothesis;
 use identification::objective::{ObjectiveError, operating};
 use identification::{CHI_SQUARE_95, Place, Surroundings, Tail, ToleranceEstimate, mode_search_end, tolerances_at};
+use long_work::Control;
 use machine::{OperatingVariable, Parameter, ParameterValues, UnitValues};
 use measurement::{FitSet, FrfLine, HoldOutSet};
 use numeric::halton::halton_point;
-use optimizer::{Control, least_squares_within};
+use optimizer::least_squares_within;
 
 /// A fitted hypothesis: coordinates of the parameters of its machine and of the unknowns of the data (gain, nut positions, channels).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -10,8 +10,8 @@ use super::screening::{Candidate, Screening, Status, hypotheses, is_plausible};
 use super::search::{Effort, search};
 use super::thresholds::Thresholds;
 use identification::objective::ObjectiveError;
+use long_work::Control;
 use machine::{Effect, Machine};
-use optimizer::Control;
 
 /// Least statistic of a significant effect.
 pub(super) const LEAST_STATISTIC: f64 = 2.5;

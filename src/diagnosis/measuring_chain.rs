@@ -12,11 +12,11 @@ use super::fit::{Fitted, Fitter, MULTISTART, coordinates_of};
 use super::hypothesis::Hypothesis;
 use identification::objective::ObjectiveError;
 use identification::{CHI_SQUARE_95, Tail};
+use long_work::Control;
 use measurement::{Frf, FrfLine, Gain, MeasurementSet};
 use numeric::minimum::golden_section;
 use numeric::parallel::OrFirstError;
 use numeric::unit::omega_rad_s;
-use optimizer::Control;
 
 /// A fault of the measuring chain.
 #[derive(Debug, Clone, Copy, PartialEq)]

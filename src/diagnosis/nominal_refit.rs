@@ -5,9 +5,9 @@ use super::evidence::PartialGap;
 use super::fit::{Fitted, Fitter, at_start, start_of};
 use super::hypothesis::{Hypothesis, HypothesisKind, interfaces};
 use identification::objective::ObjectiveError;
+use long_work::Control;
 use machine::{Effect, Machine};
 use measurement::HoldOutSet;
-use optimizer::Control;
 
 /// Steps of the fits, and the relative decrease of χ² at which they end.
 const STEPS: (u64, f64) = (200, 1e-6);

@@ -19,10 +19,11 @@ use super::model_discrepancy::{extreme_discrepancies, sample_discrepancy, sample
 use super::null_directions::{Directions, Projection, linear_draws};
 use identification::Place;
 use identification::objective::{FrfObjective, FrfRecord, FrfSettings, ObjectiveError};
+use long_work::Control;
 use numeric::parallel::OrFirstError;
 use numeric::random::normal;
 use numeric::statistics::median;
-use optimizer::{Control, LeastSquares, Polished, least_squares_within};
+use optimizer::{LeastSquares, Polished, least_squares_within};
 
 /// Number of linear draws: the least p-value is 0.0005.
 const LINEAR_DRAWS: usize = 2000;

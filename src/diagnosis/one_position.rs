@@ -11,9 +11,9 @@ use super::ranking::EQUIVALENT;
 use super::record_checks::factors_of_alike;
 use super::screening::nominal_fits;
 use identification::objective::ObjectiveError;
+use long_work::Control;
 use measurement::HoldOutSet;
 use numeric::parallel::OrFirstError;
-use optimizer::Control;
 
 /// Returns the fault that all records were measured at one position: they agree with each other within their noise but for a factor, and at one of the
 /// positions with the nominal machine: better than at their own with the same factors, and as well as with any effect as they are. `rival`: χ² and number of parameters of the best significant effect.

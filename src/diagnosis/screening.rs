@@ -7,10 +7,10 @@ use super::fit::{Ablation, COARSE_STEPS, Fitted, Fitter, at_start, distinct_mini
 use super::hypothesis::Hypothesis;
 use identification::frf_search_minima;
 use identification::objective::{FrfSettings, ObjectiveError};
+use long_work::Control;
 use machine::{Base, Data, Effect, Joint, Lever, Machine, Mechanism, Operating, Parameter, Value};
 use measurement::FitSet;
 use numeric::unit::frequency_hz;
-use optimizer::Control;
 
 /// Outcome of a candidate.
 #[derive(Debug, Clone, PartialEq)]

@@ -10,8 +10,8 @@ use super::null_distribution::LEAST_SCALE;
 use super::screening::{Candidate, Screening, Status, descend_to_minimum, is_plausible, relaxes_within};
 use identification::CHI_SQUARE_95;
 use identification::objective::ObjectiveError;
+use long_work::Control;
 use machine::UnitValues;
-use optimizer::Control;
 
 /// Largest number of rounds, and of joints from which all hypotheses are fitted in a round.
 const ROUNDS: (usize, usize) = (4, 2);

@@ -6,8 +6,9 @@ use rayon::prelude::*;
 
 use super::place::Place;
 use super::problem::Problem;
+use long_work::Control;
 use numeric::statistics::quantile;
-use optimizer::{Control, least_squares};
+use optimizer::least_squares;
 
 /// The unit of resampling.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

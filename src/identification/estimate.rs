@@ -12,8 +12,9 @@ use super::search::{Basin, SearchEffort, polished_from_nearby, searched};
 use super::settings::{IdentificationSettings, Repeat};
 use super::uncertainty::{Certainty, NARROWING, RANGE_SD, certainty, counted};
 use crate::objective::{GAIN_RANGE, ObjectiveError};
+use long_work::Control;
 use machine::{Machine, Parameter, ParameterValues};
-use optimizer::{Control, LeastSquares, Polished, least_squares, least_squares_within};
+use optimizer::{LeastSquares, Polished, least_squares, least_squares_within};
 
 /// An identified parameter.
 #[derive(Debug, Clone, PartialEq)]

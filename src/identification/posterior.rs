@@ -20,9 +20,10 @@ use super::settings::IdentificationSettings;
 use super::tolerance::mode_columns;
 use super::uncertainty::certainty;
 use crate::objective::{FrfObjective, ModeObjective, ObjectiveError};
+use long_work::Control;
 use machine::{Machine, ParameterValues, Prior};
 use measurement::FitSet;
-use optimizer::{Control, LeastSquares, least_squares_within};
+use optimizer::{LeastSquares, least_squares_within};
 
 /// A fitted coordinate of the unit cube.
 #[derive(Debug, Clone, PartialEq)]

@@ -9,9 +9,10 @@ use serde::{Deserialize, Serialize};
 use super::place::Place;
 use super::profile::CHI_SQUARE_95;
 use crate::objective::{FrfObjective, ModeObjective, ModeSquares};
+use long_work::Control;
 use machine::ParameterValues;
 use numeric::random::latin_hypercube;
-use optimizer::{Control, Cost, LeastSquares, Polished, SearchSettings, Strategy, least_squares, least_squares_within, search, simplex};
+use optimizer::{Cost, LeastSquares, Polished, SearchSettings, Strategy, least_squares, least_squares_within, search, simplex};
 
 /// Coarse simplex: edge length in the unit cube, and relative spread of the costs at which it stops.
 const COARSE_SIMPLEX: (f64, f64) = (0.02, 1e-6);

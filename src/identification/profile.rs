@@ -5,7 +5,8 @@ use std::sync::Mutex;
 use rayon::prelude::*;
 
 use super::uncertainty::Certainty;
-use optimizer::{Control, LeastSquares, Polished, least_squares_within};
+use long_work::Control;
+use optimizer::{LeastSquares, Polished, least_squares_within};
 
 /// Rise of χ² at the ends of a 95 % interval of one parameter: the 95 % quantile of χ² with one degree of freedom.
 pub const CHI_SQUARE_95: f64 = 3.841_458_820_694_124;

@@ -13,10 +13,10 @@ use crate::objective::{
     AmplitudeFit, Channel, FrfGap, FrfObjective, ModeObjective, ObjectiveError, PositionPrediction, free_parameters, loop_parameters,
 };
 use dynamics::model::derived;
+use long_work::Control;
 use machine::{FitRule, Machine, Operating, ParameterValues};
 use measurement::{FitSet, HoldOutSet};
 use numeric::halton::halton_point;
-use optimizer::Control;
 
 /// A quantity derived from the parameters.
 #[derive(Debug, Clone, PartialEq)]

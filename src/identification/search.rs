@@ -8,7 +8,8 @@ use super::problem::{Problem, Round, SearchEnd, Surroundings};
 use super::profile::CHI_SQUARE_95;
 use super::settings::{IdentificationSettings, Repeat};
 use crate::objective::{FrfObjective, ModeObjective};
-use optimizer::{Control, SearchResult};
+use long_work::Control;
+use optimizer::SearchResult;
 
 /// How far the search went, and how often it found the best minimum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,18 +4,14 @@
 //! Nelder–Mead, or for sums of squares a bounded Levenberg–Marquardt. Nearly linear predictions use a bounded Gauss–Newton. Random numbers
 //! are drawn sequentially and costs are evaluated in parallel, so that the result does not depend on the number of threads.
 
-mod control;
 mod differential_evolution;
 mod gauss_newton;
-mod journal;
 mod least_squares;
 mod polish;
 mod search;
 
-pub use control::{Control, Progress, Watcher};
 pub use differential_evolution::{DifferentialEvolution, Strategy, Trial};
 pub use gauss_newton::{Coordinate, GaussNewton, GaussNewtonError, GaussNewtonFit, PredictionFunction, nonzero_columns};
-pub use journal::{Journal, found_in, kept_as};
 pub use least_squares::{LeastSquares, LevenbergMarquardt, NormalEquations, Polished, least_squares, least_squares_within};
 pub use polish::simplex;
 pub use search::{SearchResult, SearchSettings, search};

@@ -3,7 +3,8 @@
 use argmin::core::{CostFunction, Error, Executor};
 use argmin::solver::neldermead::NelderMead;
 
-use super::{Control, Cost};
+use super::Cost;
+use long_work::Control;
 
 /// Maximum number of simplex steps: a constant part and a part per coordinate.
 const STEPS: u64 = 400;

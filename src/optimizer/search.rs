@@ -7,7 +7,8 @@ use argmin::core::{CostFunction, Error, Executor};
 use serde::{Deserialize, Serialize};
 
 use super::differential_evolution::Trial;
-use super::{Control, Cost, DifferentialEvolution, Progress, Strategy};
+use super::{Cost, DifferentialEvolution, Strategy};
+use long_work::{Control, Progress};
 
 /// Settings of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]

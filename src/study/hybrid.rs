@@ -10,11 +10,11 @@ use crate::{Study, StudyError, StudyResult};
 use config::{read_machine, read_machine_text};
 use dynamics::motion::{SimulationSettings, contour_error, simulate_record};
 use identification::neural_residual::{Example, NeuralResidual, Trained};
+use long_work::Control;
 use machine::{Machine, ParameterValues, Point};
 use measurement::MotionRecord;
 use numeric::parallel::OrFirstError;
 use numeric::statistics::quantile;
-use optimizer::Control;
 use report::document::Input;
 use report::hybrid::{ContourRow, HybridDocument, HybridRow, NeuralResidualRow, PhysicsRow, Score};
 

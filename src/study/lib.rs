@@ -45,11 +45,11 @@ pub use hybrid::{HybridRequest, hybrid};
 pub use identification::Drawing;
 pub use identified::{check_identification, read_diagnosis, read_identification};
 pub use import::{ExportedSet, FileContents, ImportRequest, ImportedSet, export, import, list_contents};
+pub use long_work::{Control, Progress, Watcher};
 pub use machine::contact::StribeckNoise;
 pub use measurement::{
     ChannelTolerance, Condition, DriveEffort, FrfArrays, FrfNoise, Gain, MeasurementSet, MotionArrays, Quantity, SetArrays,
 };
-pub use optimizer::{Control, Progress, Watcher};
 pub use page::{page, page_from};
 pub use peaks::{DiagramPole, Peaks, PeaksRequest, peaks, stabilisation};
 pub use plan::{PlanRequest, PlannedData};

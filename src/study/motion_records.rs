@@ -9,10 +9,10 @@ use diagnosis::motion::{MisfitAxis, MotionPart, misfit_map, part};
 use dynamics::inverse_dynamics::{CurvePoint, ExtraChannel, MotionSignal, Preprocessing, Rigid, friction_curve};
 use identification::motion::simulated_gaps;
 use identification::objective::point_named;
+use long_work::Control;
 use machine::Machine;
 use measurement::{MeasurementSet, MotionRecord};
 use numeric::parallel::OrFirstError;
-use optimizer::Control;
 use report::document::PositionRow;
 use report::record::{CurveRow, MotionRecordRow, TransmissionRow};
 

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use crate::stamp::set_stamp;
 use crate::{StudyError, StudyResult};
+use long_work::Control;
 pub use measurement::modal::DiagramPole;
 use measurement::modal::{
     AmplitudeKind, CurveFit, CurveOptions, FrfCurve, ModalError, ModalFit, TrackOptions, TrackRecord, fit_curve, stabilisation_diagram,
@@ -14,7 +15,6 @@ use measurement::modal::{
 use measurement::{Frf, FrfLine, MeasurementSet};
 use numeric::parallel::OrFirstError;
 use numeric::unit::omega_rad_s;
-use optimizer::Control;
 use report::csv_cell;
 use report::document::{EvidenceRow, PeakFitRow, PeakModeRow, PeakRow, PeaksDocument};
 

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use crate::{Settings, StudyError, StudyResult};
 use config::{MachineConfig, read_machine, read_machine_text};
+use long_work::{Control, Journal};
 use machine::Machine;
 use measurement::{MeasurementSet, read_set_from};
 use numeric::digest::digest_of;
-use optimizer::{Control, Journal};
 
 /// Where machine and measurements come from. The default is the published bench, which is built in.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

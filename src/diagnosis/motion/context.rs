@@ -9,10 +9,10 @@ use super::selection::{SelectionStep, simplest_first};
 use crate::{Hypothesis, Status};
 use dynamics::inverse_dynamics::{Rigid, free_parameters};
 use identification::motion::{ForceFit, estimate_identifiable};
+use long_work::Control;
 use machine::{Data, Effect, EffectIds, Machine, ParameterValues};
 use numeric::linear_fit::LinearFit;
 use numeric::statistics::root_mean_square;
-use optimizer::Control;
 use optimizer::nonzero_columns;
 
 /// Least reduction of the prediction error by the first named effect, and by a common one.

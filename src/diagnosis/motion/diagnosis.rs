@@ -22,9 +22,9 @@ use dynamics::inverse_dynamics::{
     InverseError, LinearForce, MotionSignal, Phase, Rigid, free_parameters, is_linear_in_inverse, mask_backlash_crossings,
     parameters_without_influence,
 };
+use long_work::Control;
 use machine::{Effect, EffectIds, Machine, ParameterValues};
 use numeric::linear_fit::LinearFit;
-use optimizer::Control;
 
 /// Settings of a diagnosis.
 #[derive(Debug, Clone, Copy, PartialEq)]

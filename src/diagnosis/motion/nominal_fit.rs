@@ -2,8 +2,8 @@
 
 use dynamics::inverse_dynamics::{InverseError, MotionSignal, Rigid};
 use identification::motion::{ForceFit, best_anywhere, estimate_identifiable};
+use long_work::Control;
 use machine::Machine;
-use optimizer::Control;
 
 /// Squared misfit of a fit near the description, as a multiple of the least, above which it is a minimum of its own and not the described machine.
 const OTHER_MINIMUM: f64 = 2.0;

@@ -17,10 +17,10 @@ use super::residual_bootstrap::ResidualBootstrap;
 use crate::{Hypothesis, HypothesisKind, Status};
 use dynamics::inverse_dynamics::{LinearForce, Rigid, free_parameters, is_linear_in_inverse, prediction};
 use identification::motion::ForceFit;
+use long_work::Control;
 use machine::{Machine, ParameterValues, Scale};
 use numeric::linear_fit::LinearFit;
 use numeric::random::normal;
-use optimizer::Control;
 use optimizer::nonzero_columns;
 
 /// A candidate with a design at each node of its grid.

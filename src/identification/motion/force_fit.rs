@@ -9,9 +9,10 @@ use dynamics::inverse_dynamics::{
     InverseError, MotionSignal, Rigid, derivatives, is_linear_in_inverse, mask_backlash_crossings, prediction, recorded, weights,
 };
 use machine::{Machine, ParameterValues};
+use long_work::Control;
 use numeric::halton::halton_point;
 use numeric::linear_fit::LinearFit;
-use optimizer::{Control, Coordinate, GaussNewton, GaussNewtonError, GaussNewtonFit, PredictionFunction, nonzero_columns};
+use optimizer::{Coordinate, GaussNewton, GaussNewtonError, GaussNewtonFit, PredictionFunction, nonzero_columns};
 
 /// Result of a fit.
 #[derive(Debug, Clone, PartialEq)]

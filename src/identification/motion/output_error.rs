@@ -6,10 +6,11 @@ use rayon::prelude::*;
 use super::force_fit::{coordinates, unidentifiable};
 use dynamics::inverse_dynamics::InverseError;
 use dynamics::motion::{MotionError, RecordGap, SimulationSettings, simulate_record};
+use long_work::Control;
 use machine::{Machine, ParameterValues};
 use measurement::MotionRecord;
 use numeric::parallel::OrFirstError;
-use optimizer::{Control, GaussNewton, GaussNewtonFit, PredictionFunction};
+use optimizer::{GaussNewton, GaussNewtonFit, PredictionFunction};
 
 /// Result of an output-error fit.
 #[derive(Debug, Clone, PartialEq)]

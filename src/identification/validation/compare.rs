@@ -2,10 +2,10 @@
 
 use crate::objective::{MISSING, Objective, ObjectiveError, PositionPrediction};
 use crate::{IdentificationSettings, identify};
+use long_work::Control;
 use machine::Machine;
 use measurement::FitSet;
 use numeric::statistics::root_mean_square;
-use optimizer::Control;
 
 /// Prediction errors of an objective for positions that were left out.
 #[derive(Debug, Clone, PartialEq)]

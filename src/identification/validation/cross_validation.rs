@@ -2,9 +2,9 @@
 
 use crate::objective::{FrfGap, ObjectiveError, PositionPrediction};
 use crate::{Identification, IdentificationSettings, identify};
+use long_work::Control;
 use machine::Machine;
 use measurement::FitSet;
-use optimizer::Control;
 
 /// Predictions of the data that each fit left out, in the order of the set.
 #[derive(Debug, Clone, PartialEq, Default)]

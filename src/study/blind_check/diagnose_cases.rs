@@ -11,8 +11,8 @@ use serde_json::Value;
 
 use super::request::{BlindCheckRequest, Program};
 use crate::{StudyError, StudyResult};
+use long_work::Control;
 use numeric::parallel::OrFirstError;
-use optimizer::Control;
 use report::{OutputFolder, digest, to_json};
 use withheld::{Answer, CASES, Run, Seal, SealedCase, files_of};
 

@@ -14,10 +14,10 @@ use diagnosis::{
     closed_interval, diagnose, fitter, floor_over, gap_over, gaps_by_mode, largest_loss_factor, peak_errors, relaxes_within, values_of,
 };
 use identification::objective::FrfObjective;
+use long_work::{found_in, kept_as};
 use machine::{Data, Effect, Parameter, Target};
 use measurement::{FitSet, HoldOutSet};
 use numeric::statistics::median;
-use optimizer::{found_in, kept_as};
 use report::diagnosis as document;
 use report::{OutputFolder, digest};
 

@@ -11,7 +11,7 @@ use identification::motion::{
 };
 use machine::Machine;
 use measurement::MotionRecord;
-use optimizer::Control;
+use long_work::Control;
 use report::certainty::{PriorRow, ToleranceRow};
 use report::document::{IdentificationDocument, ParameterRow, RunSettings};
 use report::record::{MotionRecordRow, PreprocessingRow};

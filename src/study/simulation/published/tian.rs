@@ -7,10 +7,10 @@ use crate::{StudyError, StudyResult};
 use dynamics::model::{Peak, PeakSearch, RodModel, Structure, peaks};
 use identification::objective::{ModeSettings, Objective};
 use identification::{IdentificationSettings, identify};
+use long_work::Control;
 use machine::{Machine, Operating};
 use measurement::{MeasurementSet, PublishedRow, read_set};
 use numeric::statistics::root_sum_square;
-use optimizer::Control;
 use report::published::PublishedFigure;
 
 /// The model as printed: a free rotor.

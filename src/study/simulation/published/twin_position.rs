@@ -5,13 +5,13 @@ use crate::simulation::stiffness::static_stiffness;
 use crate::{StudyError, StudyResult};
 use dynamics::model::elastic_frequencies_hz;
 use identification::{Identification, IdentificationSettings, identify};
+use long_work::Control;
 use machine::contact::published::{LEAD_M, NUT_STIFFNESS_N_PER_M};
 use machine::{Machine, Operating};
 use measurement::{MeasurementSet, read_set};
 use nalgebra::{DMatrix, DVector};
 use numeric::linear_fit::LinearFit;
 use numeric::unit::omega_rad_s;
-use optimizer::Control;
 use report::published::PublishedFigure;
 
 /// The machine with the physics of preloaded pairs, screws held by the servos.

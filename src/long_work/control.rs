@@ -77,7 +77,8 @@ impl Control {
         move || self.report(Progress::Step { what, done: done.fetch_add(1, Ordering::Relaxed) + 1, of })
     }
 
-    pub(super) fn report(&self, progressed: Progress<'_>) {
+    /// Reports progress to the watcher.
+    pub fn report(&self, progressed: Progress<'_>) {
         if let Some(watcher) = &self.watcher {
             watcher(progressed);
         }
@@ -115,12 +116,12 @@ impl Control {
     }
 
     /// Returns the last state that an earlier run has kept of an unfinished piece.
-    pub(super) fn last_state<T: DeserializeOwned>(&self, piece: &str) -> Option<T> {
+    pub fn last_state<T: DeserializeOwned>(&self, piece: &str) -> Option<T> {
         self.journal.as_ref()?.read(&format!("{}{piece}", self.part))
     }
 
     /// Returns a function that keeps the states of a piece of work, at most one per [`BETWEEN_STATES`].
-    pub(super) fn states<T: Serialize>(&self, piece: &str) -> impl FnMut(&T) + use<T> {
+    pub fn states<T: Serialize>(&self, piece: &str) -> impl FnMut(&T) + use<T> {
         let (journal, name) = (self.journal.clone(), format!("{}{piece}", self.part));
         let mut last = Instant::now();
         move |state| {
