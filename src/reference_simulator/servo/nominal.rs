@@ -168,7 +168,7 @@ impl Axis {
 
     /// Checks that every parameter is admissible.
     ///
-    /// # Errors     `TruthError::Refused` names the first inadmissible parameter.
+    /// # Errors     `SimulatorError::Refused` names the first inadmissible parameter.
     pub fn check(&self) -> Result<(), SimulatorError> {
         let (n, l, m) = (&self.nominal, &self.nominal.loops, &self.missing);
         let positive = [

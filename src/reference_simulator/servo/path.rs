@@ -60,7 +60,7 @@ impl Feed {
 
     /// Computes the commands, m, one for each millisecond from 0.
     ///
-    /// # Errors     `TruthError::Refused` for a feed, an amplitude or a ramp that is not positive.
+    /// # Errors     `SimulatorError::Refused` for a feed, an amplitude or a ramp that is not positive.
     pub fn commands_m(&self) -> Result<Vec<f64>, SimulatorError> {
         let numbers = [("feed_mm_min", self.feed_mm_min), ("amplitude_m", self.amplitude_m), ("ramp_s", self.ramp_s)];
         check_values(&numbers, "a positive number", |value| value > 0.0)?;
@@ -100,7 +100,7 @@ impl Circle {
 
     /// Computes the commands of x and y, m, one for each millisecond from 0.
     ///
-    /// # Errors     `TruthError::Refused` for a radius, a speed or a ramp that is not positive.
+    /// # Errors     `SimulatorError::Refused` for a radius, a speed or a ramp that is not positive.
     pub fn commands_m(&self) -> Result<[Vec<f64>; 2], SimulatorError> {
         let numbers = [("radius_m", self.radius_m), ("speed_rad_min", self.speed_rad_min), ("ramp_s", self.ramp_s)];
         check_values(&numbers, "a positive number", |value| value > 0.0)?;

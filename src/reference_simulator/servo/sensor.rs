@@ -33,7 +33,7 @@ impl Sensors {
 
     /// Checks that every parameter is admissible.
     ///
-    /// # Errors     `TruthError::Refused` names the first inadmissible parameter.
+    /// # Errors     `SimulatorError::Refused` names the first inadmissible parameter.
     pub fn check(&self) -> Result<(), SimulatorError> {
         let numbers = [
             ("encoder_steps", self.encoder_steps),

@@ -16,7 +16,7 @@ use crate::file::{create_folder, quoted, write_text};
 /// Runs an axis along sines and writes the records as a measurement set. The first and the last record are fitted: for
 /// [`Feed::standard`], F1000 and F6000.
 ///
-/// # Errors     As [`run`](super::run()); `TruthError::Write` if a file cannot be written. All runs end before the first file is written.
+/// # Errors     As [`run`](super::run()); `SimulatorError::Write` if a file cannot be written. All runs end before the first file is written.
 pub fn write_sines(folder: &Path, axis: &Axis, sensors: &Sensors, feeds: &[Feed], seed: u64) -> Result<(), SimulatorError> {
     let commands = feeds.iter().map(|feed| Ok((feed.name(), feed.commands_m()?))).collect::<Result<Vec<_>, SimulatorError>>()?;
     let records = drive(axis, sensors, &commands, &Draw::new(seed))?;
