@@ -4,6 +4,10 @@ use nalgebra::{DMatrix, DVector};
 
 use super::data::MotionData;
 use dynamics::inverse_dynamics::{ExtraChannel, MotionSignal, Rigid};
+use identification::motion::nuisance_prior::{
+    COMPLIANCES, DRIFT, FORCE_ALONG_TRAVEL, HOLD_SAMPLES, LOW_SPEED_RISE, LOW_SPEEDS, PRESLIDING, SCALE_ERROR, THINNING, TRAVEL_HALF_WAVES,
+    WIND_UP, half_wave_share,
+};
 use machine::{Machine, Operating, Value};
 use numeric::filter::central_differences;
 use numeric::statistics::{extremes, root_mean_square};
@@ -17,35 +21,7 @@ pub struct Nuisance {
     pub column: DVector<f64>,
 }
 
-/// Standard deviation of the time between force and position, in samples of the record.
-const SKEW: f64 = 0.25;
-/// Standard deviations of friction and force that vary smoothly along the travel, and that drift with time, over the root mean square of the force.
-const ALONG_TRAVEL: f64 = 0.015;
-const DRIFT: f64 = 0.01;
-/// Number of half-waves along the travel; the standard deviation of those above the third falls with their wavelength.
-const HALF_WAVES: u32 = 7;
-/// Presliding travels (m) over which friction builds up, the wind-up of the parts that carry it included, and the standard deviations of the share of
-/// friction that does.
-const PRESLIDING: [(f64, f64); 4] = [(0.4e-6, 1.0), (1e-6, 1.0), (2e-6, 0.5), (4e-6, 0.5)];
-/// Speeds over the fastest below which friction rises slightly, and the standard deviation of that rise over dry friction.
-const LOW_SPEEDS: [f64; 2] = [0.02, 0.1];
-const LOW_SPEED_RISE: f64 = 0.03;
-/// Standard deviation of the share of viscous friction at the fastest speed lost by shear thinning of the film, in proportion to speed. With 5 % and
-/// more, weak dry friction missing from a description would remain undetected.
-const THINNING: f64 = 0.03;
-/// Compliances of a joint with undescribed parts in series, over the described compliance; each factor in addition to the one before.
-const COMPLIANCES: [f64; 3] = [1.0, 2.0, 4.0];
-/// Standard deviations of wind-up, and of friction on its other side, over the described values.
-const WIND_UP: f64 = 2.0;
-/// Standard deviation of the scale error along the travel (m per m of travel).
-const SCALE_ERROR: f64 = 2e-6;
-
 /// Returns all nuisance parameters with an influence on a machine with given values along the records.
-///
-/// # Source  standard deviations: a drive holds its force for one sample, which delays it by half a sample. Guides are ground to a few percent of
-/// preload. Friction of a warm axis changes by percents within a record. The friction of a film grows with less than the speed (in rolling bearings
-/// with its 2/3 power, after Palmgren). Bearings, screw and coupling together are one to four times as compliant as the nut of a simple description.
-/// Linear scales of machine tools are specified to ±3 µm (some to ±5 µm) per metre.
 pub(super) fn nuisances(data: &MotionData<'_>, rigid: &Rigid, machine: &Machine, values: &[f64]) -> Vec<Nuisance> {
     let of = Influences::new(data, rigid, machine, values);
     let mut all =
@@ -125,11 +101,11 @@ impl<'o> Influences<'o> {
     /// also a clock offset of the recorded force alone.
     fn measuring_chain(&self) -> Vec<Nuisance> {
         let slope = |m: &MotionSignal| central_differences(&self.force(self.machine, m));
-        let clock = |m: &MotionSignal| slope(m).iter().map(|d| SKEW * d).collect::<Vec<f64>>();
+        let clock = |m: &MotionSignal| slope(m).iter().map(|d| HOLD_SAMPLES * d).collect::<Vec<f64>>();
         // The estimate from the loop reveals the delay of its force more precisely than it is known.
         let late = |m: &MotionSignal| {
             let periods_s = m.extra_channels.iter().filter_map(|f| Some(f.encoder_estimate.as_ref()?.periods_s)).fold(0.0, f64::max);
-            slope(m).iter().map(|d| (SKEW + periods_s / m.step_s) * d).collect::<Vec<f64>>()
+            slope(m).iter().map(|d| (HOLD_SAMPLES + periods_s / m.step_s) * d).collect::<Vec<f64>>()
         };
         let mut all = vec![self.nuisance("synchrony", late), self.nuisance("filter blur", |m| central_differences(&slope(m)))];
         if self.data.is_identifiable() {
@@ -204,12 +180,12 @@ impl<'o> Influences<'o> {
     /// Returns smooth variations of friction and force along the travel.
     fn along_travel(&self) -> Vec<Nuisance> {
         let of = |n: u32| {
-            let size = ALONG_TRAVEL * self.level * (3.0 / f64::from(n)).min(1.0);
+            let size = FORCE_ALONG_TRAVEL * self.level * half_wave_share(n);
             let wave = move |m: &MotionSignal| self.wave(m, f64::from(n), size);
             let friction = self.friction(format!("friction along the travel, half-wave {n}"), move |m| along_direction(m, wave(m)));
             [friction, self.nuisance(format!("force along the travel, half-wave {n}"), wave)]
         };
-        (1..=HALF_WAVES).flat_map(of).collect()
+        (1..=TRAVEL_HALF_WAVES).flat_map(of).collect()
     }
 
     /// Returns drifts of friction and force with time.

@@ -7,6 +7,7 @@ mod discrepancy;
 mod force_fit;
 mod interval;
 mod marginal;
+pub mod nuisance_prior;
 mod output_error;
 mod residual_noise;
 mod small_print;

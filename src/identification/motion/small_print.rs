@@ -1,5 +1,9 @@
 //! Small deviations from the described friction and force that most axes have, and the delay of the force: tolerances of the fit of motion records.
 
+use super::nuisance_prior::{
+    DELAY_SAMPLES, FRICTION_ALONG_TRAVEL, LOW_SPEED_RISE, LOW_SPEEDS, REVERSAL, RIPPLE, RIPPLE_HALF_WAVES, TRAVEL_HALF_WAVES,
+    half_wave_share,
+};
 use dynamics::inverse_dynamics::{MotionSignal, Rigid};
 use machine::{Machine, Operating, Value};
 use numeric::filter::central_differences;
@@ -71,26 +75,6 @@ pub struct StatedSizes {
 
 /// Standard deviation of the half-normal prior of a size, over the stated size.
 pub(super) const SIZE_SD: f64 = 2.0;
-/// Standard deviation of the delay, in samples of the record. A drive holds its force for one sample, which delays the motion by half a sample; its
-/// current loop adds about as much.
-const DELAY_SAMPLES: f64 = 1.0;
-/// Speed over the fastest below which a reversal blurs friction, and the standard deviation of the change over dry friction. There dry friction takes any
-/// value up to its level.
-const REVERSAL_SPEED: f64 = 0.02;
-const REVERSAL: f64 = 0.3;
-/// Root mean square of the ripple over that of the force. Cogging and commutation of servo motors leave one to a few percent of the rated torque.
-const RIPPLE: f64 = 0.05;
-/// Number of half-waves of the ripple along the travel.
-const RIPPLE_HALF_WAVES: u32 = 60;
-/// Standard deviation of dry friction along the travel over dry friction: guides are ground to a few percent of preload.
-const ALONG_TRAVEL: f64 = 0.03;
-/// Half-waves of friction along the travel. Above the third, the standard deviation falls with the wavelength. Half-wave 0 is the mean over the
-/// travel, by which friction on this travel differs from that of the axis.
-const FRICTION_HALF_WAVES: u32 = 7;
-/// Speeds over the fastest below which friction rises, and the standard deviation of that rise over dry friction: the mixed friction of lubricated
-/// seals and rolling guides.
-const LOW_SPEEDS: [f64; 2] = [0.05, 0.1];
-const LOW_SPEED_RISE: f64 = 0.03;
 /// Largest number of half-waves of the ripple over the number of samples.
 const COLUMNS_PER_SAMPLE: f64 = 0.04;
 
@@ -106,9 +90,9 @@ pub(super) fn tolerances(rigid: &Rigid, machine: &Machine, values: &[f64], motio
     let step_s = root_mean_square(motions.iter().map(|m| m.step_s)).unwrap_or(0.0);
     let sizes = StatedSizes {
         delay_s: DELAY_SAMPLES * step_s,
-        reversal: REVERSAL * dry,
+        reversal: REVERSAL.1 * dry,
         ripple: RIPPLE * level,
-        friction: ALONG_TRAVEL * dry,
+        friction: FRICTION_ALONG_TRAVEL * dry,
         rise: LOW_SPEED_RISE * dry,
     };
     let mut found: Vec<Tolerance> = Vec::new();
@@ -136,7 +120,7 @@ pub(super) fn tolerances(rigid: &Rigid, machine: &Machine, values: &[f64], motio
         along(m, m.velocity_m_s.iter().map(|v| size * (-(v / (share * fastest)).powi(2)).exp()).collect())
     };
     if !described.presliding {
-        add(SmallPrint::Reversal, &|m| below(m, REVERSAL_SPEED, sizes.reversal));
+        add(SmallPrint::Reversal, &|m| below(m, REVERSAL.0, sizes.reversal));
     }
     let wave = |m: &MotionSignal, n: u32, size: f64| -> Vec<f64> {
         let phase = |x: &f64| std::f64::consts::PI * f64::from(n) * (x - low) / (high - low).max(f64::MIN_POSITIVE);
@@ -149,8 +133,8 @@ pub(super) fn tolerances(rigid: &Rigid, machine: &Machine, values: &[f64], motio
         (1..=count).for_each(|n| add(SmallPrint::Ripple, &|m| wave(m, n, size)));
     }
     if !described.along_travel {
-        for n in 0..=FRICTION_HALF_WAVES {
-            let size = sizes.friction * (3.0 / f64::from(n.max(1))).min(1.0);
+        for n in 0..=TRAVEL_HALF_WAVES {
+            let size = sizes.friction * half_wave_share(n);
             add(SmallPrint::FrictionAlongTravel, &|m| along(m, wave(m, n, size)));
         }
     }
