@@ -40,20 +40,19 @@ const MAX_SD: f64 = 0.25;
 /// Moves along a valley of χ², tried from the largest, as shares of a parameter's unit interval.
 const MOVES: [f64; 3] = [0.5, 0.25, 0.1];
 
-/// Finds the determined combinations among the parameters of the columns, in the order of rising standard deviation.
+/// Finds the determined combinations among the parameters of the columns, in the order of rising standard deviation. `known` marks the parameters whose
+/// values the data determine to first order.
 ///
 /// `valley(column, by)` moves a column by a share of its unit interval, re-optimises the others and returns the values of all columns.
 /// It returns `None` where χ² rises too much.
 pub fn combinations(
     parameters: &[&Parameter],
     values: &[f64],
-    certainty: &Certainty,
+    (certainty, known): (&Certainty, &[bool]),
     valley: impl Fn(usize, f64) -> Option<Vec<f64>> + Sync,
 ) -> Vec<Combination> {
-    let is_candidate = |&(j, i): &(usize, usize)| {
-        let both_identifiable = certainty.identifiable[i] && certainty.identifiable[j];
-        !both_identifiable && [i, j].iter().all(|k| parameters[*k].scale == Scale::Logarithmic)
-    };
+    let is_candidate =
+        |&(j, i): &(usize, usize)| !(known[i] && known[j]) && [i, j].iter().all(|k| parameters[*k].scale == Scale::Logarithmic);
     let pairs: Vec<(usize, usize)> = (0..parameters.len()).flat_map(|i| (0..i).map(move |j| (j, i))).filter(is_candidate).collect();
     let of_pair = |&(j, i): &(usize, usize)| {
         // In a strongly curved valley correlations mean nothing, for example if one of two springs in series is nearly rigid.
@@ -176,11 +175,14 @@ mod tests {
         }
     }
 
+    /// Neither parameter is known.
+    const OPEN: [bool; 2] = [false; 2];
+
     /// Returns the uncertainty after measuring one combination with the given logarithmic slopes.
     fn certainty_of(slopes: [f64; 2]) -> Certainty {
         let width = 1e3_f64.ln();
         let row = DMatrix::from_row_slice(1, 2, &[slopes[0] * width / 0.01, slopes[1] * width / 0.01]);
-        certainty(&(row.transpose() * row), 1.0, &[])
+        certainty(&(row.transpose() * row), 1.0)
     }
 
     /// Returns a valley along which a sum, a harmonic sum or a ratio stays constant.
@@ -203,17 +205,26 @@ mod tests {
         for values in [[400.0, 800.0], [400.0, 400.0]] {
             let sum = values[0] + values[1];
             let shares = [values[0] / sum, values[1] / sum];
-            let series =
-                combinations(&[&a, &b], &values, &certainty_of([shares[1], shares[0]]), valley_of(values, CombinationKind::Series));
+            let series = combinations(
+                &[&a, &b],
+                &values,
+                (&certainty_of([shares[1], shares[0]]), &OPEN),
+                valley_of(values, CombinationKind::Series),
+            );
             assert!(series.len() == 1 && series[0].kind == CombinationKind::Series, "{series:?}");
             assert!((series[0].sd - 0.01).abs() < 2e-3, "{series:?}");
-            let parallel = combinations(&[&a, &b], &values, &certainty_of(shares), valley_of(values, CombinationKind::Parallel));
+            let parallel = combinations(&[&a, &b], &values, (&certainty_of(shares), &OPEN), valley_of(values, CombinationKind::Parallel));
             assert_eq!(parallel[0].kind, CombinationKind::Parallel, "{parallel:?}");
         }
-        let ratio = combinations(&[&a, &b], &[400.0, 800.0], &certainty_of([1.0, -1.0]), valley_of([400.0, 800.0], CombinationKind::Ratio));
+        let ratio = combinations(
+            &[&a, &b],
+            &[400.0, 800.0],
+            (&certainty_of([1.0, -1.0]), &OPEN),
+            valley_of([400.0, 800.0], CombinationKind::Ratio),
+        );
         assert_eq!(ratio[0].kind, CombinationKind::Ratio);
         // Without a valley neither sum is claimed.
-        let open = combinations(&[&a, &b], &[400.0, 800.0], &certainty_of([2.0, 1.0]), |_, _| None);
+        let open = combinations(&[&a, &b], &[400.0, 800.0], (&certainty_of([2.0, 1.0]), &OPEN), |_, _| None);
         assert_eq!(open[0].kind, CombinationKind::Opposite);
     }
 }

@@ -10,30 +10,11 @@ use super::problem::{POLISH, Problem, Surroundings};
 use super::profile::{CHI_SQUARE_95, ProfileStart, Profiler, Profiles, Region, joined};
 use super::search::{Basin, SearchEffort, polished_from_nearby, searched};
 use super::settings::{IdentificationSettings, Repeat};
-use super::uncertainty::{Certainty, NARROWING, RANGE_SD, certainty, counted};
+use super::uncertainty::{Certainty, Estimate, certainty, narrow_logarithmic_width, narrow_width};
 use crate::objective::{GAIN_RANGE, ObjectiveError};
 use long_work::Control;
 use machine::{Machine, Parameter, ParameterValues};
 use optimizer::{LeastSquares, Polished, least_squares, least_squares_within};
-
-/// An identified parameter.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Estimate {
-    /// Index in the machine.
-    pub parameter: usize,
-    /// Value in its unit.
-    pub value: f64,
-    /// 95 % interval; the hull of its parts where it has several; `None` for a parameter that was not fitted.
-    pub interval95: Option<(f64, f64)>,
-    /// The parts of the 95 % interval in rising order: one for each range of values that the data do not reject.
-    pub intervals95: Vec<(f64, f64)>,
-    /// Whether it is identifiable from the data; `None` for a parameter that was not fitted, and for one that depends on the discrepancy.
-    pub identifiable: Option<bool>,
-    /// Whether it would be identifiable, but the misfit exceeds the noise so far that its value depends on what the model lacks.
-    pub depends_on_discrepancy: bool,
-    /// Whether it lies at an end of its plausible range.
-    pub at_bound: bool,
-}
 
 /// Parameters after a fit: values, intervals, identifiability, warnings.
 pub(super) struct Estimation {
@@ -121,7 +102,7 @@ pub(super) fn estimate<P: Problem>(
         None => inflated.as_ref().unwrap_or(problem),
     };
     let columns: Vec<usize> = (0..free.len()).chain(wide.gain_column()).collect();
-    let intervals = intervals(wide, machine, basins, (&columns, inflation, profiled), control);
+    let intervals = intervals(wide, basins, (&columns, inflation, profiled), control);
     let Intervals { basins, mut regions, whole } = intervals;
     if inflated.is_some() || wider.is_none() {
         // A profile may have met a deeper minimum.
@@ -152,7 +133,7 @@ pub(super) fn estimate<P: Problem>(
     Ok(Estimation {
         gain_identifiable: gain_column
             .filter(|_| has_intervals)
-            .map(|at| is_narrow(&regions[free.len()], 1.0) && gain_at_end(place[at]).is_none()),
+            .map(|at| is_narrow(&regions[free.len()], narrow_logarithmic_width(GAIN_RANGE)) && gain_at_end(place[at]).is_none()),
         place,
         values,
         gain,
@@ -193,7 +174,6 @@ struct Intervals {
 /// Computes the regions of some coordinates: by profiles, or to first order.
 fn intervals<P: Problem>(
     problem: &P,
-    machine: &Machine,
     basins: Vec<Basin>,
     (columns, inflation, profiled): (&[usize], f64, bool),
     control: &Control,
@@ -201,13 +181,12 @@ fn intervals<P: Problem>(
     if profiled {
         control.begin("intervals");
     }
-    let shares: Vec<f64> = problem.free().iter().map(|i| counted(&machine.parameters[*i])).collect();
     let (basins, regions) = match profiled {
-        true => control.cached("profiles", || confidence_regions(problem, basins, (columns, &shares), inflation, control)),
+        true => control.cached("profiles", || confidence_regions(problem, basins, columns, inflation, control)),
         false => (basins, None),
     };
     let information = problem.squares(None, |squares| squares.normal(&basins[0].place).information);
-    let whole = certainty(&information, inflation, &shares);
+    let whole = certainty(&information, inflation);
     let first_order = |at: &usize| {
         let (here, half) = (basins[0].place[*at], 1.96 * whole.sd[*at]);
         vec![(here - half, here + half)]
@@ -269,7 +248,10 @@ fn combined<P: Problem>(
         let polished = problem.squares(None, |squares| least_squares(squares, &moved, &held, POLISH, control.stop()));
         (polished.normal.chi_square - here.cost < CHI_SQUARE_95 * inflation).then(|| of(&Place(polished.place)))
     };
-    let mut found = combinations(&described, &of(&here.place), certainty, valley);
+    let values = problem.values(&here.place);
+    let is_known = |(column, at): (usize, &usize)| 2.0 * 1.96 * certainty.sd[column] <= narrow_width(&machine.parameters, &values, *at);
+    let known: Vec<bool> = free.iter().enumerate().map(is_known).collect();
+    let mut found = combinations(&described, &of(&here.place), (certainty, &known), valley);
     found.iter_mut().for_each(|c| c.parameters = (free[c.parameters.0], free[c.parameters.1]));
     found
 }
@@ -282,12 +264,12 @@ const DEEPER: usize = 4;
 fn confidence_regions<P: Problem>(
     problem: &P,
     mut basins: Vec<Basin>,
-    (columns, shares): (&[usize], &[f64]),
+    columns: &[usize],
     inflation: f64,
     control: &Control,
 ) -> (Vec<Basin>, Option<Vec<Region>>) {
     for _ in 0..DEEPER {
-        let found = problem.squares(None, |squares| profiles(squares, &basins, (columns, shares), inflation, control));
+        let found = problem.squares(None, |squares| profiles(squares, &basins, columns, inflation, control));
         match found {
             Profiles::Regions(regions) => return (basins, Some(regions)),
             Profiles::Stopped => return (basins, None),
@@ -300,25 +282,19 @@ fn confidence_regions<P: Problem>(
     (basins, None)
 }
 
-fn profiles(
-    squares: &dyn LeastSquares,
-    basins: &[Basin],
-    (columns, shares): (&[usize], &[f64]),
-    inflation: f64,
-    control: &Control,
-) -> Profiles {
+fn profiles(squares: &dyn LeastSquares, basins: &[Basin], columns: &[usize], inflation: f64, control: &Control) -> Profiles {
     let start = |basin: &Basin| {
         let minimum = Polished { place: basin.place.0.clone(), normal: squares.normal(&basin.place), evaluations: 0, converged: true };
-        ProfileStart { certainty: certainty(&minimum.normal.information, inflation, shares), minimum }
+        ProfileStart { certainty: certainty(&minimum.normal.information, inflation), minimum }
     };
     let minima: Vec<ProfileStart> = basins.iter().map(start).collect();
     Profiler { squares, minima: &minima, rise: CHI_SQUARE_95 * inflation, control }.regions(columns)
 }
 
-/// Whether the data narrow a region, a share of the unit interval that counts, enough for its coordinate to be identifiable.
-fn is_narrow(region: &Region, counted: f64) -> bool {
+/// Whether a region is no wider than a share of the unit interval.
+fn is_narrow(region: &Region, widest: f64) -> bool {
     let (low, high) = hull(region);
-    high - low <= 2.0 * 1.96 * counted * RANGE_SD / NARROWING
+    high - low <= widest
 }
 
 /// Returns the hull of a region.
@@ -335,7 +311,7 @@ fn evaluated<P: Problem>(problem: &P, machine: &Machine) -> Estimation {
     let place = problem.start_near(&Place(Vec::new()));
     let chi_square = problem.squares(None, |squares| squares.chi_square(&place));
     let values = problem.values(&place);
-    let nothing = certainty(&DMatrix::zeros(0, 0), 1.0, &[]);
+    let nothing = certainty(&DMatrix::zeros(0, 0), 1.0);
     Estimation {
         gain: problem.gain_at(&place),
         cost: problem.cost(&place),
@@ -413,37 +389,28 @@ fn parameter_estimates(
     (has_intervals, excess): (bool, f64),
 ) -> (Vec<Estimate>, Vec<String>) {
     let mut warnings = Vec::new();
-    let mut estimates: Vec<Estimate> = (0..machine.parameters.len())
-        .map(|parameter| Estimate {
-            parameter,
-            value: values[parameter],
-            interval95: None,
-            intervals95: Vec::new(),
-            depends_on_discrepancy: false,
-            identifiable: None,
-            at_bound: false,
-        })
-        .collect();
+    let mut estimates: Vec<Estimate> =
+        (0..machine.parameters.len()).map(|parameter| Estimate::without_interval(parameter, values[parameter], None)).collect();
     for (column, &parameter) in free.iter().enumerate() {
         let (u, (low, high)) = (place[column], hull(&regions[column]));
         let description = &machine.parameters[parameter];
         let end = |x: f64| description.from_unit(x.clamp(0.0, 1.0));
         let at_bound = !(AT_BOUND..=1.0 - AT_BOUND).contains(&u);
-        let narrow = is_narrow(&regions[column], counted(description));
-        let depends = has_intervals && narrow && !at_bound && excess > EXCESS;
-        estimates[parameter] = Estimate {
+        let widest = narrow_width(&machine.parameters, values, parameter);
+        let narrow = is_narrow(&regions[column], widest);
+        let estimate = Estimate {
             parameter,
             value: values[parameter],
             interval95: has_intervals.then(|| (end(low), end(high))),
             intervals95: regions[column].iter().filter(|_| has_intervals).map(|(low, high)| (end(*low), end(*high))).collect(),
-            identifiable: (has_intervals && !depends).then_some(narrow && !at_bound),
-            depends_on_discrepancy: depends,
+            identifiable: has_intervals.then_some(narrow && !at_bound),
+            depends_on_discrepancy: false,
             at_bound,
         };
+        estimates[parameter] = estimate.with_discrepancy(excess > EXCESS);
         if at_bound {
             let which = if u < 0.5 { ("lower", description.lower) } else { ("upper", description.upper) };
-            let identifiable = narrow && certainty.identifiable[column];
-            let remedy = if identifiable {
+            let remedy = if narrow && 2.0 * 1.96 * certainty.sd[column] <= widest {
                 "the data drive it there; check its range and the model"
             } else {
                 "the data do not determine it; run plan to find a measurement that does"

@@ -21,7 +21,6 @@ pub mod validation;
 
 pub use bootstrap::{Bootstrap, Drawn};
 pub use combination::{Combination, CombinationKind};
-pub use estimate::Estimate;
 pub use measurement_plan::{Choice, FrfPlan, PlanDesign, PlannedMeasurement};
 pub use place::{Place, Tail};
 pub use plan_discrimination::{Discrimination, RivalMachine};
@@ -32,4 +31,4 @@ pub use run::{DerivedEstimate, Identification, identify};
 pub use search::{Basin, SearchEffort, frf_search_minima, mode_search_end};
 pub use settings::{IdentificationSettings, REPEATS, Repeat};
 pub use tolerance::{ToleranceEstimate, channels_of, tolerances_at};
-pub use uncertainty::{Certainty, NARROWING, RANGE_SD, certainty, counted};
+pub use uncertainty::{Certainty, Estimate};

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
-use super::uncertainty::{NARROWING, RANGE_SD, certainty};
+use super::uncertainty::{RANGE_SD, certainty, narrow_width};
 use crate::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings, ModeSquares, ObjectiveError, VISIBLE};
 use dynamics::model::{PeakSearch, Structure, peaks};
 use machine::{Chain, Machine, Operating, ParameterValues, State};
@@ -38,13 +38,6 @@ pub struct Choice {
     pub prediction_sd: Option<f64>,
 }
 
-impl Choice {
-    /// Whether a parameter would be identifiable.
-    pub fn determines(&self, column: usize) -> bool {
-        self.sd[column] <= RANGE_SD / NARROWING
-    }
-}
-
 /// The candidates of a plan and the parameters that they are to determine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanDesign {
@@ -54,6 +47,8 @@ pub struct PlanDesign {
     pub free: Vec<usize>,
     /// Prior information on each of them (`sd` of the machine's parameters).
     pub prior_information: Vec<f64>,
+    /// Width of the widest 95 % interval with which each of them is identifiable, in its unit interval.
+    pub narrow_widths: Vec<f64>,
     /// Numbers to predict: derivatives of their logarithms with respect to the unit intervals of the parameters. Empty: the parameters alone count.
     pub predicted: Vec<Vec<f64>>,
 }
@@ -96,7 +91,7 @@ impl PlanDesign {
         }
         // A state may leave a parameter without effect, which is then no coordinate of its objective.
         design.free = union(found.iter().map(|(_, free)| &free[..]));
-        design.prior_information = prior_information(machine, &design.free, values);
+        design.state_parameters(machine, values);
         for ((frf, (normal, free)), (state, _)) in made.frfs.iter().zip(found).zip(in_states.iter().cycle()) {
             design.candidates.push(PlannedMeasurement {
                 position: frf.position,
@@ -153,7 +148,7 @@ impl PlanDesign {
             let objective = ModeObjective::new(machine, &fit, settings, frozen)?;
             let place = objective.extended(&coordinates_of(machine, &objective.free, values, false));
             design.free.clone_from(&objective.free);
-            design.prior_information = prior_information(machine, &objective.free, values);
+            design.state_parameters(machine, values);
             let information = without_prior(ModeSquares::new(&objective, None).normal(&place).information, &design.prior_information);
             design.candidates.push(PlannedMeasurement {
                 position: Some(position),
@@ -165,13 +160,24 @@ impl PlanDesign {
         Ok(design)
     }
 
+    /// Notes prior information and narrow widths of the free parameters.
+    fn state_parameters(&mut self, machine: &Machine, values: &ParameterValues) {
+        self.prior_information = prior_information(machine, &self.free, values);
+        self.narrow_widths = self.free.iter().map(|i| narrow_width(&machine.parameters, values, *i)).collect();
+    }
+
+    /// Whether a choice would make the parameter of a column identifiable.
+    pub fn is_identifiable(&self, choice: &Choice, column: usize) -> bool {
+        2.0 * 1.96 * choice.sd[column] <= self.narrow_widths[column]
+    }
+
     /// Computes the uncertainty that remains after these candidates.
     pub fn choice(&self, which: &[usize]) -> Choice {
         let size = self.candidates.first().map_or(0, |c| c.information.nrows());
         let mut information = DMatrix::zeros(size, size);
         which.iter().for_each(|i| information += &self.candidates[*i].information);
         self.prior_information.iter().enumerate().for_each(|(column, prior)| information[(column, column)] += prior);
-        let found = certainty(&information, 1.0, &[]);
+        let found = certainty(&information, 1.0);
         let variance = |slopes: &Vec<f64>| -> f64 {
             let term =
                 |(row, a): (usize, &f64)| slopes.iter().enumerate().map(|(column, b)| a * b * found.covariance[(row, column)]).sum::<f64>();
@@ -200,7 +206,13 @@ impl PlanDesign {
     }
 
     fn empty() -> Self {
-        PlanDesign { candidates: Vec::new(), free: Vec::new(), prior_information: Vec::new(), predicted: Vec::new() }
+        PlanDesign {
+            candidates: Vec::new(),
+            free: Vec::new(),
+            prior_information: Vec::new(),
+            narrow_widths: Vec::new(),
+            predicted: Vec::new(),
+        }
     }
 
     /// Returns the number of choices of `count` candidates in addition to `made`.
@@ -362,16 +374,18 @@ mod tests {
             candidates: informations.iter().enumerate().map(candidate).collect(),
             free: vec![0, 1],
             prior_information: vec![0.0, 0.0],
+            narrow_widths: vec![0.05, 0.05],
             predicted: Vec::new(),
         }
     }
 
     #[test]
     fn complementary_measurements_rank_above_redundant_ones() {
-        let ranking = design(&[[1e6, 0.0], [1e6, 0.0], [0.0, 1e6]]).ranking(&[], 2);
+        let design = design(&[[1e6, 0.0], [1e6, 0.0], [0.0, 1e6]]);
+        let ranking = design.ranking(&[], 2);
         assert!(ranking[0].candidates == [0, 2] || ranking[0].candidates == [1, 2], "{ranking:?}");
         assert_eq!(ranking[2].candidates, [0, 1]);
-        assert!(ranking[2].determines(0) && !ranking[2].determines(1));
+        assert!(design.is_identifiable(&ranking[2], 0) && !design.is_identifiable(&ranking[2], 1));
     }
 
     #[test]

@@ -180,7 +180,7 @@ impl<'m> ModePosterior<'m> {
         for (column, (sd, _)) in coordinates.iter().take(dimension).enumerate().filter_map(|(column, c)| Some((column, c.prior?))) {
             information[(column, column)] += 1.0 / (sd * sd);
         }
-        let own = certainty(&information, 1.0, &[]).covariance;
+        let own = certainty(&information, 1.0).covariance;
         let follow = columns.transpose() * &slopes;
         let count = columns.ncols();
         let cross = -(&own * follow.transpose());
@@ -264,7 +264,7 @@ pub(super) fn of_frfs(objective: &FrfObjective<'_>, fit: &FitSet<'_>, minima: Ve
     let variance = misfit.max(1.0) * correlation.max(1.0);
     let inflated = objective.with_inflated_variance(variance);
     let information = LeastSquares::normal(inflated.as_ref().unwrap_or(objective), &minima[0]).information;
-    let covariance = certainty(&information, if inflated.is_some() { 1.0 } else { variance }, &[]).covariance;
+    let covariance = certainty(&information, if inflated.is_some() { 1.0 } else { variance }).covariance;
     Posterior { coordinates: frf_coordinates(objective, fit), minima, covariance, variance }
 }
 

@@ -222,7 +222,7 @@ mod tests {
     }
 
     fn regions(squares: &dyn LeastSquares, minima: Vec<Polished>, coordinates: &[usize]) -> Vec<Region> {
-        let start = |minimum: Polished| ProfileStart { certainty: certainty(&minimum.normal.information, 1.0, &[]), minimum };
+        let start = |minimum: Polished| ProfileStart { certainty: certainty(&minimum.normal.information, 1.0), minimum };
         let minima: Vec<ProfileStart> = minima.into_iter().map(start).collect();
         let profiler = Profiler { squares, minima: &minima, rise: CHI_SQUARE_95, control: &Control::default() };
         match profiler.regions(coordinates) {
@@ -391,7 +391,7 @@ mod tests {
     #[test]
     fn a_deeper_minimum_met_by_a_profile_is_returned() {
         let minimum = Polished { place: vec![0.5, 0.1], normal: Shallow.normal(&[0.5, 0.1]), evaluations: 0, converged: true };
-        let start = ProfileStart { certainty: certainty(&minimum.normal.information, 1.0, &[]), minimum };
+        let start = ProfileStart { certainty: certainty(&minimum.normal.information, 1.0), minimum };
         let profiler = Profiler { squares: &Shallow, minima: &[start], rise: CHI_SQUARE_95, control: &Control::default() };
         let Profiles::Deeper(place) = profiler.regions(&[0]) else { panic!("no deeper minimum") };
         assert!(Shallow.chi_square(&place) < 100.0, "{place:?}");

@@ -2,13 +2,13 @@
 
 use super::bootstrap::Bootstrap;
 use super::combination::Combination;
-use super::estimate::{Estimate, Estimation, Wider, estimate};
+use super::estimate::{Estimation, Wider, estimate};
 use super::place::Place;
 use super::posterior::{Posterior, of_frfs, of_modes};
 use super::search::{Basin, SearchEffort};
 use super::settings::{IdentificationSettings, Repeat};
 use super::tolerance::{ToleranceEstimate, estimates as tolerance_estimates, mode_columns as tolerance_columns};
-use super::uncertainty::Certainty;
+use super::uncertainty::{Certainty, Estimate};
 use crate::objective::{
     AmplitudeFit, Channel, FrfGap, FrfObjective, ModeObjective, ObjectiveError, PositionPrediction, free_parameters, loop_parameters,
 };

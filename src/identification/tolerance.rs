@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::certainty;
 use crate::objective::{Channel, Excitation, FrfObjective, FrfSettings, ModeObjective, ObjectiveError};
+use crate::uncertainty::certainty;
 use crate::{IdentificationSettings, Place};
 use machine::{Machine, Mechanism, ParameterValues, Prior};
 use measurement::{ChannelTolerance, FitSet, MeasurementSet};
@@ -63,7 +63,7 @@ impl FrfSettings {
 /// Estimates all nuisance parameters of an objective at the coordinates of its minimum.
 pub fn tolerances_at(objective: &FrfObjective<'_>, set: &MeasurementSet, place: &Place) -> Vec<ToleranceEstimate> {
     let information = LeastSquares::normal(objective, place).information;
-    estimates(objective, set, place, &certainty(&information, 1.0, &[]).sd)
+    estimates(objective, set, place, &certainty(&information, 1.0).sd)
 }
 
 /// Estimates all nuisance parameters of an objective at given coordinates, with the standard deviation of each coordinate.

@@ -1,16 +1,52 @@
-//! Standard deviations, correlations and identifiability of the parameters.
+//! Standard deviations and correlations of the parameters, and when a parameter is identifiable.
 
 use nalgebra::DMatrix;
 
 use machine::{Parameter, Scale};
+
+/// An identified parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimate {
+    /// Index in the machine.
+    pub parameter: usize,
+    /// Value in its unit.
+    pub value: f64,
+    /// 95 % interval; the hull of its parts where it has several; `None` where none was computed.
+    pub interval95: Option<(f64, f64)>,
+    /// The parts of the 95 % interval in rising order: one for each range of values that the data do not reject.
+    pub intervals95: Vec<(f64, f64)>,
+    /// Whether it is identifiable from the data: its interval is narrow, and it does not lie at a bound. `None` for a parameter that was not fitted, and
+    /// for one that depends on the discrepancy.
+    pub identifiable: Option<bool>,
+    /// Whether it would be identifiable, but the misfit exceeds the noise so far that its value depends on what the model lacks.
+    pub depends_on_discrepancy: bool,
+    /// Whether it lies at an end of its plausible range.
+    pub at_bound: bool,
+}
+
+impl Estimate {
+    /// Returns the estimate of a parameter without an interval: one that was not fitted or, with `identifiable`, one that the data do not determine.
+    pub fn without_interval(parameter: usize, value: f64, identifiable: Option<bool>) -> Self {
+        let (interval95, intervals95) = (None, Vec::new());
+        Estimate { parameter, value, interval95, intervals95, identifiable, depends_on_discrepancy: false, at_bound: false }
+    }
+
+    /// Returns the estimate with what a misfit beyond noise and tolerances leaves of it: an identifiable parameter depends on what the model lacks.
+    #[must_use]
+    pub(crate) fn with_discrepancy(self, is_large: bool) -> Self {
+        if is_large && self.identifiable == Some(true) {
+            Estimate { identifiable: None, depends_on_discrepancy: true, ..self }
+        } else {
+            self
+        }
+    }
+}
 
 /// Linearised uncertainty of the free parameters about the best fit, in their unit intervals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Certainty {
     /// Standard deviation of each coordinate in its unit interval.
     pub sd: Vec<f64>,
-    /// Whether the data narrow the reference width of the plausible range at least fourfold; see [`counted`].
-    pub identifiable: Vec<bool>,
     /// Covariance of the coordinates.
     pub covariance: DMatrix<f64>,
     /// Correlation matrix, row by row.
@@ -23,38 +59,59 @@ impl Certainty {
         let count = columns.len();
         Certainty {
             sd: columns.iter().map(|c| self.sd[*c]).collect(),
-            identifiable: columns.iter().map(|c| self.identifiable[*c]).collect(),
             covariance: DMatrix::from_fn(count, count, |i, j| self.covariance[(columns[i], columns[j])]),
             correlation: columns.iter().map(|i| columns.iter().map(|j| self.correlation[*i][*j]).collect()).collect(),
         }
     }
 }
 
-/// A parameter is identifiable if the data reduce the standard deviation of its plausible range by this factor (1).
-pub const NARROWING: f64 = 4.0;
+/// Factor (1) by which the data reduce the standard deviation of the reference width of an identifiable parameter.
+const NARROWING: f64 = 4.0;
 /// Standard deviation of the uniform distribution on the unit interval, 1/√12.
-pub const RANGE_SD: f64 = 0.288_675_134_594_812_9;
+pub(crate) const RANGE_SD: f64 = 0.288_675_134_594_812_9;
+/// Reference width, as a ratio upper/lower (1): what is known of a stiffness before a measurement.
+const REFERENCE: f64 = 3.0;
 
-/// Reference width of a logarithmic range for identifiability, as a ratio upper/lower (1).
-const COUNTED: f64 = 3.0;
-
-/// Returns the reference width for identifiability as a share of a parameter's range.
+/// Returns the width of the widest 95 % interval with which a parameter is identifiable, as a share of its range on its scale.
 ///
-/// It is the whole range on a linear scale, and a factor of three on a logarithmic scale. Narrowed fourfold, the 95 % interval lies within
-/// about ±15 %. A stiffness known less well does not suffice for predictions, however wide its range is.
-pub fn counted(parameter: &Parameter) -> f64 {
+/// A parameter is identifiable if the data narrow its reference width fourfold. The reference width is a factor of three, but no more than the plausible
+/// range. For a logarithmic range, the ends of the interval thus differ by a factor of 1.36 at most: about ±15 % of the value. A stiffness known less well
+/// does not suffice for predictions, however wide its range is.
+///
+/// On a linear scale the same share of the value counts: ln 3 times the value, narrowed fourfold, is ±15.5 % of it. A quantity of either sign, such as an
+/// offset of the friction, may be zero, which no relative width can express. Such a quantity acts by its sum with others: the largest value of its
+/// kind takes the place of its own.
+pub fn narrow_width(parameters: &[Parameter], values: &[f64], index: usize) -> f64 {
+    let parameter = &parameters[index];
     match parameter.scale {
-        Scale::Linear => 1.0,
-        Scale::Logarithmic => (COUNTED.ln() / (parameter.upper / parameter.lower).ln()).min(1.0),
+        Scale::Logarithmic => narrow_logarithmic_width((parameter.lower, parameter.upper)),
+        Scale::Linear => narrowed(REFERENCE.ln() * magnitude(parameters, values, index) / (parameter.upper - parameter.lower)),
     }
+}
+
+/// As [`narrow_width`] for any logarithmic range.
+pub(super) fn narrow_logarithmic_width((lower, upper): (f64, f64)) -> f64 {
+    narrowed(REFERENCE.ln() / (upper / lower).ln())
+}
+
+/// Returns the width of a 95 % interval that a reference width, a share of the range, leaves where it is narrowed.
+fn narrowed(reference: f64) -> f64 {
+    2.0 * 1.96 * reference.min(1.0) * RANGE_SD / NARROWING
+}
+
+/// Returns the magnitude to which the width of an interval on a linear scale relates (unit of the parameter).
+fn magnitude(parameters: &[Parameter], values: &[f64], index: usize) -> f64 {
+    let own = &parameters[index];
+    let has_either_sign = own.lower < 0.0 && own.upper > 0.0;
+    let counts = |(at, other): &(usize, &Parameter)| *at == index || (has_either_sign && own.is_like(other));
+    parameters.iter().enumerate().filter(counts).fold(0.0, |largest, (at, _)| values[at].abs().max(largest))
 }
 
 /// Computes the uncertainty from the information JᵀJ of weighted residuals, with the plausible ranges as priors.
 ///
 /// The prior standard deviation is 1/√12 of a range, so that a parameter without information keeps the width of its range. `misfit` (1)
-/// multiplies the variance of the data: χ² per degree of freedom where that is above 1. `counted` holds the reference width of each range
-/// as a share; missing entries are 1.
-pub fn certainty(information: &DMatrix<f64>, misfit: f64, counted: &[f64]) -> Certainty {
+/// multiplies the variance of the data: χ² per degree of freedom where that is above 1.
+pub fn certainty(information: &DMatrix<f64>, misfit: f64) -> Certainty {
     let count = information.nrows();
     let mut all = information / misfit;
     for d in 0..count {
@@ -62,28 +119,87 @@ pub fn certainty(information: &DMatrix<f64>, misfit: f64, counted: &[f64]) -> Ce
     }
     let covariance = all.try_inverse().unwrap_or_else(|| DMatrix::identity(count, count) * (RANGE_SD * RANGE_SD));
     let sd: Vec<f64> = (0..count).map(|d| covariance[(d, d)].max(0.0).sqrt()).collect();
-    let share = |at: usize| counted.get(at).copied().unwrap_or(1.0);
-    let identifiable = sd.iter().enumerate().map(|(at, s)| *s <= share(at) * RANGE_SD / NARROWING).collect();
     let correlation = (0..count).map(|i| (0..count).map(|j| covariance[(i, j)] / (sd[i] * sd[j])).collect()).collect();
-    Certainty { sd, identifiable, covariance, correlation }
+    Certainty { sd, covariance, correlation }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use machine::{FitRule, Mechanism, Role};
 
     #[test]
     fn parameter_without_information_keeps_its_range() {
-        let result = certainty(&DMatrix::from_diagonal(&nalgebra::DVector::from_vec(vec![1e4, 0.0])), 1.0, &[]);
+        let result = certainty(&DMatrix::from_diagonal(&nalgebra::DVector::from_vec(vec![1e4, 0.0])), 1.0);
         assert!((result.sd[0] - 0.01).abs() < 1e-5);
         assert!((result.sd[1] - RANGE_SD).abs() < 1e-9);
-        assert_eq!(result.identifiable, [true, false]);
     }
 
     #[test]
     fn determined_sum_leaves_both_parts_open_and_correlated() {
-        let result = certainty(&(DMatrix::from_element(2, 2, 1.0) * 1e6), 1.0, &[]);
-        assert_eq!(result.identifiable, [false, false]);
+        let result = certainty(&(DMatrix::from_element(2, 2, 1.0) * 1e6), 1.0);
+        assert!(result.sd.iter().all(|sd| *sd > RANGE_SD / NARROWING));
         assert!(result.correlation[0][1] < -0.99);
+    }
+
+    /// Returns a parameter with a unit and a range, positive ones on a logarithmic scale.
+    fn parameter(unit: &str, lower: f64, upper: f64) -> Parameter {
+        Parameter {
+            id: "p".into(),
+            unit: unit.into(),
+            mechanism: Mechanism::Force,
+            role: Role::Described,
+            start: upper,
+            lower,
+            upper,
+            scale: if lower > 0.0 { Scale::Logarithmic } else { Scale::Linear },
+            fit: FitRule::Always,
+            prior: None,
+            source: String::new(),
+            description: String::new(),
+        }
+    }
+
+    /// Returns the half width of the widest interval about a value with which the first parameter is identifiable (its unit).
+    fn half_width(parameters: &[Parameter], values: &[f64]) -> f64 {
+        let (own, half) = (&parameters[0], 0.5 * narrow_width(parameters, values, 0));
+        0.5 * (own.from_unit(own.to_unit(values[0]) + half) - own.from_unit(own.to_unit(values[0]) - half))
+    }
+
+    /// However wide its range is, a parameter is identifiable within about ±15 % of its value, on a logarithmic as on a linear scale.
+    #[test]
+    fn limit_an_identifiable_value_is_known_to_fifteen_percent() {
+        for (lower, upper) in [(1.0, 1e3), (1e-6, 1e9), (0.0, 1e3), (0.0, 1e6)] {
+            for value in [20.0, 200.0] {
+                let share = half_width(&[parameter("N", lower, upper)], &[value]) / value;
+                assert!((share - 0.1555).abs() < 1e-3, "{lower} … {upper}, {value}: {share}");
+            }
+        }
+    }
+
+    /// The range of a parameter that is known well before the measurement has to become narrower, too.
+    #[test]
+    fn limit_a_narrow_range_alone_identifies_nothing() {
+        for (lower, upper) in [(95.0, 105.0), (0.0, 10.0)] {
+            let share = narrow_width(&[parameter("N", lower, upper)], &[100.0], 0);
+            assert!((share - 1.96 * 2.0 / 4.0 / 12.0_f64.sqrt()).abs() < 1e-12, "{share}");
+        }
+    }
+
+    /// An offset of zero is identifiable next to friction of its kind, not by the width of its range, and not by a quantity of another unit.
+    #[test]
+    fn limit_an_offset_counts_next_to_the_largest_value_of_its_kind() {
+        let of = |unit: &str| [parameter("N", -100.0, 100.0), parameter(unit, 0.0, 500.0)];
+        assert!((half_width(&of("N"), &[0.0, 20.0]) - 3.107).abs() < 1e-3);
+        assert!((half_width(&of("N"), &[-40.0, 20.0]) - 6.215).abs() < 1e-3);
+        assert_eq!(half_width(&of("N*m"), &[0.0, 20.0]), 0.0);
+    }
+
+    #[test]
+    fn an_identifiable_parameter_depends_on_a_large_discrepancy() {
+        let of = |identifiable| Estimate::without_interval(0, 1.0, Some(identifiable));
+        let found = of(true).with_discrepancy(true);
+        assert_eq!((found.identifiable, found.depends_on_discrepancy), (None, true));
+        assert_eq!((of(false).with_discrepancy(true), of(true).with_discrepancy(false)), (of(false), of(true)));
     }
 }

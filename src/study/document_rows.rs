@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::Study;
 use identification::objective::{FrfGap, GAIN_RANGE, MISSING, PositionPrediction};
-use identification::{Combination, CombinationKind, Coordinate, Drawn, Identification, Posterior, ToleranceEstimate};
+use identification::{Combination, CombinationKind, Coordinate, Drawn, Estimate, Identification, Posterior, ToleranceEstimate};
 use machine::{Machine, Prior};
 use measurement::{Frf, FrfLine, MeasurementSet, NoiseSource};
 use numeric::statistics::{median, root_mean_square, root_mean_square_of_parts, root_sum_square};
@@ -20,21 +20,9 @@ pub(crate) fn parameters(study: &Study, found: &Identification, fit_positions: &
         .estimates
         .iter()
         .map(|e| {
-            let p = &machine.parameters[e.parameter];
-            let row = ParameterRow {
-                value: e.value,
-                unit: p.unit.clone(),
-                lower: p.lower,
-                upper: p.upper,
-                interval95: e.interval95.map(|(a, b)| [a, b]),
-                intervals95: if e.intervals95.len() > 1 { e.intervals95.iter().map(|(a, b)| [*a, *b]).collect() } else { Vec::new() },
-                identifiable: e.identifiable,
-                depends_on_discrepancy: e.depends_on_discrepancy,
-                fitted: found.free.contains(&e.parameter),
-                description: machine.description_of(e.parameter),
-                published: printed.and_then(|values| values.get(&p.id).copied()),
-            };
-            (p.id.clone(), row)
+            let id = &machine.parameters[e.parameter].id;
+            let published = printed.and_then(|values| values.get(id).copied());
+            (id.clone(), ParameterRow { published, ..parameter_row(machine, e, found.free.contains(&e.parameter)) })
         })
         .collect();
     if found.gain.count > 0 {
@@ -54,6 +42,25 @@ pub(crate) fn parameters(study: &Study, found: &Identification, fit_positions: &
         rows.insert("gain".into(), row);
     }
     rows
+}
+
+/// Returns the row of one parameter.
+pub(crate) fn parameter_row(machine: &Machine, estimate: &Estimate, fitted: bool) -> ParameterRow {
+    let p = &machine.parameters[estimate.parameter];
+    let parts = || estimate.intervals95.iter().map(|(a, b)| [*a, *b]).collect();
+    ParameterRow {
+        value: estimate.value,
+        unit: p.unit.clone(),
+        lower: p.lower,
+        upper: p.upper,
+        interval95: estimate.interval95.map(|(a, b)| [a, b]),
+        intervals95: if estimate.intervals95.len() > 1 { parts() } else { Vec::new() },
+        identifiable: estimate.identifiable,
+        depends_on_discrepancy: estimate.depends_on_discrepancy,
+        fitted,
+        description: machine.description_of(estimate.parameter),
+        published: None,
+    }
 }
 
 /// Returns tolerances by name.

@@ -7,7 +7,7 @@ use super::noise_floor::non_systematic;
 use super::residual_bootstrap::ResidualBootstrap;
 use crate::measuring_chain::ChainFault;
 use dynamics::inverse_dynamics::{LinearForce, MotionSignal, Rigid, shifted_earlier};
-use identification::motion::{ForceFit, intervals};
+use identification::motion::{ForceFit, half_widths};
 use machine::Machine;
 use numeric::filter::central_differences;
 use numeric::linear_fit::LinearFit;
@@ -95,7 +95,7 @@ fn shift(model: Model<'_>, motion: &MotionSignal, covariance: Option<&Covariance
     let records = [(motion.load.len(), motion.period)];
     let left = DVector::from_vec(predicted.residual.clone());
     let fit = LinearFit::new(&columns, &left)?;
-    let half = intervals(&columns, &fit.residual, &records)?;
+    let half = half_widths(&columns, &fit.residual, &records)?;
     let projection = covariance.and_then(|covariance| UncertaintyProjection::new(covariance.moves(model, motion), &left));
     let mut taken = left.norm_squared() - fit.residual.norm_squared();
     if let Some(projection) = projection {
@@ -113,9 +113,9 @@ fn shift(model: Model<'_>, motion: &MotionSignal, covariance: Option<&Covariance
     Some(RecordShift {
         name: motion.name.clone(),
         delay_s,
-        delay_half95_s: (half[0].half95 / factor).abs(),
+        delay_half95_s: (half[0] / factor).abs(),
         gain: factor.max(1e-6).ln(),
-        gain_half95: (half[1].half95 / factor).abs(),
+        gain_half95: (half[1] / factor).abs(),
         gap: predicted.own_gap(),
         floor: non_systematic(&predicted, motion).first().map_or(0.0, |n| square(n).sqrt() / scale),
         gap_own: applied.norm() / scale,

@@ -3,13 +3,14 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::interval::{CoefficientInterval, intervals};
+use super::interval::half_widths;
 use super::marginal::{Channel, marginal};
+use crate::uncertainty::{Estimate, narrow_width};
 use dynamics::inverse_dynamics::{
     InverseError, MotionSignal, Rigid, derivatives, is_linear_in_inverse, mask_backlash_crossings, prediction, recorded, weights,
 };
-use machine::{Machine, ParameterValues};
 use long_work::Control;
+use machine::{Machine, ParameterValues};
 use numeric::halton::halton_point;
 use numeric::linear_fit::LinearFit;
 use optimizer::{Coordinate, GaussNewton, GaussNewtonError, GaussNewtonFit, PredictionFunction, nonzero_columns};
@@ -244,31 +245,18 @@ fn dependent(machine: &Machine, free: &[usize], derivatives: &DMatrix<f64>) -> I
     InverseError::Data("these records do not determine the parameters".into())
 }
 
-/// A parameter with its interval.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Estimated {
-    /// Index in the machine.
-    pub parameter: usize,
-    /// Value.
-    pub value: f64,
-    /// Interval; `None` where it cannot be computed.
-    pub interval: Option<CoefficientInterval>,
-    /// Whether it lies at an end of its range.
-    pub at_bound: bool,
-}
-
 impl ForceFit {
     /// Returns the free parameters with intervals that allow for noise with the correlation of the residual, and for a misfit that repeats.
-    pub fn estimates(&self, machine: &Machine, free: &[usize], motions: &[&MotionSignal]) -> Vec<Estimated> {
+    pub fn estimates(&self, machine: &Machine, free: &[usize], motions: &[&MotionSignal]) -> Vec<Estimate> {
         let inside = self.inside(machine, free);
         let found = marginal(&self.derivatives.select_columns(&inside), &self.residual, &[], &channels(motions));
-        self.estimates_with(machine, free, &inside, found.map(|m| m.intervals).as_deref())
+        self.estimates_with(machine, free, &inside, found.map(|m| m.half_widths).as_deref())
     }
 
     /// As [`ForceFit::estimates`] for residuals in closed loop, with lengths and periods of the records in the order of the residual.
-    pub fn estimates_of(&self, machine: &Machine, free: &[usize], records: &[(usize, Option<usize>)]) -> Vec<Estimated> {
+    pub fn estimates_of(&self, machine: &Machine, free: &[usize], records: &[(usize, Option<usize>)]) -> Vec<Estimate> {
         let inside = self.inside(machine, free);
-        let found = intervals(&self.derivatives.select_columns(&inside), &self.residual, records);
+        let found = half_widths(&self.derivatives.select_columns(&inside), &self.residual, records);
         self.estimates_with(machine, free, &inside, found.as_deref())
     }
 
@@ -279,21 +267,19 @@ impl ForceFit {
         inside
     }
 
-    /// Returns the free parameters with the intervals of those at the positions `inside`.
-    pub(super) fn estimates_with(
-        &self,
-        machine: &Machine,
-        free: &[usize],
-        inside: &[usize],
-        intervals: Option<&[CoefficientInterval]>,
-    ) -> Vec<Estimated> {
-        let of = |(at, &parameter): (usize, &usize)| {
+    /// Returns the free parameters with the 95 % intervals of those at the positions `inside`, of given half widths.
+    pub(super) fn estimates_with(&self, machine: &Machine, free: &[usize], inside: &[usize], half_widths: Option<&[f64]>) -> Vec<Estimate> {
+        let of = |(at, &index): (usize, &usize)| {
+            let (parameter, value) = (&machine.parameters[index], self.values[index]);
             let place = inside.iter().position(|i| *i == at);
-            Estimated {
-                parameter,
-                value: self.values[parameter],
-                interval: place.and_then(|p| intervals?.get(p).copied()),
-                at_bound: !machine.parameters[parameter].holds_inside(self.values[parameter]),
+            let interval95 = place.and_then(|place| half_widths?.get(place)).map(|half| (value - half, value + half));
+            // An interval that reaches zero has no width on a logarithmic scale, and is not narrow.
+            let width = interval95.map_or(f64::INFINITY, |(low, high)| parameter.to_unit(high) - parameter.to_unit(low));
+            Estimate {
+                interval95,
+                identifiable: Some(width <= narrow_width(&machine.parameters, &self.values, index)),
+                at_bound: !parameter.holds_inside(value),
+                ..Estimate::without_interval(index, value, None)
             }
         };
         free.iter().enumerate().map(of).collect()

@@ -4,15 +4,6 @@ use nalgebra::{DMatrix, DVector};
 
 use numeric::long_run::{andrews_bandwidth, long_run_covariance};
 
-/// Standard deviation of a coefficient and half width of its 95 % interval.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CoefficientInterval {
-    /// Standard deviation.
-    pub sd: f64,
-    /// Half width of the 95 % interval.
-    pub half95: f64,
-}
-
 /// Returns the covariance of the coefficients, and the largest bandwidth relative to the number of scores.
 ///
 /// ```text
@@ -43,22 +34,15 @@ fn covariance(columns: &DMatrix<f64>, residual: &DVector<f64>, records: &[(usize
     Some((&inverse * middle * &inverse, widest))
 }
 
-/// Computes 95 % intervals of the coefficients; `None` if the columns are dependent.
+/// Computes the half widths of the 95 % intervals of the coefficients; `None` if the columns are dependent.
 ///
 /// # Source  critical value of a test with bandwidth b·n: Kiefer and Vogelsang, Econometric Theory 21 (2005) 1130–1164, Bartlett weights.
-pub fn intervals(columns: &DMatrix<f64>, residual: &DVector<f64>, records: &[(usize, Option<usize>)]) -> Option<Vec<CoefficientInterval>> {
+pub fn half_widths(columns: &DMatrix<f64>, residual: &DVector<f64>, records: &[(usize, Option<usize>)]) -> Option<Vec<f64>> {
     let (covariance, b) = covariance(columns, residual, records)?;
     let samples = columns.nrows() as f64;
     let spent = (samples / (samples - columns.ncols() as f64).max(1.0)).sqrt();
     let critical = 1.9600 + 2.9694 * b + 0.4160 * b * b - 0.5324 * b * b * b;
-    Some(
-        (0..columns.ncols())
-            .map(|i| {
-                let sd = spent * covariance[(i, i)].max(0.0).sqrt();
-                CoefficientInterval { sd, half95: critical * sd }
-            })
-            .collect(),
-    )
+    Some((0..columns.ncols()).map(|i| critical * (spent * covariance[(i, i)].max(0.0).sqrt())).collect())
 }
 
 #[cfg(test)]
@@ -103,9 +87,9 @@ mod tests {
             let same = coloured(period);
             let y = DVector::from_fn(samples, |i, _| (1.0 - repeating) * own[i] + repeating * same[i % period]);
             let fit = LinearFit::new(&columns, &y).unwrap();
-            let found = intervals(&columns, &fit.residual, &[(samples, (repeating > 0.0).then_some(period))]).unwrap();
+            let found = half_widths(&columns, &fit.residual, &[(samples, (repeating > 0.0).then_some(period))]).unwrap();
             for (j, hit) in hits.iter_mut().enumerate() {
-                *hit += f64::from(u8::from(fit.coefficients[j].abs() <= found[j].half95)) / draws as f64;
+                *hit += f64::from(u8::from(fit.coefficients[j].abs() <= found[j])) / draws as f64;
             }
         }
         hits

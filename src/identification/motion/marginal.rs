@@ -15,7 +15,6 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::interval::CoefficientInterval;
 use super::residual_noise::ResidualNoise;
 use super::small_print::{SIZE_SD, SmallPrint, Tolerance};
 use numeric::distribution::t_quantile_95;
@@ -51,8 +50,8 @@ pub struct ToleranceSize {
 pub(super) struct Marginal {
     /// Change of the parameters.
     pub change: DVector<f64>,
-    /// Their intervals.
-    pub intervals: Vec<CoefficientInterval>,
+    /// Half widths of their 95 % intervals.
+    pub half_widths: Vec<f64>,
     /// Estimated sizes of the tolerances.
     pub sizes: Vec<ToleranceSize>,
     /// Residual of parameters and tolerances, folded to one period.
@@ -114,12 +113,8 @@ pub(super) fn marginal(
     let mean = |of: &dyn Fn(&SizedFit) -> f64| found.iter().map(|f| (f.log_weight - best).exp() / total * of(f)).sum::<f64>();
     let change = DVector::from_fn(count, |i, _| mean(&|f| f.change[i]));
     let quantile = t_quantile_95(Some((freedom.floor() as usize).max(1)));
-    let intervals = (0..count)
-        .map(|i| {
-            let sd = mean(&|f| f.covariance[(i, i)] + (f.change[i] - change[i]).powi(2)).sqrt();
-            CoefficientInterval { sd, half95: quantile * sd }
-        })
-        .collect();
+    let sd = |i: usize| mean(&|f| f.covariance[(i, i)] + (f.change[i] - change[i]).powi(2)).sqrt();
+    let half_widths = (0..count).map(|i| quantile * sd(i)).collect();
     let mut sizes: Vec<ToleranceSize> = Vec::new();
     for (at, tolerance) in tolerances.iter().enumerate().filter(|(_, t)| !t.kind.is_sized()) {
         let value = mean(&|f| f.tolerances[at].0);
@@ -130,7 +125,7 @@ pub(super) fn marginal(
         let value = mean(&|f| f.sizes[k]);
         sizes.push(ToleranceSize { kind: *kind, value, sd: mean(&|f| (f.sizes[k] - value).powi(2)).sqrt() });
     }
-    Some(Marginal { change, intervals, sizes, residual: left, basis })
+    Some(Marginal { change, half_widths, sizes, residual: left, basis })
 }
 
 /// Generalised least squares at given sizes of the tolerances.

@@ -13,8 +13,8 @@ mod residual_noise;
 mod small_print;
 mod tolerant_fit;
 
-pub use force_fit::{Estimated, ForceFit, best_anywhere, correlation, estimate, estimate_identifiable, estimate_weighted};
-pub use interval::{CoefficientInterval, intervals};
+pub use force_fit::{ForceFit, best_anywhere, correlation, estimate, estimate_identifiable, estimate_weighted};
+pub use interval::half_widths;
 pub use marginal::ToleranceSize;
 pub use output_error::{OutputError, output_error, simulated_gaps};
 pub use small_print::{SmallPrint, StatedSizes};

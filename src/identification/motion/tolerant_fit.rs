@@ -1,9 +1,10 @@
 //! Parameters of a force fit next to the small print of friction and force, and whether they depend on what the machine lacks.
 
 use super::discrepancy::systematic_share;
-use super::force_fit::{Estimated, ForceFit, channels};
+use super::force_fit::{ForceFit, channels};
 use super::marginal::{ToleranceSize, marginal};
 use super::small_print::{StatedSizes, tolerances};
+use crate::uncertainty::Estimate;
 use dynamics::inverse_dynamics::{MotionSignal, Rigid, prediction, recorded};
 use machine::Machine;
 
@@ -13,7 +14,7 @@ pub struct TolerantFit {
     /// The corrected fit. Its residual is that of the parameters alone.
     pub fit: ForceFit,
     /// Free parameters with their intervals.
-    pub estimates: Vec<Estimated>,
+    pub estimates: Vec<Estimate>,
     /// Estimated sizes of the tolerances.
     pub sizes: Vec<ToleranceSize>,
     /// Their stated sizes.
@@ -43,7 +44,7 @@ impl TolerantFit {
     }
 
     /// Whether the misfit exceeds the noise so far that the parameters depend on what the machine lacks.
-    pub fn depends_on_discrepancy(&self) -> bool {
+    fn depends_on_discrepancy(&self) -> bool {
         self.is_systematic() || self.sizes.iter().any(ToleranceSize::is_implausible)
     }
 }
@@ -69,7 +70,10 @@ pub fn estimate_with_tolerances(rigid: &Rigid, machine: &Machine, fit: ForceFit,
     corrected.residual = recorded(motions) - prediction(rigid, machine, &corrected.values, motions);
     corrected.squares = corrected.residual.norm_squared();
     corrected.evaluations += 1;
-    let estimates = corrected.estimates_with(machine, &free, &inside, Some(&found.intervals));
+    let estimates = corrected.estimates_with(machine, &free, &inside, Some(&found.half_widths));
     let systematic_share = systematic_share(&found, motions, &channels);
-    TolerantFit { fit: corrected, estimates, sizes: found.sizes, stated, systematic_share }
+    let mut fit = TolerantFit { fit: corrected, estimates: Vec::new(), sizes: found.sizes, stated, systematic_share };
+    let depends = fit.depends_on_discrepancy();
+    fit.estimates = estimates.into_iter().map(|estimate| estimate.with_discrepancy(depends)).collect();
+    fit
 }

@@ -2,16 +2,18 @@
 
 use std::collections::BTreeMap;
 
+use crate::document_rows::parameter_row;
 use crate::motion_records::{add_simulated_gaps, curve_rows, list_positions, list_records, names};
 use crate::settings::ObjectiveKind;
 use crate::{Study, StudyError, StudyResult};
 use dynamics::inverse_dynamics::{InverseError, MotionSignal, Preprocessing, free_parameters, parameters_without_influence, recorded};
+use identification::Estimate;
 use identification::motion::{
-    Estimated, ForceFit, SmallPrint, ToleranceSize, TolerantFit, correlation, estimate_weighted, estimate_with_tolerances, output_error,
+    ForceFit, SmallPrint, ToleranceSize, TolerantFit, correlation, estimate_weighted, estimate_with_tolerances, output_error,
 };
+use long_work::Control;
 use machine::Machine;
 use measurement::MotionRecord;
-use long_work::Control;
 use report::certainty::{PriorRow, ToleranceRow};
 use report::document::{IdentificationDocument, ParameterRow, RunSettings};
 use report::record::{MotionRecordRow, PreprocessingRow};
@@ -41,7 +43,7 @@ impl Study {
             return Err(StudyError::setting("freeze", "", "holds every parameter of the machine; leave one free"));
         }
         let mut found = estimate_weighted(&rigid, machine, &free, &mut motions, fit, &self.control)?;
-        let (mut complete, mut depends, mut tolerances) = (true, false, BTreeMap::new());
+        let (mut complete, mut tolerances) = (true, BTreeMap::new());
         let mut estimates;
         let fitted: Vec<&MotionSignal> = fit.iter().map(|i| &motions[*i]).collect();
         if simulated {
@@ -49,14 +51,13 @@ impl Study {
             (found, estimates, complete) = refine_by_simulation(self, (&free, found), (fit, &motions), &self.control)?;
         } else if made.tolerances {
             let tolerant = estimate_with_tolerances(&rigid, machine, found, &fitted);
-            depends = tolerant.depends_on_discrepancy();
             tolerances = tolerance_rows(&tolerant, fitted[0].load_column);
             warnings.extend(list_discrepancies(&tolerant));
             (found, estimates) = (tolerant.fit, tolerant.estimates);
         } else {
             estimates = found.estimates(machine, &free, &fitted);
         }
-        let shown_nowhere = |i: &usize| Estimated { parameter: *i, value: found.values[*i], interval: None, at_bound: false };
+        let shown_nowhere = |i: &usize| Estimate::without_interval(*i, found.values[*i], Some(false));
         estimates.extend(unseen.iter().map(shown_nowhere));
         let values = &found.values;
         let mut records = list_records(self, (&rigid, values), &motions, 0..motions.len(), fit);
@@ -80,7 +81,7 @@ impl Study {
                 objective: if simulated { ObjectiveKind::OutputError } else { ObjectiveKind::InverseDynamics }.word().into(),
                 ..self.run_settings(&made)
             },
-            parameters: parameter_rows(self, values, &estimates, depends),
+            parameters: parameter_rows(machine, values, &estimates),
             tolerances,
             basins: Vec::new(),
             renumbered: None,
@@ -115,7 +116,7 @@ fn refine_by_simulation(
     (free, found): (&[usize], ForceFit),
     (fit, motions): (&[usize], &[MotionSignal]),
     control: &Control,
-) -> Result<(ForceFit, Vec<Estimated>, bool), InverseError> {
+) -> Result<(ForceFit, Vec<Estimate>, bool), InverseError> {
     let machine = &study.config.machine;
     let records: Vec<&MotionRecord> = fit.iter().map(|i| &study.set.motions[*i]).collect();
     let closed = output_error(machine, &found.values, free, &records, control)?;
@@ -134,7 +135,7 @@ fn refine_by_simulation(
 }
 
 /// Returns warnings about parameters that the records do not determine, and about those at a bound.
-fn list_warnings(machine: &Machine, unseen: &[usize], estimates: &[Estimated]) -> Vec<String> {
+fn list_warnings(machine: &Machine, unseen: &[usize], estimates: &[Estimate]) -> Vec<String> {
     let ids: Vec<&str> = unseen.iter().map(|i| machine.parameters[*i].id.as_str()).collect();
     let nowhere =
         (!ids.is_empty()).then(|| format!("not identifiable from force and extra channels, held at the start value: {}", ids.join(", ")));
@@ -145,29 +146,13 @@ fn list_warnings(machine: &Machine, unseen: &[usize], estimates: &[Estimated]) -
     nowhere.into_iter().chain(at_end).collect()
 }
 
-fn parameter_rows(study: &Study, values: &[f64], estimates: &[Estimated], depends: bool) -> BTreeMap<String, ParameterRow> {
-    let parameters = &study.config.machine.parameters;
-    let row = |(at, p): (usize, &machine::Parameter)| {
+fn parameter_rows(machine: &Machine, values: &[f64], estimates: &[Estimate]) -> BTreeMap<String, ParameterRow> {
+    let row = |at: usize| {
         let found = estimates.iter().find(|e| e.parameter == at);
-        let interval = found.and_then(|e| e.interval).map(|i| [values[at] - i.half95, values[at] + i.half95]);
-        // Identifiable where the interval is narrower than half of the range.
-        let seen = found.map(|_| interval.is_some_and(|[a, b]| b - a < 0.5 * (p.upper - p.lower)));
-        let row = ParameterRow {
-            value: values[at],
-            unit: p.unit.clone(),
-            lower: p.lower,
-            upper: p.upper,
-            interval95: interval,
-            intervals95: Vec::new(),
-            identifiable: seen.filter(|seen| !(*seen && depends)),
-            depends_on_discrepancy: depends && seen == Some(true),
-            fitted: found.is_some(),
-            description: study.config.machine.description_of(at),
-            published: None,
-        };
-        (p.id.clone(), row)
+        let held = Estimate::without_interval(at, values[at], None);
+        (machine.parameters[at].id.clone(), parameter_row(machine, found.unwrap_or(&held), found.is_some()))
     };
-    parameters.iter().enumerate().map(row).collect()
+    (0..machine.parameters.len()).map(row).collect()
 }
 
 /// Returns the tolerances of a fit: delay and friction at reversals by their values, the others by their sizes.

@@ -145,7 +145,7 @@ impl Study {
             prediction95: choice.prediction_sd.map(|sd| 1.96 * sd),
             settled: *settled,
             score: choice.score,
-            determined: ids.iter().enumerate().filter(|(c, _)| choice.determines(*c)).map(|(_, id)| id.clone()).collect(),
+            determined: ids.iter().enumerate().filter(|(c, _)| design.is_identifiable(choice, *c)).map(|(_, id)| id.clone()).collect(),
             half_width95: ids.iter().enumerate().map(|(column, id)| (id.clone(), half_width(choice, column))).collect(),
         };
         let mut rankings = Vec::new();
