@@ -31,18 +31,13 @@ mod thresholds;
 mod verdict;
 
 pub use bootstrap::closed_interval;
-pub use cross_validation::cross_validation;
 pub use decision::{Diagnosis, DiagnosisSettings, diagnose};
-pub use evidence::{Domain, DomainObjective, PartialGap, closed, floor_over, gap_over, gaps, gaps_by_mode, share_closed};
-pub use fit::{Ablation, Fitted, Fitter, at_start, coordinates_of, values_of};
-pub use hypothesis::{Amplitudes, Hypothesis, HypothesisKind, Shape, interfaces};
-pub use location::Location;
+pub use evidence::{Domain, PartialGap, closed, floor_over, gap_over, gaps_by_mode, share_closed};
+pub use fit::{Ablation, Fitted, Fitter, at_start, values_of};
+pub use hypothesis::{Hypothesis, HypothesisKind};
 pub use model_discrepancy::{sample_discrepancy, sample_prior};
-pub use null_distribution::{NullDistribution, simulate};
-pub use peaks::{PeakErrors, peak_errors};
-pub use ranking::{EQUIVALENT, TriedEffect, TriedLocation};
-pub use screening::{
-    Candidate, Screening, Status, fitter, hypotheses, is_plausible, largest_loss_factor, nominal, nominal_fits, relaxes_within,
-};
-pub use search::search;
+pub use null_distribution::NullDistribution;
+pub use peaks::peak_errors;
+pub use ranking::EQUIVALENT;
+pub use screening::{Status, fitter, hypotheses, is_plausible, largest_loss_factor, relaxes_within};
 pub use verdict::{Verdict, VerdictKind};

@@ -151,6 +151,11 @@ fn about_end(objective: &DomainObjective<'_>, hypothesis: &Hypothesis, end: &Fit
     span
 }
 
+/// Returns the random numbers of a draw: each has its own, so that draws do not depend on the order in which they are made.
+pub(crate) fn generator(seed: u64, draw: usize) -> Xoshiro256PlusPlus {
+    Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(0x9E37_79B9).wrapping_add(draw as u64))
+}
+
 /// Returns the reduction of χ² by each candidate on linear draws. `noise` is the standard deviation of each whitened residual, priors included;
 /// `discrepancies` are the changes of the residuals over the whole range of each discrepancy, which is uniform.
 pub(super) fn linear_draws(
@@ -171,7 +176,7 @@ pub(super) fn linear_draws(
     let Some(factor) = covariance.cholesky().map(|c| c.l()) else { return Vec::new() };
     let shifts: Vec<DVector<f64>> = discrepancies.iter().map(|c| DVector::from_iterator(all.len(), all.iter().map(|d| d.dot(c)))).collect();
     let batch = |from: usize| {
-        let mut random = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(0x9E37_79B9).wrapping_add(from as u64));
+        let mut random = generator(seed, from);
         let count = BATCH.min(draws - from);
         let mut products = &factor * DMatrix::from_fn(all.len(), count, |_, _| normal(&mut random));
         let gains = products.column_iter_mut().map(|mut column| {

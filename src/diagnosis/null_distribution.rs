@@ -16,10 +16,11 @@ use super::evidence::{Domain, DomainObjective};
 use super::fit::{Fitted, Fitter, TRUST_RADIUS, coordinates_of, read_back, start_of};
 use super::hypothesis::Hypothesis;
 use super::model_discrepancy::{extreme_discrepancies, sample_discrepancy, sample_prior};
-use super::null_directions::{Directions, Projection, linear_draws};
+use super::null_directions::{Directions, Projection, generator, linear_draws};
 use identification::Place;
 use identification::objective::{FrfObjective, FrfRecord, FrfSettings, ObjectiveError};
 use long_work::Control;
+use numeric::distribution::monte_carlo_p_value;
 use numeric::parallel::OrFirstError;
 use numeric::random::normal;
 use numeric::statistics::median;
@@ -53,6 +54,12 @@ pub(super) fn least_scale(objective: &DomainObjective<'_>, added: usize) -> f64 
     }
 }
 
+/// Returns the excess: a misfit over the median of those of null simulations, at least 1; 1 without simulations.
+pub(crate) fn excess(misfit: f64, simulated: &[f64]) -> f64 {
+    let usual = median(simulated.iter().copied()).unwrap_or(misfit);
+    (misfit / usual).max(1.0)
+}
+
 /// Null distribution of the reduction of χ².
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NullDistribution {
@@ -83,10 +90,9 @@ impl NullDistribution {
         self.scales.iter().find(|(known, _)| known == id).map_or(LEAST_SCALE, |s| s.1)
     }
 
-    /// Returns the excess: a misfit over the median of the draws, at least 1.
+    /// Returns the excess of a misfit.
     pub fn excess(&self, misfit: f64) -> f64 {
-        let usual = median(self.misfit.iter().copied()).unwrap_or(misfit);
-        (misfit / usual).max(1.0)
+        excess(misfit, &self.misfit)
     }
 
     /// Whether a misfit is larger than in each draw.
@@ -100,13 +106,11 @@ impl NullDistribution {
         fitted.zip(linear).map_or(1.0, |(fitted, linear)| fitted / linear).max(1.0)
     }
 
-    /// Returns the p-value of a statistic, (1 + b)/(1 + m): b of m linear draws have a largest statistic of at least that size.
-    ///
-    /// # Source  Davison and Hinkley, Bootstrap Methods and their Application (1997), equation 4.11.
+    /// Returns the p-value of a statistic among the largest ones of the linear draws.
     pub fn p_value(&self, statistic: f64) -> f64 {
         let factor = self.factor();
         let larger = self.largest.len() - self.largest.partition_point(|x| factor * x < statistic);
-        (1 + larger) as f64 / (1 + self.largest.len()) as f64
+        monte_carlo_p_value(larger, self.largest.len())
     }
 }
 
@@ -173,7 +177,7 @@ pub fn simulate(
     let ids: Vec<String> = candidates.iter().map(|(hypothesis, _)| hypothesis.id()).collect();
     let key = format!("{} {}", fitter.cache_key("null", nominal, std::slice::from_ref(base)), ids.join(" "));
     let one = |draw: usize| -> Option<(usize, f64, f64)> {
-        let mut random = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(0x9E37_79B9).wrapping_add(draw as u64));
+        let mut random = generator(seed, draw);
         match (&objective, fitter.domain) {
             (DomainObjective::Frf(objective), Domain::Frf(settings)) => full.of(objective, settings, random, control),
             _ => {
@@ -354,5 +358,13 @@ mod tests {
         assert!((null.p_value(19.98) - 0.002).abs() < 1e-12);
         null.largest.clear();
         assert_eq!(null.p_value(1e9), 1.0);
+    }
+
+    /// A misfit counts against the median of the draws, for FRFs and motion records alike.
+    #[test]
+    fn limit_an_excess_is_relative_to_the_median_draw() {
+        let simulated = [1.0, 2.0, 4.0, 40.0];
+        assert_eq!([3.0, 6.0, 0.5].map(|misfit| excess(misfit, &simulated)), [1.0, 2.0, 1.0]);
+        assert_eq!(excess(7.0, &[]), 1.0);
     }
 }

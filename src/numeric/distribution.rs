@@ -22,9 +22,22 @@ pub fn t_quantile_95(degrees_of_freedom: Option<usize>) -> f64 {
     match degrees_of_freedom {
         None => NORMAL,
         Some(count) if count > EXPAND_ABOVE => expansion(count as f64),
-        // Student's distribution does not exist for 0 degrees of freedom: the interval is unbounded.
-        Some(count) => StudentsT::new(0.0, 1.0, count as f64).map_or(f64::INFINITY, |student| student.inverse_cdf(0.975)),
+        Some(count) => t_quantile(0.975, count),
     }
+}
+
+/// Computes the quantile of Student's distribution for a probability above ½, for up to 1000 degrees of freedom.
+///
+/// # Limits     ∞ for 0 degrees of freedom, where the distribution does not exist
+pub fn t_quantile(probability: f64, degrees_of_freedom: usize) -> f64 {
+    StudentsT::new(0.0, 1.0, degrees_of_freedom as f64).map_or(f64::INFINITY, |student| student.inverse_cdf(probability))
+}
+
+/// Computes the p-value of a Monte Carlo test, (1 + b)/(1 + m): b of m draws from the null distribution are at least as extreme as the data.
+///
+/// # Source  Davison and Hinkley, Bootstrap Methods and their Application (1997), equation 4.11.
+pub fn monte_carlo_p_value(at_least_as_extreme: usize, draws: usize) -> f64 {
+    (1 + at_least_as_extreme) as f64 / (1 + draws) as f64
 }
 
 /// Computes the expansion of Abramowitz and Stegun, 26.7.5.
@@ -77,6 +90,15 @@ mod tests {
             assert!((t_quantile_95(Some(count)) - t).abs() < 1e-8 * t, "{count}: {}", t_quantile_95(Some(count)));
         }
         assert_eq!(t_quantile_95(Some(0)), f64::INFINITY);
+        for (count, t) in [(1, 3.077_683_537), (2, 1.885_618_083), (4, 1.533_206_274), (11, 1.363_430_318), (30, 1.310_415_025)] {
+            assert!((t_quantile(0.9, count) - t).abs() < 1e-8 * t, "{count}: {}", t_quantile(0.9, count));
+        }
+    }
+
+    /// No statistic is rarer than one in all draws and itself.
+    #[test]
+    fn limit_a_p_value_counts_the_data_among_the_draws() {
+        assert_eq!((monte_carlo_p_value(0, 999), monte_carlo_p_value(999, 999), monte_carlo_p_value(0, 0)), (0.001, 1.0, 1.0));
     }
 
     #[test]

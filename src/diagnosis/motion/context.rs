@@ -3,9 +3,9 @@
 use rayon::prelude::*;
 
 use super::data::MotionData;
-use super::diagnosis::{ALPHA, MotionSettings};
+use super::null_distribution::MotionNullDistribution;
 use super::screening::{MotionScreening, Ranked, SharedColumns, start_of};
-use super::selection::{SelectionStep, simplest_first};
+use super::selection::{ALPHA, SelectionStep, simplest_first};
 use crate::{Hypothesis, Status};
 use dynamics::inverse_dynamics::{Rigid, free_parameters};
 use identification::motion::{ForceFit, estimate_identifiable};
@@ -32,6 +32,15 @@ const LEAST_INERTIA: f64 = 0.2;
 /// estimated from the control loop: its force and settings are too uncertain.
 const IMPLAUSIBLE: f64 = 4.0;
 
+/// Settings of a diagnosis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotionSettings {
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// Number of null simulations.
+    pub draws: usize,
+}
+
 /// A machine, possibly with effects, and its fit.
 pub(super) type Chosen = (Hypothesis, ForceFit);
 
@@ -51,10 +60,11 @@ impl Context<'_> {
         let (apply, others) = self.hypotheses(&from.0, names);
         let columns = SharedColumns { data: &self.data, rigid: &self.rigid, nominal: &from.0, fit: &from.1, frozen: self.frozen };
         let screening = MotionScreening::new(&columns, apply, others, self.control)?;
-        let mut ranked = screening.rank(&self.data, &self.data.y);
+        let mut ranked = screening.rank(&self.data);
         let best = ranked.iter().find(|r| screening.candidates[r.candidate].free.is_none());
         let seed = self.settings.seed.wrapping_add(names.len() as u64);
-        let null = screening.null(&self.data, &self.data.y, best, self.settings.draws, seed, self.control);
+        let draws = screening.null_simulations(&self.data, best, self.settings.draws, seed, self.control);
+        let null = MotionNullDistribution::new(&draws, &screening.candidates.iter().map(|c| c.free.is_some()).collect::<Vec<bool>>());
         // Insignificant candidates, such as a wave of any period, rank behind significant ones.
         ranked.sort_by_key(|r| screening.candidates[r.candidate].free.is_none() && null.p_value(r) >= ALPHA);
         simplest_first(&screening, &null, &mut ranked);

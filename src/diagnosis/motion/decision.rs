@@ -2,9 +2,9 @@
 
 use super::context::{Chosen, Context};
 use super::data_fault::Contradiction;
-use super::diagnosis::{ALPHA, LocatedMotion, NEARLY_ALL, RARE};
+use super::free_function::LocatedMotion;
 use super::screening::releases;
-use super::selection::SelectionStep;
+use super::selection::{ALPHA, NEARLY_ALL, RARE, SelectionStep};
 use crate::verdict::p_value_text;
 use crate::{Verdict, VerdictKind};
 use identification::motion::ForceFit;

@@ -3,14 +3,15 @@
 use rayon::prelude::*;
 
 use super::channel_weight::weigh;
-use super::context::{Chosen, Context};
+use super::closed_interval::closed_interval;
+use super::context::{Chosen, Context, MotionSettings};
 use super::data::{MotionData, side_by_side};
 use super::data_fault::{Contradiction, Covariance, RecordShift, beyond_effects, contradictions, faulty, shifts};
 use super::decision::{MotionDecisionInputs, amount, decide};
 use super::design::INDEPENDENT;
 use super::force_fault::{ForceFault, Nominal, correct, texts, with_force_faults};
-use super::free_function::{ForceLocations, FreeFunction, free_functions};
-use super::gap::{MotionPart, closed_interval, gap_of, part};
+use super::free_function::{ForceLocations, FreeFunction, LocatedMotion, free_functions};
+use super::gap::{MotionPart, gap_of, part};
 use super::misfit_map::{MisfitCell, largest_phase, misfit_map};
 use super::noise_floor::{floor_of, noise_of};
 use super::nominal_fit::nominal_fit;
@@ -25,15 +26,6 @@ use dynamics::inverse_dynamics::{
 use long_work::Control;
 use machine::{Effect, EffectIds, Machine, ParameterValues};
 use numeric::linear_fit::LinearFit;
-
-/// Settings of a diagnosis.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MotionSettings {
-    /// Seed of the random numbers.
-    pub seed: u64,
-    /// Number of null simulations.
-    pub draws: usize,
-}
 
 /// A candidate with its figures.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,25 +44,6 @@ pub struct TriedMotion {
     pub parameters: Vec<(String, f64)>,
     /// Held-out records, predicted with it.
     pub held_out: Vec<MotionPart>,
-}
-
-/// A free function with its figures.
-#[derive(Debug, Clone, PartialEq)]
-pub struct LocatedMotion {
-    /// Joint or point of the machine at which such a force arises.
-    pub interface: String,
-    /// Extra channel whose transmission error it describes; `None` for the force.
-    pub column: Option<String>,
-    /// Variable of the function.
-    pub over: &'static str,
-    /// Form of dynamic stiffness that it resembles.
-    pub shape: &'static str,
-    /// Relative reduction of the squared prediction error at left-out parts.
-    pub gain: f64,
-    /// Share of null simulations in which some free function gains as much.
-    pub p_value: f64,
-    /// Gap of the held-out records with the function, fitted together with the machine's parameters.
-    pub gap_held_out: Option<f64>,
 }
 
 /// Result of a diagnosis.
@@ -126,14 +99,10 @@ impl MotionDiagnosis {
     }
 }
 
-/// Largest p-value of a significant effect. Then the least gain of a second effect, and that of a third or of one easily confused with the first.
-/// Similar effects best explain the residual of an imperfectly modelled first effect.
-pub(super) const ALPHA: f64 = 0.005;
+/// Least gain of a second effect, and that of a third or of one easily confused with the first: similar effects best explain the residual of an
+/// imperfectly modelled first effect.
 const LEAST_SECOND: f64 = 0.11;
 const LEAST_MORE: f64 = 0.25;
-/// Gain that leaves so little that a larger p-value suffices, and that p-value.
-pub(super) const NEARLY_ALL: f64 = 0.8;
-pub(super) const RARE: f64 = 0.05;
 /// Largest number of combined effects.
 const MAX_EFFECTS: usize = 3;
 /// Least share of the misfit that a common effect must explain, and of the held-out gap that it must close with confidence, to be mentioned.
@@ -472,7 +441,7 @@ fn insufficient(
         held_out,
         tried: Vec::new(),
         located: Vec::new(),
-        null: MotionNullDistribution::none(),
+        null: MotionNullDistribution::new(&[], &[]),
         excess: [1.0; 2],
         floor: None,
         floor_fit: None,

@@ -99,6 +99,25 @@ impl FreeFunction {
     }
 }
 
+/// A free function with its figures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LocatedMotion {
+    /// Joint or point of the machine at which such a force arises.
+    pub interface: String,
+    /// Extra channel whose transmission error it describes; `None` for the force.
+    pub column: Option<String>,
+    /// Variable of the function.
+    pub over: &'static str,
+    /// Form of dynamic stiffness that it resembles.
+    pub shape: &'static str,
+    /// Relative reduction of the squared prediction error at left-out parts.
+    pub gain: f64,
+    /// Share of null simulations in which some free function gains as much.
+    pub p_value: f64,
+    /// Gap of the held-out records with the function, fitted together with the machine's parameters.
+    pub gap_held_out: Option<f64>,
+}
+
 /// Returns the column of one hat function.
 fn hat_column(data: &MotionData<'_>, channel: Option<&str>, variable: Variable, knots: &[f64], at: usize) -> DVector<f64> {
     data.channel(channel, |motion| {

@@ -7,6 +7,7 @@
 //! residual.
 
 mod channel_weight;
+mod closed_interval;
 mod context;
 mod data;
 mod data_fault;
@@ -26,11 +27,7 @@ mod residual_bootstrap;
 mod screening;
 mod selection;
 
-pub use data::MotionData;
-pub use data_fault::{Contradiction, RecordShift};
-pub use diagnosis::{LocatedMotion, MotionDiagnosis, MotionSettings, TriedMotion, diagnose_motion};
+pub use context::MotionSettings;
+pub use diagnosis::{MotionDiagnosis, diagnose_motion};
 pub use gap::{MotionPart, gap_of, part};
 pub use misfit_map::{MisfitAxis, MisfitCell, misfit_map};
-pub use nuisance::Nuisance;
-pub use null_distribution::MotionNullDistribution;
-pub use screening::{MotionCandidate, MotionScreening, Ranked};

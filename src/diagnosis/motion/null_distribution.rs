@@ -1,8 +1,8 @@
 //! Null distribution of motions: the reduction of the prediction error by candidates where no effect is missing.
 
-use serde::{Deserialize, Serialize};
-
-use super::screening::Ranked;
+use super::screening::{NullDraw, Ranked, strength};
+use crate::null_distribution::excess;
+use numeric::distribution::monte_carlo_p_value;
 use numeric::statistics::quantile;
 
 /// Null distribution. Candidates differ in what they gain by chance: a wave of any period gains much, others little. Hence −ln(1 − gain) is divided
@@ -19,15 +19,6 @@ pub struct MotionNullDistribution {
     pub free: Vec<f64>,
     /// Squared prediction error of the machine as described at left-out parts of each draw, in rising order.
     pub misfit: Vec<f64>,
-}
-
-/// Figures of one null simulation.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct NullDraw {
-    /// Squared prediction error of the machine as described at left-out parts.
-    pub misfit: f64,
-    /// −ln(1 − gain) of every candidate.
-    pub gains: Vec<f64>,
 }
 
 /// Least scale of a candidate.
@@ -56,20 +47,14 @@ impl MotionNullDistribution {
         MotionNullDistribution { scales, most, effects, free, misfit }
     }
 
-    /// Returns the distribution without draws.
-    pub(super) fn none() -> Self {
-        MotionNullDistribution { scales: Vec::new(), most: Vec::new(), effects: Vec::new(), free: Vec::new(), misfit: Vec::new() }
-    }
-
     /// Returns the statistic of a candidate: −ln(1 − gain) over its scale.
     pub fn statistic(&self, ranked: &Ranked) -> f64 {
         strength(ranked.gain) / self.scales[ranked.candidate]
     }
 
-    /// Returns the excess: a misfit over the median of the draws, at least 1.
+    /// Returns the excess of a misfit.
     pub fn excess(&self, misfit: f64) -> f64 {
-        let median = self.misfit.get(self.misfit.len() / 2).copied().unwrap_or(misfit);
-        (misfit / median).max(1.0)
+        excess(misfit, &self.misfit)
     }
 
     /// Returns the share of draws in which some effect gains as much; the least possible share where a candidate clearly exceeds its own largest
@@ -86,19 +71,9 @@ impl MotionNullDistribution {
     fn p_value_among(&self, all: &[f64], ranked: &Ranked) -> f64 {
         let own = strength(ranked.gain);
         if own > BEYOND * self.most[ranked.candidate].max(LEAST_SCALE) {
-            return 1.0 / (all.len() + 1) as f64;
+            return monte_carlo_p_value(0, all.len());
         }
-        share_above(all, own / self.scales[ranked.candidate])
+        let statistic = own / self.scales[ranked.candidate];
+        monte_carlo_p_value(all.len() - all.partition_point(|x| *x < statistic), all.len())
     }
-}
-
-/// Returns −ln(1 − gain): ln of the loss of the machine over that with a candidate.
-pub(super) fn strength(gain: f64) -> f64 {
-    // No gain is 0, not −0.
-    0.0 - (1.0 - gain.clamp(0.0, 1.0)).max(1e-12).ln()
-}
-
-fn share_above(sorted: &[f64], gain: f64) -> f64 {
-    let above = sorted.len() - sorted.partition_point(|x| *x < gain);
-    (above + 1) as f64 / (sorted.len() + 1) as f64
 }

@@ -3,17 +3,16 @@
 use std::sync::Arc;
 
 use nalgebra::{Cholesky, DMatrix, DVector};
-use rand::SeedableRng;
-use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::data::{MotionData, side_by_side};
 use super::design::{CandidateDesign, Forces, INDEPENDENT, SharedDesign, Solved};
 use super::free_function::free_functions;
 use super::grid::{LinearParameter, grid, small};
 use super::nuisance::{Nuisance, columns_of, nuisances};
-use super::null_distribution::{MotionNullDistribution, NullDraw, strength};
 use super::residual_bootstrap::ResidualBootstrap;
+use crate::null_directions::generator;
 use crate::{Hypothesis, HypothesisKind, Status};
 use dynamics::inverse_dynamics::{LinearForce, Rigid, free_parameters, is_linear_in_inverse, prediction};
 use identification::motion::ForceFit;
@@ -62,6 +61,15 @@ pub struct Ranked {
     node: usize,
     /// Values of the added parameters there.
     pub added: Vec<(usize, f64)>,
+}
+
+/// Figures of one null simulation.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct NullDraw {
+    /// Squared prediction error of the machine as described at left-out parts.
+    pub misfit: f64,
+    /// −ln(1 − gain) of every candidate.
+    pub gains: Vec<f64>,
 }
 
 /// The machine, its nuisance parameters and all candidates.
@@ -335,9 +343,9 @@ impl MotionScreening {
         Some(fit.residual.norm_squared() + prior)
     }
 
-    /// Computes the figures of every candidate on a force, the largest gain first.
-    pub fn rank(&self, data: &MotionData<'_>, y: &DVector<f64>) -> Vec<Ranked> {
-        let forces = Forces::new(data, std::slice::from_ref(y), &self.bases);
+    /// Computes the figures of every candidate on the recorded force, the largest gain first.
+    pub fn rank(&self, data: &MotionData<'_>) -> Vec<Ranked> {
+        let forces = Forces::new(data, std::slice::from_ref(&data.y), &self.bases);
         let before = self.base_loss(data, &forces)[0];
         let best = |candidate: usize| {
             let c = &self.candidates[candidate];
@@ -354,7 +362,7 @@ impl MotionScreening {
 
     /// Returns the nuisance parameter of the machine as described that is largest in standard deviations, and that size.
     pub fn largest_nuisance(&self, data: &MotionData<'_>) -> Option<(&str, f64)> {
-        let (_, coefficients, _) = self.fitted(data, &data.y, None)?;
+        let (_, coefficients, _) = self.fitted(data, None)?;
         let sizes = self.nuisances.iter().zip(coefficients.iter()).map(|(nuisance, size)| (nuisance.name.as_str(), size.abs()));
         sizes.max_by(|a, b| a.1.total_cmp(&b.1))
     }
@@ -380,50 +388,32 @@ impl MotionScreening {
         all.reduce(|a, b| a.into_iter().zip(b).map(|(a, b)| better(a, b)).collect()).unwrap_or_else(|| vec![None; forces.count()])
     }
 
-    /// Fits the machine, or a candidate, to a force; returns design, coefficients and residual.
-    fn fitted(
-        &self,
-        data: &MotionData<'_>,
-        y: &DVector<f64>,
-        of: Option<&Ranked>,
-    ) -> Option<(&CandidateDesign, DVector<f64>, DVector<f64>)> {
+    /// Fits the machine, or a candidate, to the recorded force; returns design, coefficients and residual.
+    fn fitted(&self, data: &MotionData<'_>, of: Option<&Ranked>) -> Option<(&CandidateDesign, DVector<f64>, DVector<f64>)> {
         let design = of.map_or(&self.nominal, |r| &self.candidates[r.candidate].nodes[r.node].design);
-        let solved = design.solve(data, &Forces::new(data, std::slice::from_ref(y), &self.bases)).swap_remove(0)?;
-        let left = y - design.force(data, &solved.coefficients);
+        let solved = design.solve(data, &Forces::new(data, std::slice::from_ref(&data.y), &self.bases)).swap_remove(0)?;
+        let left = &data.y - design.force(data, &solved.coefficients);
         Some((design, solved.coefficients, left))
     }
 
     /// Returns by how much a candidate reduces the squared misfit, sample by sample.
     pub fn squared_reduction(&self, data: &MotionData<'_>, of: &Ranked) -> Option<DVector<f64>> {
-        let (_, _, before) = self.fitted(data, &data.y, None)?;
-        let (_, _, after) = self.fitted(data, &data.y, Some(of))?;
+        let (_, _, before) = self.fitted(data, None)?;
+        let (_, _, after) = self.fitted(data, Some(of))?;
         Some(before.zip_map(&after, |before, after| before * before - after * after))
     }
 
-    /// Simulates the null distribution. Nuisance parameters are drawn from their estimates next to the best candidate, noise by bootstrap of its
-    /// residual.
-    pub fn null(
+    /// Simulates the machine without a missing effect. Nuisance parameters are drawn from their estimates next to the best candidate, noise by bootstrap
+    /// of its residual.
+    pub(super) fn null_simulations(
         &self,
         data: &MotionData<'_>,
-        y: &DVector<f64>,
         best: Option<&Ranked>,
         draws: usize,
         seed: u64,
         control: &Control,
-    ) -> MotionNullDistribution {
-        let drawn = self.fitted(data, y, best).map_or_else(Vec::new, |fitted| self.null_simulations(data, fitted, draws, seed, control));
-        MotionNullDistribution::new(&drawn, &self.candidates.iter().map(|c| c.free.is_some()).collect::<Vec<bool>>())
-    }
-
-    /// Returns the figures of null simulations.
-    fn null_simulations(
-        &self,
-        data: &MotionData<'_>,
-        (design, coefficients, left): (&CandidateDesign, DVector<f64>, DVector<f64>),
-        draws: usize,
-        seed: u64,
-        control: &Control,
     ) -> Vec<NullDraw> {
+        let Some((design, coefficients, left)) = self.fitted(data, best) else { return Vec::new() };
         let noise = ResidualBootstrap::new(&left, &data.records());
         let count = self.nuisances.len();
         let known = coefficients.rows(0, count).map(|size| size.clamp(-NUISANCE_RANGE, NUISANCE_RANGE));
@@ -431,7 +421,7 @@ impl MotionScreening {
         let scatter = Cholesky::new(scatter).map_or_else(|| DMatrix::zeros(count, count), |c| c.unpack());
         let machine = self.nominal.force(data, &DVector::zeros(self.base_columns));
         let drawn = |draw: usize| {
-            let mut random = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(0x9E37_79B9).wrapping_add(draw as u64));
+            let mut random = generator(seed, draw);
             let mut y = &machine + noise.draw(draw % 2 == 1, &mut random);
             let sizes = &known + &scatter * DVector::from_fn(count, |_, _| normal(&mut random));
             self.nuisances.iter().zip(sizes.iter()).for_each(|(nuisance, size)| y.axpy(*size, &nuisance.column, 1.0));
@@ -495,4 +485,10 @@ fn interior(machine: &Machine, start: &ParameterValues, added: &[usize]) -> Para
 /// Whether a candidate releases a frozen parameter.
 pub(super) fn releases(candidate: &MotionCandidate) -> bool {
     candidate.hypothesis.as_ref().is_some_and(|h| h.kind == HypothesisKind::Release)
+}
+
+/// Returns −ln(1 − gain): ln of the loss of the machine over that with a candidate.
+pub(super) fn strength(gain: f64) -> f64 {
+    // No gain is 0, not −0.
+    0.0 - (1.0 - gain.clamp(0.0, 1.0)).max(1e-12).ln()
 }

@@ -1,15 +1,20 @@
 //! Selection of an effect from a screening and its null simulations: significance, and the effects indistinguishable from the best.
 
-use super::diagnosis::{ALPHA, NEARLY_ALL, RARE};
 use super::null_distribution::MotionNullDistribution;
 use super::screening::{MotionScreening, Ranked};
 use machine::Effect;
+use numeric::distribution::t_quantile;
 
+/// Largest p-value of a significant effect.
+pub(super) const ALPHA: f64 = 0.005;
+/// Gain that leaves so little that a larger p-value suffices, and that p-value.
+pub(super) const NEARLY_ALL: f64 = 0.8;
+pub(super) const RARE: f64 = 0.05;
 /// Largest shortfall of the gain of an equally good effect, as a share of the best gain. Then the wider share where left-out parts do not distinguish
-/// the two, and the quantile of that test (90 %, one-sided).
+/// the two, and the level of that test (1), one-sided.
 const EQUIVALENT: f64 = 0.1;
 const POSSIBLY_EQUIVALENT: f64 = 0.3;
-const ONE_SIDED_90: f64 = 1.36;
+const ONE_SIDED: f64 = 0.9;
 /// Largest prediction error of a rival over that of the best, regardless of that test.
 const COMPARABLE: f64 = 3.0;
 /// A rival by its fit without nuisance parameters: least gain over the best gain, least factor between their shares of the misfit, and least share of
@@ -59,14 +64,13 @@ impl SelectionStep {
         let Some(best) = self.best_effect() else { return Vec::new() };
         let most = &self.ranked[best];
         let equivalent = |r: &Ranked| {
-            let excess: Vec<f64> = r.left_out.iter().zip(&most.left_out).map(|(a, b)| a - b).collect();
-            let count = excess.len() as f64;
-            let mean = excess.iter().sum::<f64>() / count;
-            let spread = (excess.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (count - 1.0) / count).sqrt();
             let losses: f64 = r.left_out.iter().sum::<f64>() / most.left_out.iter().sum::<f64>();
             // Where the prediction error is small, a small share of the gain is a large share of the error.
             let close = most.gain - r.gain <= EQUIVALENT * most.gain && losses < 1.0 + POSSIBLY_EQUIVALENT;
-            close || (most.gain - r.gain <= POSSIBLY_EQUIVALENT * most.gain && losses < COMPARABLE && mean < ONE_SIDED_90 * spread)
+            close
+                || (most.gain - r.gain <= POSSIBLY_EQUIVALENT * most.gain
+                    && losses < COMPARABLE
+                    && !is_surely_larger(&r.left_out, &most.left_out))
         };
         let known = self.confusable(effects, self.id(best));
         // A look-alike that explains nothing of these records does not look like it here.
@@ -103,6 +107,17 @@ impl SelectionStep {
     }
 }
 
+/// Whether squared prediction errors of left-out parts are larger than others of the same parts, beyond the scatter of their differences.
+///
+/// # Source  Student's test of paired differences, with one degree of freedom fewer than parts.
+fn is_surely_larger(errors: &[f64], others: &[f64]) -> bool {
+    let differences: Vec<f64> = errors.iter().zip(others).map(|(a, b)| a - b).collect();
+    let count = differences.len() as f64;
+    let mean = differences.iter().sum::<f64>() / count;
+    let spread = (differences.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (count - 1.0) / count).sqrt();
+    !(mean < t_quantile(ONE_SIDED, differences.len().saturating_sub(1)) * spread)
+}
+
 /// Moves the effect with the fewest parameters to the front of those whose prediction error is within a few percent of the best.
 pub(super) fn simplest_first(screening: &MotionScreening, null: &MotionNullDistribution, ranked: &mut [Ranked]) {
     let added =
@@ -112,5 +127,26 @@ pub(super) fn simplest_first(screening: &MotionScreening, null: &MotionNullDistr
     let close = ranked.iter().enumerate().skip(best).filter(|(_, r)| r.gain >= reach && added(r).is_some());
     if let Some(at) = close.min_by_key(|(_, r)| added(r)).map(|(at, _)| at) {
         ranked[best..=at].rotate_right(1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_xoshiro::Xoshiro256PlusPlus;
+
+    use super::*;
+    use numeric::random::normal;
+
+    /// Of errors with one mean, one tenth appears larger, whatever the number of parts.
+    #[test]
+    fn limit_equal_errors_appear_larger_at_the_level_of_the_test() {
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(1);
+        for parts in [3, 6, 12, 40] {
+            let draws = 20_000;
+            let mut errors = || (0..parts).map(|_| 5.0 + normal(&mut random)).collect::<Vec<f64>>();
+            let larger = (0..draws).filter(|_| is_surely_larger(&errors(), &errors())).count();
+            assert!((larger as f64 / f64::from(draws) - (1.0 - ONE_SIDED)).abs() < 0.007, "{larger} of {draws} with {parts} parts");
+        }
     }
 }

@@ -23,7 +23,6 @@ from .results import (  # noqa: E402
     Diagnosis,
     Effect,
     Friction,
-    Identification,
     Parameter,
     Parameters,
     Peaks,
@@ -32,7 +31,7 @@ from .results import (  # noqa: E402
     Validation,
     Verdict,
 )
-from .study import Study, effects, friction, peaks, plan  # noqa: E402
+from .study import Identification, Study, effects, friction, peaks, plan  # noqa: E402
 
 __all__ = [
     "Comparison",

@@ -17,11 +17,12 @@ from numpy.typing import ArrayLike
 from . import _arrays
 from ._errors import InputError, argument
 from ._progress import Callback, progress_of
+from ._settings import checked
 from ._tasks import Done, Failure, Task, do, key_of, prepare, result_file
 from .machine import Machine
 from .measurement import MeasurementSet, write
-from .results import Document, Identification, _pandas
-from .study import Study, _checked
+from .results import Document, _pandas
+from .study import Identification, Study
 
 if TYPE_CHECKING:
     import pandas
@@ -97,7 +98,7 @@ class Fleet:
         self._fit = None if fit is None else _arrays.names("fit", fit)
         self._hold_out = _arrays.names("hold_out", hold_out)
         self._bootstrap, self._seed = _arrays.count("bootstrap", bootstrap), _arrays.count("seed", seed)
-        self._settings = _checked(settings)
+        self._settings = checked(settings)
         self._failures: dict[str, Failure] = {}
         self._keys: dict[str, str] = {}
         prepare(self.folder)
@@ -346,13 +347,13 @@ def coverage(
     nuts = {name: _arrays.number(f"nut_m[{name!r}]", at) for name, at in _arrays.mapping("nut_m", nut_m).items()}
     points = (_arrays.name("response", response), _arrays.name("excitation", excitation))
     sizes = (_arrays.number("noise", noise), _arrays.number("spread", spread))
-    checked = {"tolerances": False} | _checked(settings)
+    kept = {"tolerances": False} | checked(settings)
     first, count = _arrays.count("seed", seed), _arrays.count("draws", draws, 1)
 
     def tasks() -> Iterator[Task]:
         for at in range(count):
-            arguments = (described, nuts, lines, points, sizes, checked, first + at)
-            parts = (described.path, described.text, sorted(nuts.items()), lines.tobytes(), points, sizes, sorted(checked.items()), first + at)
+            arguments = (described, nuts, lines, points, sizes, kept, first + at)
+            parts = (described.path, described.text, sorted(nuts.items()), lines.tobytes(), points, sizes, sorted(kept.items()), first + at)
             yield Task(f"draw {at}", key_of("coverage", *parts), _covered, arguments)
 
     with progress_of(progress, "coverage") as callback:

@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import ArrayLike
 
-    from .results import Diagnosis, Identification, Peaks, Prediction
+    from .results import Diagnosis, Peaks, Prediction
+    from .study import Identification
 
 # Colours that remain apart for colour-blind readers (Okabe and Ito).
 MEASURED, BEFORE, AFTER, OTHER = "#000000", "#D55E00", "#0072B2", "#999999"

@@ -1,82 +1,33 @@
-"""Studies: a machine, its measurements, what is fitted, and how."""
+"""Studies and identifications: a machine, its measurements, what is fitted, and how; and the machine that results."""
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arrays, _core
-from ._errors import argument
+from ._errors import InputError, argument
+from ._frf import frf_of, places
 from ._progress import Callback, progress_of
+from ._settings import CHECKS, Settings, checked
 from .machine import Machine
 from .measurement import MeasurementSet
-from .results import Comparison, Diagnosis, Document, Friction, Identification, Interval, Peaks, Plan, frf_of
+from .results import Comparison, Diagnosis, Document, Friction, Interval, Parameter, Parameters, Peaks, Plan, Prediction, Validation
 
 if TYPE_CHECKING:
+    import pandas
+    from matplotlib.figure import Figure
     from typing_extensions import Unpack
 
 Path = str | os.PathLike[str]
 # Machine of the published bench, which is built in.
 BENCH = "configs/tian.toml"
-
-
-class Settings(TypedDict, total=False):
-    """Settings of identification and diagnosis; those left out keep the default of the command.
-
-    objective : {"least-squares", "eq26", "frequencies", "frf", "inverse-dynamics", "output-error"}
-        What is minimised; by default whole FRFs where the set has some, inverse dynamics for motion records, else least squares of the modes.
-    lumps : int
-        Masses per rod of the lumped model; absent for the exact rod.
-    frequency_model_error, frf_model_error : float
-        Relative standard deviation of natural frequencies and of FRFs due to model error (0.01).
-    amplitude_sd : float
-        Standard deviation of ln(amplitude) (0.13).
-    tolerances : bool
-        Whether tolerances of machine and measurement are fitted along with whole FRFs (True).
-    band_hz : (float, float)
-        Lowest and highest frequency of FRFs (Hz).
-    bootstrap : int
-        Bootstrap samples over lines, and as many over positions (0).
-    freeze : list of str
-        Parameters held at their start values.
-    repeats : int
-        How often the best minimum has to be found from new starts.
-    """
-
-    objective: str
-    lumps: int
-    frequency_model_error: float
-    frf_model_error: float
-    amplitude_sd: float
-    tolerances: bool
-    band_hz: Interval
-    bootstrap: int
-    freeze: Sequence[str]
-    repeats: int
-
-
-def _boolean(key: str, given: Any) -> bool:
-    if not isinstance(given, (bool, np.bool_)):
-        raise argument(key, f"is {given!r}; give True or False")
-    return bool(given)
-
-
-_CHECKS: dict[str, Any] = {
-    "objective": _arrays.name,
-    "lumps": lambda key, given: _arrays.count(key, given, 1),
-    "frequency_model_error": _arrays.number,
-    "frf_model_error": _arrays.number,
-    "amplitude_sd": _arrays.number,
-    "tolerances": _boolean,
-    "band_hz": _arrays.band,
-    "bootstrap": _arrays.count,
-    "freeze": _arrays.names,
-    "repeats": lambda key, given: _arrays.count(key, given, 1),
-}
 
 
 class _State(NamedTuple):
@@ -179,7 +130,7 @@ class Study:
 
     def with_settings(self, **settings: Unpack[Settings]) -> Study:
         """Keeps settings for identification and diagnosis, see :class:`Settings`."""
-        return self._with(self._core, settings=self._state.settings | _checked(settings))
+        return self._with(self._core, settings=self._state.settings | checked(settings))
 
     def with_machine(self, machine: Machine | Path) -> Study:
         """Replaces the machine; measurements, split and settings stay."""
@@ -342,7 +293,7 @@ class Study:
         closed_loop: bool = False,
     ) -> NDArray[np.complex128]:
         """Computes FRFs at the start values of the parameters; else as :meth:`Identification.frf`."""
-        return frf_of(self._core, self, frequency_hz, nut_m, positions, response, excitation, quantity, closed_loop)
+        return frf_of(self._core, self.quantity, frequency_hz, nut_m, positions, response, excitation, quantity, closed_loop)
 
     def modes(self, *, nut_m: float | None = None, position: str | None = None, max_hz: float = 1000.0) -> Document:
         """Undamped natural frequencies and mode shapes at the start values, up to `max_hz`; mid-stroke by default."""
@@ -350,8 +301,8 @@ class Study:
         return Document(self._core.modes(at, _arrays.optional_name("position", position), _arrays.number("max_hz", max_hz)))
 
     def _set(self, seed: int, settings: Mapping[str, Any]) -> Study:
-        kept = self._state.settings | _checked(settings)
-        given = dict.fromkeys(_CHECKS) | kept | {"seed": _arrays.count("seed", seed)}
+        kept = self._state.settings | checked(settings)
+        given = dict.fromkeys(CHECKS) | kept | {"seed": _arrays.count("seed", seed)}
         return self._with(self._core.with_settings(given), settings=kept)
 
     def _cost_with_frozen(self, parameter: str, threads: int | None) -> float:
@@ -367,17 +318,232 @@ class Study:
         return f"<Study of «{self._core.machine[2]}» with {self._state.measurements.path}{fitted}>"
 
 
+class Identification(Document):
+    """An identified machine: parameters with intervals, predictions, FRFs."""
+
+    def __init__(self, core: _core.Identification, study: Study) -> None:
+        self._core, self.study = core, study
+
+    @cached_property
+    def json(self) -> str:
+        """The document as JSON text."""
+        return self._core.json()
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Identification:
+        """Reads an `identification.json`, with its machine, measurement set and split.
+
+        Raises
+        ------
+        InputError
+            The file is no identification, or its measurement set cannot be read.
+        """
+        file = _arrays.path("path", path)
+        try:
+            with open(file, encoding="utf-8") as opened:
+                text = opened.read()
+            study = _study_of_document(json.loads(text))
+        except OSError as fault:
+            raise InputError(f"{file}: cannot be read ({fault.strerror or fault})", file=file, key="path") from None
+        except (ValueError, KeyError, TypeError) as fault:
+            if isinstance(fault, InputError):
+                raise
+            raise InputError(f"{file}: is no identification.json ({fault}); name the file that identify has written", file=file) from None
+        return cls(study._core.identification(text), study)
+
+    @cached_property
+    def parameters(self) -> Parameters:
+        """Estimates by parameter id."""
+        return Parameters((name, Parameter._of(row)) for name, row in self.document["parameters"].items())
+
+    @property
+    def interval95(self) -> dict[str, Interval | None]:
+        """95 % intervals by parameter id."""
+        return {name: parameter.interval95 for name, parameter in self.parameters.items()}
+
+    @property
+    def derived(self) -> dict[str, float]:
+        """Derived quantities by name: those of the machine's description, largest errors and gaps, χ² and its degrees of freedom."""
+        return self.document["derived"]
+
+    @property
+    def cost(self) -> float:
+        """Minimum of the objective (1): χ² of modes and FRFs."""
+        return self.document["cost"]
+
+    @property
+    def overall_error(self) -> dict[str, float | None]:
+        """Root sum of squares of the relative frequency errors by position (1)."""
+        return {name: row["overall_error"] for name, row in self.document["positions"].items()}
+
+    def frf(
+        self,
+        frequency_hz: ArrayLike,
+        *,
+        nut_m: float | Sequence[float] | None = None,
+        positions: str | Sequence[str] | None = None,
+        response: str | None = None,
+        excitation: str | None = None,
+        quantity: str | None = None,
+        closed_loop: bool = False,
+    ) -> NDArray[np.complex128]:
+        """Computes FRFs of the identified machine, H = response / force with e^{+iωt}.
+
+        Parameters
+        ----------
+        frequency_hz : (lines,) array
+            Frequencies in Hz, above 0.
+        nut_m : float or (places,) sequence
+            Nut positions from the left end of the screw (m).
+        positions : str or list of str
+            Positions of the measurement set instead; all of them where neither is given.
+        response, excitation : str
+            Points of the machine; those of the measurement set where absent.
+        quantity : {"receptance", "mobility", "accelerance"}
+            In m/N, (m/s)/N or (m/s²)/N; that of the measurement set where absent.
+        closed_loop : bool
+            Whether the loops of the drive are closed.
+
+        Returns
+        -------
+        (places, lines) array of complex numbers; (lines,) for one nut position or name.
+
+        Raises
+        ------
+        InputError
+            A place is outside the screw, a point is unknown, a frequency is not above 0.
+        """
+        return frf_of(self._core, self.study.quantity, frequency_hz, nut_m, positions, response, excitation, quantity, closed_loop)
+
+    def predict(
+        self,
+        *,
+        nut_m: float | Sequence[float] | None = None,
+        positions: str | Sequence[str] | None = None,
+        frf: bool = False,
+        frequency_hz: ArrayLike | None = None,
+        band_hz: Interval | None = None,
+        draws: int | None = None,
+        seed: int = 1,
+        threads: int | None = None,
+        progress: bool | Callback | None = None,
+    ) -> Prediction:
+        """Predicts natural modes and static stiffness with 95 % intervals, and FRFs with a pointwise band where `frf` is asked for.
+
+        `nut_m` are nut positions (m), `positions` names of the measurement set (all of them where neither is given); `draws` machines are drawn from what
+        data and tolerances leave possible (199 by default).
+        """
+        nuts, names = places(nut_m, positions)
+        lines = None if frequency_hz is None else _arrays.frequencies("frequency_hz", frequency_hz).tolist()
+        with progress_of(progress, "predict") as callback:
+            running = {"progress": callback, "threads": _arrays.optional_count("threads", threads, 1)}
+            drawn = _arrays.optional_count("draws", draws, 1)
+            band = _arrays.band("band_hz", band_hz)
+            text = self._core.predict(nuts, names, bool(frf) or lines is not None, lines, band, drawn, _arrays.count("seed", seed), running)
+        return Prediction(text)
+
+    def draws(
+        self,
+        count: int,
+        *,
+        seed: int = 1,
+        bootstrap: bool | None = None,
+        threads: int | None = None,
+        progress: bool | Callback | None = False,
+    ) -> tuple[list[str], NDArray[np.float64]]:
+        """Draws machines that the data leave possible: by a bootstrap over lines (the default for FRFs), or from the posterior.
+
+        Returns the ids of parameters and tolerances, and an array (draws, parameters). About each of several minima `count` machines are drawn.
+        """
+        lines = self.document["settings"]["objective"] == "frf" if bootstrap is None else bool(bootstrap)
+        with progress_of(progress, "draw") as callback:
+            running = {"progress": callback, "threads": _arrays.optional_count("threads", threads, 1)}
+            ids, values = self._core.draws(_arrays.count("count", count, 1), _arrays.count("seed", seed), lines, running)
+        return ids, values[1:]
+
+    def validate(
+        self, positions: str | Sequence[str] | None = None, *, measurements: MeasurementSet | str | os.PathLike[str] | None = None
+    ) -> Validation:
+        """Predicts what was held out, the named positions, or another measurement set, and returns the errors."""
+        names = None if positions is None else _arrays.names("positions", positions)
+        other = measurements if measurements is None or isinstance(measurements, MeasurementSet) else MeasurementSet(measurements)
+        return Validation(self._core.validate(names, None if other is None else other._core))
+
+    def machine(self) -> Machine:
+        """The machine as identified: parameters start at their estimates, tolerances are held at theirs."""
+        return Machine.from_text(self._core.machine(), self.study.machine.path)
+
+    def profile(
+        self, parameter: str, points: int | ArrayLike = 9, *, threads: int | None = None
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Profile of the objective over a parameter: it is held at each value, and all others are fitted anew.
+
+        `points` is a number of values over 1.5 times the 95 % interval, or the values. Returns values (n,), in the parameter's unit, and costs (n,).
+        """
+        _arrays.unknown("parameter", [_arrays.name("parameter", parameter)], self.parameters)
+        row = self.parameters[parameter]
+        if not row.fitted:
+            raise argument("parameter", f"«{parameter}» was not fitted; name one that was")
+        if np.ndim(points) == 0:
+            low, high = row.interval95 or (row.lower, row.upper)
+            low, high = max(row.lower, row.value - 1.5 * (row.value - low)), min(row.upper, row.value + 1.5 * (high - row.value))
+            ratio = high / low if low > 0 else np.inf
+            count = _arrays.count("points", points, 2)
+            values = np.geomspace(low, high, count) if 10 < ratio < np.inf else np.linspace(low, high, count)
+        else:
+            values = _arrays.real_array("points", points)
+        costs = [self.study.overridden({f"parameter.{parameter}.start": value})._cost_with_frozen(parameter, threads) for value in values]
+        return values, np.array(costs)
+
+    def to_frame(self) -> pandas.DataFrame:
+        """The parameters as a table, as :meth:`Parameters.to_frame`."""
+        return self.parameters.to_frame()
+
+    def plot(self, positions: str | Sequence[str] | None = None) -> Figure:
+        """Measurements with the machine before and after: FRFs, else natural frequencies."""
+        from . import plot
+
+        return plot.identification(self, None if positions is None else _arrays.names("positions", positions))
+
+    def plot_profile(self, parameter: str, points: int | ArrayLike = 9) -> Figure:
+        """Profile of the objective over a parameter (see :meth:`profile`), with the 95 % interval."""
+        from . import plot
+
+        return plot.profile(self, parameter, points)
+
+    def plot_modes(self, *, nut_m: float | None = None, position: str | None = None, max_hz: float = 1000.0) -> Figure:
+        """Mode shapes of the identified machine: displacement of every point."""
+        from . import plot
+
+        return plot.modes(self, nut_m, position, max_hz)
+
+    def __reduce__(self):
+        return _restored_identification, (self.study, self.json)
+
+    def __repr__(self) -> str:
+        lines = [f"<Identification of «{self.study.machine.title}», fitted: {', '.join(self.document['fit_positions'])}"]
+        for name, row in self.parameters.items():
+            interval = f"  {row.interval95[0]:.4g} … {row.interval95[1]:.4g}" if row.interval95 else ""
+            known = {True: "identifiable", False: "not identifiable", None: "depends on what the model lacks"}[row.identifiable]
+            lines.append(f"  {name} = {row.value:.4g} {row.unit}{interval}{'  ' + known if row.fitted else '  held'}")
+        return "\n".join(lines) + ">"
+
+
+def _restored_identification(study: Study, text: str) -> Identification:
+    return Identification(study._core.identification(text), study)
+
+
 def _restored(path: str, text: str, state: _State) -> Study:
     core = _core.Study(path, text, state.measurements._core, state.overrides, state.without)
     return Study._made(_split(core, state.fit, state.hold_out), state)
 
 
-def study_of_document(document: Mapping[str, Any]) -> Study:
+def _study_of_document(document: Mapping[str, Any]) -> Study:
     """Reopens the study of an identification."""
     made, settings = document.get("machine"), document["settings"]
     machine = Machine.from_text(made["text"], made["path"]) if made else Machine(settings["config"])
     fit_tolerances = settings["tolerances"] == "fit" or settings["objective"] != "frf"
-    kept = {key: settings[key] for key in _CHECKS if settings.get(key) is not None} | {"tolerances": fit_tolerances}
+    kept = {key: settings[key] for key in CHECKS if settings.get(key) is not None} | {"tolerances": fit_tolerances}
     over, out = document.get("overrides", []), document.get("without", [])
     state = _State(MeasurementSet(settings["measurements"]), over, out, settings.get("positions"), settings.get("hold_out", []), {})
     return _restored(machine.path, machine.text, state).with_settings(**kept)._set(document["seed"], {})
@@ -405,13 +571,6 @@ def _overrides(given: Mapping[str, Any]) -> list[str]:
         return repr(float(value)) if isinstance(value, np.floating) else str(value)
 
     return [f"{key}={text(value)}" for key, value in _arrays.mapping("overrides", given).items()]
-
-
-def _checked(settings: Mapping[str, Any]) -> dict[str, Any]:
-    for key in settings:
-        if key not in _CHECKS:
-            raise argument(key, f"is no setting; there are {', '.join(_CHECKS)}")
-    return {key: _CHECKS[key](key, value) for key, value in settings.items() if value is not None}
 
 
 def _running(callback: Callback | None, threads: int | None) -> dict[str, Any]:
