@@ -2,6 +2,8 @@
 //!
 //! Without a task, as called by `cargo bench`, it prints how it is used.
 
+#[path = "../tests/support/coupling.rs"]
+mod coupling;
 mod support;
 
 use std::fs::File;
@@ -13,7 +15,6 @@ use std::time::Instant;
 
 use clap::{Parser, Subcommand};
 use config::{read_machine, read_machine_text};
-use dynamics::model::coupling::coupled_receptances;
 use dynamics::model::{AssembledModel, RodModel, Structure, matrices};
 use identification::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings};
 use identification::{IdentificationSettings, Place, identify};
@@ -321,6 +322,7 @@ fn coupling(name: &str, all: bool, repeats: usize) -> Value {
     let mut work = structure.workspace();
     let omegas = thousand_lines();
     let table = machine.point("table").expect("the machine has a table");
+    let (start, operating) = (machine.start(), Operating::at_nut(FITTED_M[1]));
     let mut values = vec![Complex64::default(); omegas.len()];
     let timing = timed(repeats, omegas.len(), || {
         if !all {
@@ -328,7 +330,7 @@ fn coupling(name: &str, all: bool, repeats: usize) -> Value {
             return;
         }
         for (value, &omega) in values.iter_mut().zip(&omegas) {
-            *value = coupled_receptances(&network, &machine, black_box(omega)).expect("all points have inertia")[(table, table)];
+            *value = coupling::coupled_receptances(&machine, &start, &operating, black_box(omega))[(table, table)];
         }
     });
     with(json!({ "receptances": pairs(&values) }), timing)

@@ -66,6 +66,46 @@ fn the_source_distribution_has_every_file_that_is_compiled_in() {
     assert!(folders.iter().all(|folder| included.contains(&folder.as_str())), "{folders:?} {included:?}");
 }
 
+/// A dependency that no code names costs build time and misleads. Those that only enable features of others are listed for the tool `cargo machete`, too.
+#[test]
+fn every_dependency_is_named_in_the_code_of_its_crate() {
+    let mut unnamed = Vec::new();
+    let folders = fs::read_dir("src").unwrap().map(|entry| entry.unwrap().path().display().to_string());
+    let crates = folders.filter(|folder| Path::new(folder).join("Cargo.toml").exists()).map(|folder| (folder.clone(), vec![folder]));
+    let root = (".".to_string(), ["src/lib.rs", "src/main.rs", "tests", "benches"].map(String::from).to_vec());
+    for (folder, places) in crates.chain([root]) {
+        let manifest: toml::Table = fs::read_to_string(format!("{folder}/Cargo.toml")).unwrap().parse().unwrap();
+        let ignored = manifest["package"].get("metadata").map_or(Vec::new(), |m| m["cargo-machete"]["ignored"].as_array().unwrap().clone());
+        let code: String = places.iter().map(|place| code_in(Path::new(place))).collect();
+        for name in
+            ["dependencies", "dev-dependencies"].into_iter().filter_map(|kind| manifest.get(kind)?.as_table()).flat_map(|t| t.keys())
+        {
+            let name_in_code = name.replace('-', "_");
+            let is_named = code.match_indices(&name_in_code).any(|(at, _)| {
+                let is_word = |c: char| c.is_alphanumeric() || c == '_';
+                let (before, after) = (&code[..at], &code[at + name_in_code.len()..]);
+                !before.ends_with(is_word) && !before.ends_with("mod ") && (after.starts_with("::") || after.starts_with([';', ',']))
+            });
+            if !is_named && !ignored.iter().any(|i| i.as_str() == Some(name)) {
+                unnamed.push(format!("{folder}: {name}"));
+            }
+        }
+    }
+    assert!(unnamed.is_empty(), "{unnamed:#?}");
+}
+
+/// Returns the code of a Rust file, or of all in a folder, with tests and without comments.
+fn code_in(place: &Path) -> String {
+    if place.is_dir() {
+        return fs::read_dir(place).unwrap().map(|entry| code_in(&entry.unwrap().path())).collect();
+    }
+    if place.extension().is_none_or(|e| e != "rs") {
+        return String::new();
+    }
+    let text = fs::read_to_string(place).unwrap();
+    text.lines().filter(|line| !line.trim_start().starts_with("//")).flat_map(|line| [line, "\n"]).collect()
+}
+
 /// The command parses arguments, shows progress and prints. Everything else is the library's.
 #[test]
 fn the_command_uses_the_library_and_the_documents_alone() {

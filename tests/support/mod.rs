@@ -4,6 +4,7 @@ pub mod axis;
 pub mod axis_template;
 pub mod bench_equations;
 pub mod command;
+pub mod coupling;
 pub mod everything;
 pub mod finite_elements;
 pub mod frf_set;

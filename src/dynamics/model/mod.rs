@@ -7,7 +7,6 @@
 mod assembled_model;
 mod assembly;
 mod beam;
-pub mod coupling;
 mod derived;
 mod elimination;
 mod energy;

@@ -22,12 +22,6 @@ pub enum ModelError {
         /// The points that move.
         part: String,
     },
-    /// A method needs inertia at every point, but a point has none.
-    #[error("point «{name}» has neither inertia nor shaft, but receptance coupling needs one of them; use the direct assembly")]
-    Massless {
-        /// Name of the point.
-        name: String,
-    },
 }
 
 /// Representation of rods.
