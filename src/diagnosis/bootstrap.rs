@@ -10,7 +10,7 @@ use super::fit::{Fitted, Fitter, coordinates_of, values_of};
 use super::hypothesis::Hypothesis;
 use super::null_distribution::redraw_records;
 use identification::Place;
-use identification::objective::{Deviation, FrfGap, FrfObjective, FrfRecord, FrfSettings, ModeObjective, ModeSettings};
+use identification::objective::{Deviation, FrfObjective, FrfRecord, FrfSettings, ModeObjective, ModeSettings};
 use long_work::Control;
 use measurement::{HoldOutSet, MeasurementSet, ModeTable};
 use numeric::random::normal;
@@ -82,8 +82,7 @@ fn closed_of_drawn_frfs(
         let start = coordinates_of(&described.objective(hypothesis).ok()?, fitted);
         let place = Place(least_squares_within(&own, &start, &[], (STEPS, 1e-3), control.stop()).place);
         let there = coarse(described.objective_for_held_out(hypothesis, held_out).ok()?)?.shifted(&held_out_change);
-        let part = |g: FrfGap| PartialGap { position: None, frf: Some(g.frf), gap: g.gap, floor: g.noise_floor, count: g.lines };
-        Some(there.gaps(&own.parameters(&place), own.gain(&place)).into_iter().map(part).collect())
+        Some(there.gaps(&own.parameters(&place), own.gain(&place)).into_iter().map(PartialGap::from).collect())
     };
     closed(&gap(before)?, &gap(after)?)
 }

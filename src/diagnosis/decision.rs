@@ -21,11 +21,11 @@ use super::record_checks::fault_of_records;
 use super::screening::{Candidate, hypotheses, nominal, nominal_fits};
 use super::search::{Effort, large_misfit, search};
 use super::thresholds::Thresholds;
-use super::verdict::{NEXT_AT_LOCATION, Verdict, VerdictKind, impedance_of, nothing_fitted, p_value_text, percent_text};
+use super::verdict::{NEXT_AT_LOCATION, Verdict, VerdictKind, frozen_text, impedance_of, p_value_text, percent_text, with_first};
 use identification::ToleranceEstimate;
 use identification::objective::ObjectiveError;
 use long_work::Control;
-use machine::{Effect, EffectIds, Machine, Parameter};
+use machine::{Effect, EffectIds, Machine};
 use measurement::HoldOutSet;
 use numeric::parallel::OrFirstError;
 
@@ -324,18 +324,16 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     let DecisionInputs { limits, screening, tried, null, count, same, located, .. } = inputs;
     let nominal = (screening.nominal.clone(), screening.base.clone());
     let before = null.excess(screening.base.chi_square / count);
-    let state =
-        |kind, effects, reason, next_measurement| Verdict { kind, effects, faults: Vec::new(), confirmed: None, reason, next_measurement };
-    let unknown = |reason: String| state(VerdictKind::Unknown, Vec::new(), reason, Some(NEXT_AT_LOCATION.to_string()));
+    let unknown = |reason: String| Verdict::new(VerdictKind::Unknown, reason, Some(NEXT_AT_LOCATION.to_string()));
     if *count <= inputs.unknowns as f64 {
         let reason = format!("{count} numbers were measured for {} unknown parameters: any model would fit", inputs.unknowns);
         let next = Some("measure more modes, more positions, or a whole FRF at each position".to_string());
-        return Ok((state(VerdictKind::Insufficient, Vec::new(), reason, next), nominal));
+        return Ok((Verdict::new(VerdictKind::Insufficient, reason, next), nominal));
     }
     if let Some(fault) = inputs.faulty.filter(|fault| fault.is_certain()) {
         let (reason, next) = fault.fault_text(inputs.fitter.fit.set());
         let faults = fault.ids(inputs.fitter.fit.set());
-        return Ok((Verdict { faults, ..state(fault.verdict_kind(), Vec::new(), reason, Some(next)) }, nominal));
+        return Ok((Verdict { faults, ..Verdict::new(fault.verdict_kind(), reason, Some(next)) }, nominal));
     }
     // A generic impedance has no scale of its own in null simulations: it needs a clear reduction of χ².
     let generic = located.iter().filter(|c| c.fitted.is_some()).min_by(|a, b| a.chi_square().total_cmp(&b.chi_square()));
@@ -358,7 +356,7 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
         let best = best.map_or("none".to_string(), |t| format!("{}, {}{}", t.candidate.id, p_value_text(t.p_value), remark(t)));
         let reason =
             format!("the residual is consistent with null simulations of this machine and layout (most significant candidate: {best})");
-        return Ok((state(VerdictKind::None, Vec::new(), reason, None), nominal));
+        return Ok((Verdict::new(VerdictKind::None, reason, None), nominal));
     }
     let best = &tried[0];
     let release = tried.iter().find(|t| {
@@ -371,14 +369,13 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
         let (id, parameter) = (&found.candidate.id, &hypothesis.machine.parameters[hypothesis.added[0]]);
         let estimate = values_of(hypothesis, fitted)[hypothesis.added[0]];
         let share = percent_text(100.0 * found.candidate.gain / screening.base.chi_square);
-        let Parameter { start, unit, .. } = parameter;
-        let reason =
-            format!("{id} was frozen at {start:.4e} {unit}; its estimate {estimate:.4e} reduces χ² by {share}: no effect is needed");
-        let next = Some(format!("identify without freezing {id}"));
-        return Ok((state(VerdictKind::WrongParameter, Vec::new(), reason, next), (hypothesis.clone(), fitted.clone())));
+        let reason = format!("{} reduces χ² by {share}: no effect is needed", frozen_text(parameter, estimate));
+        return Ok((Verdict::wrong_parameter(id, reason), (hypothesis.clone(), fitted.clone())));
     }
-    let Some((hypothesis, fitted)) = best.candidate.fitted.clone() else { return Ok((nothing_fitted(before), nominal)) };
-    let mut chosen = (hypothesis, fitted);
+    let Some(mut chosen) = best.candidate.fitted.clone() else {
+        let reason = format!("no candidate could be fitted; the misfit is {before:.1} times that of null simulations");
+        return Ok((Verdict::new(VerdictKind::Unknown, reason, None), nominal));
+    };
     let mut names = chosen.0.effects.clone();
     let excess = |chosen: &(Hypothesis, Fitted)| null.excess(chosen.1.chi_square / count);
     // Add effects, and what refines them, as long as each explains a significant share of the residual.
@@ -408,16 +405,15 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
             if names.len() > 1 { format!(", and the model lacks {}", names.after_first().join(" and ")) } else { String::new() }
         );
         let next = Some(format!("identify without freezing {}, then diagnose again", best.candidate.id));
-        return Ok((state(VerdictKind::WrongParameter, Vec::new(), reason, next), chosen));
+        return Ok((Verdict::new(VerdictKind::WrongParameter, reason, next), chosen));
     }
     // Alternatives of the first effect are alternatives in the combination, too.
-    let combined = |id: &String| names.after_first().iter().fold(EffectIds::single(id), |all, more| all.with(more));
     let is_effect = |t: &&TriedEffect| t.candidate.fitted.as_ref().is_some_and(|f| f.0.kind == HypothesisKind::Effect);
     let mut alternatives: Vec<EffectIds> = Vec::new();
     for t in same.iter().map(|at| &tried[*at]).filter(is_effect).filter(|t| !names.after_first().contains(&t.candidate.id)) {
         let rival = t.candidate.fitted.as_ref().filter(|(hypothesis, _)| is_detailed && hypothesis.effects.first() != names.first());
         if rival.map_or(Ok(true), |rival| inputs.reaches(rival, &chosen.1))? {
-            alternatives.push(combined(&t.candidate.id));
+            alternatives.push(with_first(&t.candidate.id, &names));
         }
     }
     let least = if after < GENERIC_BETTER * generic_excess { LEAST_REDUCTION.0 } else { LEAST_REDUCTION.1 };
@@ -473,16 +469,7 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     let rest =
         if after > limits.continue_from { format!("; a misfit {after:.1} times that of null simulations remains") } else { String::new() };
     let reason = format!("{stated} reduces χ² by {gained}{predicted} ({}){others}{rest}", p_value_text(best.p_value));
-    let verdict = if alternatives.len() < 2 {
-        state(VerdictKind::Effect, vec![names], reason, None)
-    } else {
-        let others: Vec<String> = alternatives[1..].iter().map(EffectIds::to_string).collect();
-        let reason = format!("{reason}; these data cannot distinguish it from {}", others.join(", "));
-        let next = same
-            .iter()
-            .find_map(|at| inputs.effects.iter().find(|e| e.id == tried[*at].candidate.id))
-            .and_then(|e| e.discriminating_test.clone());
-        state(VerdictKind::Ambiguous, alternatives, reason, next)
-    };
-    Ok((verdict, chosen))
+    let explanations = if alternatives.len() < 2 { vec![names] } else { alternatives };
+    let ids = same.iter().map(|at| tried[*at].candidate.id.as_str());
+    Ok((Verdict::naming(explanations, reason, inputs.effects, ids), chosen))
 }

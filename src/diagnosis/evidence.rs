@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::hypothesis::Hypothesis;
 use identification::Place;
 use identification::objective::{
-    Deviation, FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, ModeSquares, ObjectiveError, PositionPrediction,
+    Deviation, FrfGap, FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, ModeSquares, ObjectiveError, PositionPrediction,
 };
 use machine::ParameterValues;
 use measurement::{FitSet, HoldOutSet};
@@ -47,6 +47,12 @@ pub struct PartialGap {
     pub floor: Option<f64>,
     /// Number of lines, or of modes.
     pub count: usize,
+}
+
+impl From<FrfGap> for PartialGap {
+    fn from(of: FrfGap) -> Self {
+        PartialGap { position: None, frf: Some(of.frf), gap: of.gap, floor: of.noise_floor, count: of.lines }
+    }
 }
 
 /// Returns the gap over parts, weighted by their lines.
@@ -233,13 +239,7 @@ pub fn gaps(
                 return Ok(Vec::new());
             }
             let objective = FrfObjective::held_out(&hypothesis.machine, data, settings)?;
-            let part = |g: identification::objective::FrfGap| PartialGap {
-                position: data.set().frfs[g.frf].position,
-                frf: Some(g.frf),
-                gap: g.gap,
-                floor: g.noise_floor,
-                count: g.lines,
-            };
+            let part = |g: FrfGap| PartialGap { position: data.set().frfs[g.frf].position, ..g.into() };
             Ok(objective.gaps(parameters, gain).into_iter().map(part).collect())
         }
         Domain::Modes(settings) => {

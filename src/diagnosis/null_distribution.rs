@@ -61,7 +61,7 @@ pub(crate) fn excess(misfit: f64, simulated: &[f64]) -> f64 {
 }
 
 /// Null distribution of the reduction of χ².
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct NullDistribution {
     /// Scale of the reduction of χ² by each candidate, by id.
     pub scales: Vec<(String, f64)>,
@@ -82,7 +82,7 @@ impl NullDistribution {
         let mut largest: Vec<f64> = (0..LINEAR_DRAWS).map(|_| added.iter().map(|count| one(*count)).fold(0.0, f64::max)).collect();
         largest.sort_by(f64::total_cmp);
         let scales = candidates.iter().zip(&added).map(|((h, _), count)| (h.id(), *count as f64)).collect();
-        NullDistribution { scales, largest, fitted: Vec::new(), misfit: Vec::new() }
+        NullDistribution { scales, largest, ..Default::default() }
     }
 
     /// Returns the scale of a candidate; the least scale for a candidate without simulations.
@@ -138,7 +138,7 @@ pub fn simulate(
     };
     let directions: Vec<Directions> = candidates.par_iter().zip(&objectives).map(of).collect();
     if control.stopped() {
-        return Ok(NullDistribution { scales: Vec::new(), largest: Vec::new(), fitted: Vec::new(), misfit: Vec::new() });
+        return Ok(NullDistribution::default());
     }
     let noise = noise_of(&objective, &here, place.len());
     // Discrepancies change the machine with tolerances as stated, and tolerances absorb them there: a fit that lacks an effect may have moved them far.
@@ -342,12 +342,8 @@ mod tests {
     /// p-values count the draws that were made, and no statistic is rarer than one in all of them.
     #[test]
     fn limit_p_values_count_draws() {
-        let mut null = NullDistribution {
-            scales: Vec::new(),
-            largest: (1..=999).map(|x| f64::from(x) / 100.0).collect(),
-            fitted: vec![2.0; 40],
-            misfit: Vec::new(),
-        };
+        let largest = (1..=999).map(|x| f64::from(x) / 100.0).collect();
+        let mut null = NullDistribution { largest, fitted: vec![2.0; 40], ..Default::default() };
         // The median of full fits is below that of the linear draws, 5: these count as they are.
         for (statistic, p) in [(0.0, 1.0), (5.0, 0.501), (9.99, 0.002), (10.0, 0.001), (1e9, 0.001)] {
             assert!((null.p_value(statistic) - p).abs() < 1e-12, "{statistic}: {} instead of {p}", null.p_value(statistic));

@@ -2,7 +2,7 @@
 
 use super::hypothesis::HypothesisKind;
 use super::screening::Candidate;
-use machine::EffectIds;
+use machine::{Effect, EffectIds, Parameter};
 
 /// Next measurement where an effect is missing at a known location.
 pub(super) const NEXT_AT_LOCATION: &str = "mount an accelerometer at that location and strike there, too";
@@ -69,10 +69,32 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// Returns the verdict «insufficient».
-    pub(super) fn insufficient(reason: String, next_measurement: Option<String>) -> Verdict {
-        let kind = VerdictKind::Insufficient;
+    /// Returns a verdict that names no effect.
+    pub(super) fn new(kind: VerdictKind, reason: String, next_measurement: Option<String>) -> Verdict {
         Verdict { kind, effects: Vec::new(), faults: Vec::new(), confirmed: None, reason, next_measurement }
+    }
+
+    /// Returns the verdict «wrong-parameter» on a parameter that was frozen, for a reason.
+    pub(super) fn wrong_parameter(id: &str, reason: String) -> Verdict {
+        Verdict::new(VerdictKind::WrongParameter, reason, Some(format!("identify without freezing {id}")))
+    }
+
+    /// Returns the verdict «effect» on one explanation, «ambiguous» on several, for a reason. `ids` are those of the first effects of each; the next
+    /// measurement is that of the first of them that the library has.
+    pub(super) fn naming<'i>(
+        explanations: Vec<EffectIds>,
+        reason: String,
+        library: &[Effect],
+        mut ids: impl Iterator<Item = &'i str>,
+    ) -> Verdict {
+        let [_, others @ ..] = explanations.as_slice() else { return Verdict::new(VerdictKind::Unknown, reason, None) };
+        if others.is_empty() {
+            return Verdict { effects: explanations, ..Verdict::new(VerdictKind::Effect, reason, None) };
+        }
+        let others: Vec<String> = others.iter().map(EffectIds::to_string).collect();
+        let reason = format!("{reason}; these data cannot distinguish it from {}", others.join(", "));
+        let next = ids.find_map(|id| library.iter().find(|e| e.id == id)).and_then(|e| e.discriminating_test.clone());
+        Verdict { effects: explanations, ..Verdict::new(VerdictKind::Ambiguous, reason, next) }
     }
 
     /// Returns the verdict with whether held-out data speak for its effects for certain. Where they do not, no effect is named, be it one or a set of which
@@ -117,10 +139,14 @@ impl Verdict {
     }
 }
 
-/// Returns the verdict of a diagnosis in which no candidate could be fitted.
-pub(super) fn nothing_fitted(before: f64) -> Verdict {
-    let reason = format!("no candidate could be fitted; the misfit is {before:.1} times that of null simulations");
-    Verdict { kind: VerdictKind::Unknown, effects: Vec::new(), faults: Vec::new(), confirmed: None, reason, next_measurement: None }
+/// Describes a parameter that was frozen, and its estimate.
+pub(super) fn frozen_text(Parameter { id, start, unit, .. }: &Parameter, estimate: f64) -> String {
+    format!("{id} was frozen at {start:.4e} {unit}; its estimate {estimate:.4e}")
+}
+
+/// Returns a combination of effects with another first one.
+pub(super) fn with_first(id: &str, names: &EffectIds) -> EffectIds {
+    names.after_first().iter().fold(EffectIds::single(id), |all, more| all.with(more))
 }
 
 /// Returns the interface of a generic impedance and the word for its shape; `None` for other candidates.
@@ -152,12 +178,8 @@ mod tests {
     #[test]
     fn what_held_out_data_do_not_confirm_is_not_named() {
         let of = |kind, ids: &[&str]| Verdict {
-            kind,
             effects: ids.iter().copied().map(EffectIds::single).collect(),
-            faults: Vec::new(),
-            confirmed: None,
-            reason: "it reduces χ² by 1 %".into(),
-            next_measurement: None,
+            ..Verdict::new(kind, "it reduces χ² by 1 %".into(), None)
         };
         for (kind, ids) in [(VerdictKind::Effect, &["screw-lead"][..]), (VerdictKind::Ambiguous, &["screw-lead", "frf-gain"])] {
             let named = of(kind, ids).judged_by_held_out(true, "no");
@@ -175,14 +197,7 @@ mod tests {
     #[test]
     fn another_cause_is_stated_whether_an_effect_is_named_or_not() {
         let other = || Some(("low-pass".to_string(), ("low pass at 5 kHz".to_string(), "measure one record again".to_string())));
-        let of = |kind, effects| Verdict {
-            kind,
-            effects,
-            faults: Vec::new(),
-            confirmed: None,
-            reason: "it is so".into(),
-            next_measurement: None,
-        };
+        let of = |kind, effects| Verdict { effects, ..Verdict::new(kind, "it is so".into(), None) };
         let named = of(VerdictKind::Effect, vec![EffectIds::single("screw-lead")]).or_else(other());
         assert_eq!((named.kind, named.effects.len(), named.reason.contains("low pass at 5 kHz")), (VerdictKind::Ambiguous, 2, true));
         let unnamed = of(VerdictKind::Unknown, Vec::new()).or_else(other());

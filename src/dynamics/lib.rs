@@ -4,5 +4,6 @@
 //! The crate knows nothing of fitting: a machine and values of its parameters go in, predictions come out.
 
 pub mod inverse_dynamics;
+mod law;
 pub mod model;
 pub mod motion;

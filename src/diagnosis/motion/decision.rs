@@ -5,7 +5,7 @@ use super::data_fault::Contradiction;
 use super::free_function::LocatedMotion;
 use super::screening::releases;
 use super::selection::{ALPHA, NEARLY_ALL, RARE, SelectionStep};
-use crate::verdict::p_value_text;
+use crate::verdict::{frozen_text, p_value_text, with_first};
 use crate::{Verdict, VerdictKind};
 use identification::motion::ForceFit;
 use machine::{EffectIds, Mechanism, Parameter};
@@ -82,37 +82,25 @@ fn at_fault(records: &[Contradiction]) -> Verdict {
     let reason = records.iter().map(|f| f.description.clone()).collect::<Vec<_>>().join("; ");
     let which = records.iter().map(|f| f.name.as_str()).collect::<Vec<_>>().join(" or ");
     let next = format!("record {which} again with force and position on one clock; exclude it until then");
-    Verdict {
-        confirmed: None,
-        kind: VerdictKind::Measurement,
-        effects: Vec::new(),
-        faults: ids(records),
-        reason,
-        next_measurement: Some(next),
-    }
+    Verdict { faults: ids(records), ..Verdict::new(VerdictKind::Measurement, reason, Some(next)) }
 }
 
 /// Returns the verdict that the fitted records give.
 fn explanation(inputs: &MotionDecisionInputs<'_>) -> Verdict {
     let MotionDecisionInputs { context, first, base, chosen, names, loss: chosen_loss, full_fits, named, same, located, .. } = inputs;
-    let state = |kind: VerdictKind, effects: Vec<EffectIds>, reason: String, next: Option<String>| Verdict {
-        confirmed: None,
-        kind,
-        effects,
-        faults: Vec::new(),
-        reason,
-        next_measurement: next,
-    };
-    let no_effect = |reason: String| state(VerdictKind::None, Vec::new(), reason, None);
+    let no_effect = |reason: String| Verdict::new(VerdictKind::None, reason, None);
     let left = |of: &ForceFit| of.squares / base.1.squares;
     let free = first.best_free();
     let free_loss = free.map_or(f64::INFINITY, |f| 1.0 - f.gain);
     let place =
         located.first().map_or("?".into(), |l| l.column.as_ref().map_or(l.over.to_string(), |column| format!("{} in {column}", l.over)));
     let compared = if located.first().is_some_and(|l| l.column.is_some()) { "the transmission error" } else { "the force" };
-    let next_motion = || Some(format!("record the same motion at other speeds and loads: the residual of {compared} depends on {place}"));
+    let unknown = |reason: String| {
+        let next = format!("record the same motion at other speeds and loads: the residual of {compared} depends on {place}");
+        Verdict::new(VerdictKind::Unknown, reason, Some(next))
+    };
     let Some(best) = first.best_effect() else {
-        return state(VerdictKind::Unknown, Vec::new(), "no candidate applies to this machine and these records".into(), None);
+        return Verdict::new(VerdictKind::Unknown, "no candidate applies to this machine and these records".into(), None);
     };
     if names.is_empty() {
         let (id, gain) = (first.id(best), first.ranked[best].gain);
@@ -125,7 +113,7 @@ fn explanation(inputs: &MotionDecisionInputs<'_>) -> Verdict {
                 p_value_text(first.null.p_value_free(free)),
                 100.0 * gain.max(0.0)
             );
-            return state(VerdictKind::Unknown, Vec::new(), reason, next_motion());
+            return unknown(reason);
         }
         let (p, least) = (first.null.p_value(&first.ranked[best]), context.least(first, id));
         let shows = full_fits[best].as_ref().is_some_and(|next| context.shows(first, best, next, base));
@@ -135,7 +123,7 @@ fn explanation(inputs: &MotionDecisionInputs<'_>) -> Verdict {
         );
         let not_confirmed = format!("{reduction}, but in the joint fit without nuisance parameters it reduces the misfit much less");
         if p < ALPHA && gain >= least.max(LEAST_FREE) && shows {
-            return state(VerdictKind::Unknown, Vec::new(), not_confirmed, next_motion());
+            return unknown(not_confirmed);
         }
         if let Some((nuisance, size)) = &first.implausible {
             let reason = format!(
@@ -143,7 +131,7 @@ fn explanation(inputs: &MotionDecisionInputs<'_>) -> Verdict {
                  explains it (best: {id}, {:.0} %)",
                 100.0 * gain.max(0.0)
             );
-            return state(VerdictKind::Unknown, Vec::new(), reason, next_motion());
+            return unknown(reason);
         }
         if p < ALPHA && gain >= least {
             return no_effect(not_confirmed);
@@ -167,8 +155,7 @@ fn explanation(inputs: &MotionDecisionInputs<'_>) -> Verdict {
         let ranked = &first.ranked[at];
         let estimate = full_fits[at].as_ref().map_or(String::new(), |(h, f)| {
             let index = h.added[0];
-            let p = &h.machine.parameters[index];
-            format!("{} was frozen at {:.4e} {}; its estimate {:.4e}", p.id, p.start, p.unit, f.values[index])
+            frozen_text(&h.machine.parameters[index], f.values[index])
         });
         let more = names.len() > 1 && at == best;
         let reason = format!(
@@ -180,8 +167,7 @@ fn explanation(inputs: &MotionDecisionInputs<'_>) -> Verdict {
                 ": no effect is needed".into()
             }
         );
-        let next = Some(format!("identify without freezing {}", first.id(at)));
-        return state(VerdictKind::WrongParameter, Vec::new(), reason, next);
+        return Verdict::wrong_parameter(first.id(at), reason);
     }
     // Compare the chosen effects with the best free function.
     if free_loss < DOUBTFUL * chosen_loss && *chosen_loss > DOUBTFUL * DOUBTFUL {
@@ -191,7 +177,7 @@ fn explanation(inputs: &MotionDecisionInputs<'_>) -> Verdict {
             100.0 * chosen_loss,
             100.0 * free_loss
         );
-        return state(VerdictKind::Unknown, Vec::new(), reason, next_motion());
+        return unknown(reason);
     }
     let leading = names.first().unwrap_or_default();
     let reason = format!(
@@ -204,7 +190,6 @@ fn explanation(inputs: &MotionDecisionInputs<'_>) -> Verdict {
             String::new()
         }
     ) + &amounts(context, chosen);
-    let combined = |id: String| names.after_first().iter().fold(EffectIds::single(id), |all, more| all.with(more));
     let alternatives: Vec<EffectIds> = std::iter::once(leading.to_string())
         .chain(
             same.iter()
@@ -212,16 +197,9 @@ fn explanation(inputs: &MotionDecisionInputs<'_>) -> Verdict {
                 .chain(first.confusable_unidentifiable(context.effects, leading))
                 .filter(|id| !names.contains(id)),
         )
-        .map(combined)
+        .map(|id| with_first(&id, names))
         .collect();
-    if alternatives.len() == 1 {
-        return state(VerdictKind::Effect, alternatives, reason, None);
-    }
-    let others: Vec<String> = alternatives[1..].iter().map(EffectIds::to_string).collect();
-    let reason = format!("{reason}; these data cannot distinguish it from {}", others.join(", "));
-    let next =
-        same.iter().find_map(|at| context.effects.iter().find(|e| e.id == first.id(*at))).and_then(|e| e.discriminating_test.clone());
-    state(VerdictKind::Ambiguous, alternatives, reason, next)
+    Verdict::naming(alternatives, reason, context.effects, same.iter().map(|at| first.id(*at)))
 }
 
 /// Formats the parameters of the chosen effects where extra measuring points were recorded; short lengths in µm.

@@ -260,19 +260,16 @@ pub fn diagnose_motion(
         .par_iter()
         .filter_map(|r| {
             let candidate = &first.screening.candidates[r.candidate];
-            let (over, shape) = candidate.free?;
-            let interface = places.of(over, candidate.column.as_deref());
+            let variable = candidate.free?;
+            let function = functions.iter().find(|f| f.variable == variable && f.column == candidate.column);
             Some(LocatedMotion {
-                interface,
+                interface: places.of(variable, candidate.column.as_deref()),
                 column: candidate.column.clone(),
-                over,
-                shape,
+                over: variable.word(),
+                shape: variable.shape(),
                 gain: r.gain,
                 p_value: first.null.p_value_free(r),
-                gap_held_out: functions
-                    .iter()
-                    .find(|f| f.over == over && f.column == candidate.column)
-                    .and_then(|function| gap_with(function, &base, (&context, &other_data))),
+                gap_held_out: function.and_then(|function| gap_with(function, &base, (&context, &other_data))),
             })
         })
         .collect();
@@ -318,7 +315,7 @@ pub fn diagnose_motion(
     };
     let verdict = if control.stopped() {
         let reason = "stopped before enough null simulations were drawn to decide on significance".to_string();
-        with_force_faults(Verdict::insufficient(reason, None), &force_faults)
+        with_force_faults(Verdict::new(VerdictKind::Insufficient, reason, None), &force_faults)
     } else {
         verdict
     };
@@ -450,7 +447,7 @@ fn insufficient(
         shifts: Vec::new(),
         contradictions: Vec::new(),
         force_faults: texts(force_faults),
-        verdict: with_force_faults(Verdict::insufficient(why, next), force_faults),
+        verdict: with_force_faults(Verdict::new(VerdictKind::Insufficient, why, next), force_faults),
         phase: None,
         loss: 1.0,
         complete: true,

@@ -9,7 +9,7 @@ use machine::Machine;
 
 /// Variable of a free function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Variable {
+pub enum Variable {
     Speed,
     Position,
     PositionAndDirection,
@@ -29,7 +29,7 @@ impl Variable {
     ];
 
     /// Returns its name.
-    fn word(self) -> &'static str {
+    pub fn word(self) -> &'static str {
         match self {
             Variable::Speed => "speed",
             Variable::Position => "position",
@@ -41,7 +41,7 @@ impl Variable {
     }
 
     /// Returns the form of dynamic stiffness that a function of it resembles.
-    fn shape(self) -> &'static str {
+    pub fn shape(self) -> &'static str {
         match self {
             Variable::Speed => "damping",
             Variable::Position => "stiffness",
@@ -73,13 +73,9 @@ impl Variable {
 pub(super) struct FreeFunction {
     /// Extra channel whose error it describes; `None` for the force.
     pub column: Option<String>,
-    /// Variable of the function.
-    pub over: &'static str,
-    /// Form of dynamic stiffness that it resembles.
-    pub shape: &'static str,
     /// Its columns.
     pub columns: DMatrix<f64>,
-    variable: Variable,
+    pub variable: Variable,
     knots: Vec<f64>,
     /// Knots that have a column.
     used: Vec<usize>,
@@ -141,9 +137,8 @@ pub(super) fn free_functions(data: &MotionData<'_>) -> Vec<FreeFunction> {
             let columns = (0..knots.len()).map(|at| hat_column(data, channel, variable, &knots, at));
             let (used, columns): (Vec<usize>, Vec<DVector<f64>>) = columns.enumerate().filter(|(_, column)| column.norm() > 0.0).unzip();
             if !columns.is_empty() {
-                let (over, shape) = (variable.word(), variable.shape());
-                let columns = DMatrix::from_columns(&columns);
-                functions.push(FreeFunction { column: channel.map(str::to_string), over, shape, columns, variable, knots, used });
+                let (column, columns) = (channel.map(str::to_string), DMatrix::from_columns(&columns));
+                functions.push(FreeFunction { column, columns, variable, knots, used });
             }
         }
     }
@@ -220,11 +215,11 @@ impl<'p> ForceLocations<'p> {
 
     /// Returns the location of a free function. Errors of an extra channel arise at its point, forces depending on acceleration at the largest
     /// inertia, all others at the largest friction.
-    pub fn of(&self, over: &str, column: Option<&str>) -> String {
+    pub fn of(&self, over: Variable, column: Option<&str>) -> String {
         let further = |name: &str| self.motions.iter().flat_map(|m| &m.extra_channels).find(|f| f.column == name).map(|f| f.point);
         let point = match column {
             Some(column) => further(column),
-            None if over == "acceleration" => self.heaviest,
+            None if over == Variable::Acceleration => self.heaviest,
             None => None,
         };
         point.map_or_else(|| self.friction_location.clone(), |p| self.machine.points[p].name.clone())

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::data::{MotionData, side_by_side};
 use super::design::{CandidateDesign, Forces, INDEPENDENT, SharedDesign, Solved};
-use super::free_function::free_functions;
+use super::free_function::{Variable, free_functions};
 use super::grid::{LinearParameter, grid, small};
 use super::nuisance::{Nuisance, columns_of, nuisances};
 use super::residual_bootstrap::ResidualBootstrap;
@@ -30,8 +30,8 @@ pub struct MotionCandidate {
     pub status: Status,
     /// The machine with it; `None` for a free function.
     pub hypothesis: Option<Hypothesis>,
-    /// For a free function: its variable, and the form of dynamic stiffness that it resembles.
-    pub free: Option<(&'static str, &'static str)>,
+    /// For a free function: its variable.
+    pub free: Option<Variable>,
     /// For a free function of an extra channel: the name of the channel.
     pub column: Option<String>,
     /// The effect applies, but the machine's own parameters reproduce its influence on these records.
@@ -293,30 +293,21 @@ impl MotionScreening {
                     let why = "these records do not identify it: the machine's own parameters have the same influence";
                     return MotionCandidate { unidentifiable: true, ..without(hypothesis.id(), Status::NotApplicable(why.into())) };
                 }
-                MotionCandidate {
-                    id: hypothesis.id(),
-                    status: Status::Tried,
-                    hypothesis: Some(hypothesis),
-                    free: None,
-                    column: None,
-                    unidentifiable: false,
-                    nodes,
-                }
+                let id = hypothesis.id();
+                MotionCandidate { hypothesis: Some(hypothesis), nodes, ..without(id, Status::Tried) }
             })
             .collect();
         let mut candidates = made;
         for shape in functions {
             if let Some(design) = CandidateDesign::new(data, &bases[0], &here, &shape.columns, shape.ridge(), Vec::new()) {
                 let node = GridNode { values: Vec::new(), linear: Vec::new(), design };
-                let free = Some((shape.over, shape.shape));
+                let word = shape.variable.word();
                 candidates.push(MotionCandidate {
-                    id: shape.column.as_ref().map_or(shape.over.into(), |column| format!("{} of {column}", shape.over)),
+                    id: shape.column.as_ref().map_or(word.into(), |column| format!("{word} of {column}")),
                     column: shape.column,
-                    unidentifiable: false,
-                    status: Status::Tried,
-                    hypothesis: None,
-                    free,
+                    free: Some(shape.variable),
                     nodes: vec![node],
+                    ..without(String::new(), Status::Tried)
                 });
             }
         }
@@ -445,6 +436,7 @@ impl MotionScreening {
     }
 }
 
+/// Returns a candidate without a fit.
 fn without(id: String, status: Status) -> MotionCandidate {
     MotionCandidate { id, status, hypothesis: None, free: None, column: None, unidentifiable: false, nodes: Vec::new() }
 }

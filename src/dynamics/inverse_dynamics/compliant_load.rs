@@ -1,9 +1,9 @@
 //! The load behind a compliant joint, which follows the encoder by its own equation of motion.
 
 use super::backlash::contact_sides;
-use super::friction::FrictionForce;
 use super::preprocessing::MotionSignal;
 use super::rigid::Rigid;
+use crate::law::FrictionLaw;
 use machine::{Machine, Modifier as Scaled, Operating, Value};
 use numeric::filter::central_differences;
 
@@ -129,7 +129,7 @@ impl<'m> CompliantLoad<'m> {
             if ratio.abs() < 1e-12 || !self.is_beyond(&joint.on) {
                 continue;
             }
-            let mut law = FrictionForce::new(&joint.friction, &number);
+            let mut law = FrictionLaw::new(&joint.friction, &number);
             law.build_up_over(Rigid::PRESLIDING_TRAVEL_M * ratio.abs());
             fastest = fastest.max((law.stiffness * ratio * ratio / mass).sqrt());
             frictions.push(LoadFriction { ratio, viscous: number(&joint.damping), law, deflection: 0.0 });
@@ -249,7 +249,7 @@ fn between(motion: &MotionSignal, i: usize, s: f64) -> (f64, f64) {
 struct LoadFriction {
     ratio: f64,
     viscous: f64,
-    law: FrictionForce,
+    law: FrictionLaw,
     deflection: f64,
 }
 

@@ -1,9 +1,10 @@
 //! The force that a rigid machine requires for a motion.
 
 use super::compliant_load::CompliantLoad;
-use super::friction::{FrictionForce, FrictionMemory, Ripple, sign};
+use super::friction::{FrictionMemory, sign};
 use super::preprocessing::MotionSignal;
 use super::rigid::Rigid;
+use crate::law::{FrictionLaw, TravelWave};
 use machine::{Machine, Operating, Value};
 
 impl Rigid {
@@ -15,8 +16,8 @@ impl Rigid {
             .iter()
             .map(|joint| {
                 let ratio = self.ratio(&joint.on);
-                let mut law = FrictionForce::new(&joint.friction, &number);
-                law.wave = None;
+                let mut law = FrictionLaw::new(&joint.friction, &number);
+                law.wave = TravelWave::default();
                 let v = ratio * velocity_m_s;
                 ratio * (number(&joint.damping) * v + sign(v) * law.level(v, 0.0) + law.asymmetry * v.abs() + law.offset)
             })
@@ -81,8 +82,9 @@ impl Rigid {
         let number = |value: &Value| value.at(values, &Operating::default());
         let Some(drive) = &machine.drive else { return vec![0.0; motion.position_m.len()] };
         let mut force = self.balance(load, machine, values, motion, memory).force;
-        if let Some(ripple) = Ripple::new(&drive.ripple, &number) {
-            force.iter_mut().zip(&motion.position_m).for_each(|(f, x)| *f -= ripple.at(self.driven * x));
+        let ripple = TravelWave::new(&drive.ripple, &number);
+        if !ripple.is_flat() {
+            force.iter_mut().zip(&motion.position_m).for_each(|(f, x)| *f -= ripple.at(self.driven * x).0);
         }
         let factor = number(&drive.force_factor);
         force.iter_mut().for_each(|f| *f /= factor);
@@ -113,7 +115,7 @@ impl Rigid {
                 continue;
             }
             let damping = number(&joint.damping);
-            let law = FrictionForce::new(&joint.friction, &number);
+            let law = FrictionLaw::new(&joint.friction, &number);
             let along = || law.forces(ratio, &motion.velocity_m_s, &motion.position_m, motion.step_s);
             let mut against = memory.forces(at, &law, ratio, along);
             for ((sum, v), force) in sum.iter_mut().zip(&motion.velocity_m_s).zip(&mut against) {

@@ -1,6 +1,6 @@
-//! Friction laws and waves over the travel, with numerical parameters.
+//! Friction forces along a motion.
 
-use machine::{Friction, FrictionTable, Value, Wave};
+use crate::law::FrictionLaw;
 
 /// Returns the sign of a velocity: 1, −1, or 0.
 pub(super) fn sign(x: f64) -> f64 {
@@ -13,68 +13,15 @@ pub(super) fn sign(x: f64) -> f64 {
     }
 }
 
-/// A wave over the travel with numerical parameters.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Ripple {
-    cosine: f64,
-    sine: f64,
-    wave_number: f64,
-}
-
-impl Ripple {
-    /// Evaluates the parameters; `None` for zero amplitude.
-    pub fn new(wave: &Wave, number: &impl Fn(&Value) -> f64) -> Option<Self> {
-        let (cosine, sine, period) = (number(&wave.cosine), number(&wave.sine), number(&wave.period));
-        ((cosine != 0.0 || sine != 0.0) && period > 0.0).then(|| Ripple { cosine, sine, wave_number: std::f64::consts::TAU / period })
-    }
-
-    pub fn at(&self, x: f64) -> f64 {
-        let (sin, cos) = (self.wave_number * x).sin_cos();
-        self.cosine * cos + self.sine * sin
-    }
-}
-
-/// A friction law with numerical parameters.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct FrictionForce {
-    coulomb: f64,
-    pub offset: f64,
-    pub asymmetry: f64,
-    stribeck: f64,
-    velocity: f64,
-    exponent: f64,
-    pub stiffness: f64,
-    damping: f64,
-    table: FrictionTable,
-    pub wave: Option<Ripple>,
-    pub load_share: f64,
-}
-
-impl FrictionForce {
-    pub fn new(friction: &Friction, number: &impl Fn(&Value) -> f64) -> Self {
-        FrictionForce {
-            coulomb: number(&friction.coulomb),
-            offset: number(&friction.offset),
-            asymmetry: number(&friction.viscous_asymmetry),
-            stribeck: number(&friction.stribeck),
-            velocity: number(&friction.stribeck_velocity),
-            exponent: number(&friction.stribeck_exponent),
-            stiffness: number(&friction.presliding_stiffness),
-            damping: number(&friction.presliding_damping),
-            table: friction.table.clone(),
-            wave: Ripple::new(&friction.position, number),
-            load_share: number(&friction.load_share),
-        }
-    }
-
+impl FrictionLaw {
     /// Computes g(v, x): the friction level during sliding.
     pub fn level(&self, v: f64, x: f64) -> f64 {
         let mut level = self.coulomb + self.table.level(v);
         if self.stribeck != 0.0 && self.velocity > 0.0 {
             level += self.stribeck * (-(v.abs() / self.velocity).powf(self.exponent)).exp();
         }
-        if let Some(wave) = &self.wave {
-            level += wave.at(x);
+        if !self.wave.is_flat() {
+            level += self.wave.at(x).0;
         }
         level
     }
@@ -83,7 +30,7 @@ impl FrictionForce {
     /// deflection z follows ż = v − σ₀·|v|/g·z, exact over a step of constant v.
     pub fn forces(&self, ratio: f64, velocity: &[f64], position: &[f64], step_s: f64) -> Vec<f64> {
         let is_constant =
-            self.coulomb == 0.0 && self.stribeck == 0.0 && self.table.is_empty() && self.wave.is_none() && self.asymmetry == 0.0;
+            self.coulomb == 0.0 && self.stribeck == 0.0 && self.table.is_empty() && self.wave.is_flat() && self.asymmetry == 0.0;
         if is_constant {
             return vec![self.offset; velocity.len()];
         }
@@ -118,12 +65,12 @@ impl FrictionForce {
 #[derive(Debug, Default)]
 pub(super) struct FrictionMemory {
     /// By joint: law, ratio, and its forces.
-    last: Vec<Option<(FrictionForce, f64, Vec<f64>)>>,
+    last: Vec<Option<(FrictionLaw, f64, Vec<f64>)>>,
 }
 
 impl FrictionMemory {
     /// Returns the friction force of a joint along the motion of this memory, given by `of` for the law at this ratio.
-    pub fn forces(&mut self, joint: usize, law: &FrictionForce, ratio: f64, of: impl FnOnce() -> Vec<f64>) -> Vec<f64> {
+    pub fn forces(&mut self, joint: usize, law: &FrictionLaw, ratio: f64, of: impl FnOnce() -> Vec<f64>) -> Vec<f64> {
         if self.last.len() <= joint {
             self.last.resize_with(joint + 1, || None);
         }

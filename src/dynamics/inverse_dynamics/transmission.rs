@@ -5,9 +5,10 @@ use nalgebra::{DMatrix, DVector, Dyn, LU};
 use super::backlash::{contact_sides, position_in_backlash};
 use super::compliant_load::CompliantLoad;
 use super::force::Balance;
-use super::friction::{FrictionMemory, Ripple};
+use super::friction::FrictionMemory;
 use super::preprocessing::MotionSignal;
 use super::rigid::Rigid;
+use crate::law::TravelWave;
 use crate::model::matrices;
 use machine::{Joint, Machine, Operating, PointMotion as Kind, Value};
 
@@ -124,8 +125,8 @@ impl Rigid {
         let mut unstrained: Vec<(&Joint, Vec<f64>)> = Vec::new();
         for (index, joint) in machine.joints.iter().enumerate() {
             let (half, expansion) = (0.5 * number(&joint.gap), number(&joint.lead_error.growth));
-            let wave = Ripple::new(&joint.lead_error.wave, &number);
-            if !(number(&joint.stiffness) > 0.0) || (half == 0.0 && expansion == 0.0 && wave.is_none()) {
+            let wave = TravelWave::new(&joint.lead_error.wave, &number);
+            if !(number(&joint.stiffness) > 0.0) || (half == 0.0 && expansion == 0.0 && wave.is_flat()) {
                 continue;
             }
             let mut place = vec![0.0; motion.position_m.len()];
@@ -145,7 +146,7 @@ impl Rigid {
             if let Some((point, c)) = joint.on.iter().find(|(p, _)| machine.points[*p].motion == Kind::Translation) {
                 let ratio = self.point_ratio(*point);
                 for (e, x) in place.iter_mut().zip(&motion.position_m) {
-                    *e += c * expansion * ratio * x + wave.as_ref().map_or(0.0, |w| w.at(ratio * x));
+                    *e += c * expansion * ratio * x + wave.at(ratio * x).0;
                 }
             }
             unstrained.push((joint, place));

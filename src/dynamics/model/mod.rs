@@ -31,16 +31,13 @@ mod workspace;
 
 pub use assembled_model::AssembledModel;
 pub use derived::{derived, elastic_frequencies_hz};
-pub use energy::EnergyShare;
 pub use frequency_grid::{Frequencies, FrequencyGrid};
 pub use matrices::{Matrices, matrices};
-pub use mode_shape::ShaftDeflection;
 pub use modes::{UndampedMode, undamped_modes};
 pub use peak_search::PeakSearch;
 pub use peak_slopes::PeakSlopes;
 pub use peaks::{Peak, peaks, peaks_into};
 pub use sensitivity::Sensitivity;
 pub use simd::{ABREAST, Complexes, LANES, Reals};
-pub use solution::Row as FrequencyPoint;
 pub use structure::{ModelError, RodModel, Structure};
 pub use workspace::Workspace;

@@ -1,6 +1,6 @@
 //! Friction, backlash and waves as numerical elements on the coordinates of a plant.
 
-use machine::FrictionTable;
+use crate::law::{FrictionLaw, TravelWave};
 
 /// A linear combination Σ cᵢ·xᵢ of coordinates.
 pub type Combination = Vec<(usize, f64)>;
@@ -13,39 +13,6 @@ pub fn combine(of: &Combination, x: &[f64]) -> f64 {
 /// Subtracts force·c from the forces on the coordinates.
 pub fn apply_force(of: &Combination, force: f64, f: &mut [f64]) {
     of.iter().for_each(|&(i, c)| f[i] -= force * c);
-}
-
-/// A wave c·cos(ωx) + s·sin(ωx) over the travel.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct TravelWave {
-    pub cosine: f64,
-    pub sine: f64,
-    /// ω = 2π/period.
-    pub rate: f64,
-}
-
-impl TravelWave {
-    pub fn is_flat(&self) -> bool {
-        self.cosine == 0.0 && self.sine == 0.0
-    }
-
-    /// Computes value and slope.
-    pub fn at(&self, x: f64) -> (f64, f64) {
-        if self.is_flat() {
-            return (0.0, 0.0);
-        }
-        let (sin, cos) = (self.rate * x).sin_cos();
-        (self.cosine * cos + self.sine * sin, self.rate * (self.sine * cos - self.cosine * sin))
-    }
-
-    /// Computes the potential −∫ of the wave taken as a force, without its constant.
-    pub fn potential(&self, x: f64) -> f64 {
-        if self.is_flat() {
-            return 0.0;
-        }
-        let (sin, cos) = (self.rate * x).sin_cos();
-        (self.sine * cos - self.cosine * sin) / self.rate
-    }
 }
 
 /// The load of a load-dependent friction.
@@ -73,14 +40,7 @@ pub struct Bristle {
 pub struct FrictionElement {
     pub name: String,
     pub along: Combination,
-    pub coulomb: f64,
-    pub asymmetry: f64,
-    pub stribeck: f64,
-    pub velocity: f64,
-    pub exponent: f64,
-    pub table: FrictionTable,
-    pub wave: TravelWave,
-    pub load_share: f64,
+    pub law: FrictionLaw,
     pub load: AppliedLoad,
     pub bristle: Option<Bristle>,
 }
@@ -88,29 +48,30 @@ pub struct FrictionElement {
 impl FrictionElement {
     /// Whether its level is constant over velocity, position and load.
     pub fn is_level(&self) -> bool {
-        self.stribeck == 0.0 && self.table.is_empty() && self.wave.is_flat() && self.load_share == 0.0
+        self.law.stribeck == 0.0 && self.law.table.is_empty() && self.law.wave.is_flat() && self.law.load_share == 0.0
     }
 
     /// Computes the friction level g.
     pub fn level(&self, velocity: f64, position: f64, load: f64) -> f64 {
+        let law = &self.law;
         if self.is_level() {
-            return self.coulomb;
+            return law.coulomb;
         }
-        let stribeck = match self.stribeck {
+        let stribeck = match law.stribeck {
             0.0 => 0.0,
             excess => {
-                let x = velocity.abs() / self.velocity;
-                let power = if self.exponent == 1.0 {
+                let x = velocity.abs() / law.velocity;
+                let power = if law.exponent == 1.0 {
                     x
-                } else if self.exponent == 2.0 {
+                } else if law.exponent == 2.0 {
                     x * x
                 } else {
-                    x.powf(self.exponent)
+                    x.powf(law.exponent)
                 };
                 excess * (-power).exp()
             }
         };
-        (self.coulomb + stribeck + self.table.level(velocity) + self.wave.at(position).0 + self.load_share * load.abs()).max(0.0)
+        (law.coulomb + stribeck + law.table.level(velocity) + law.wave.at(position).0 + law.load_share * load.abs()).max(0.0)
     }
 }
 

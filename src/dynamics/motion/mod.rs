@@ -41,4 +41,4 @@ pub use reference::{Circle, Course, SCurve, Sine, contour_error};
 pub use run::simulate;
 pub use servo_impedance::{ServoImpedance, gains_of};
 pub use settings::SimulationSettings;
-pub use trace::{Energy, Event, EventKind, Trace, TraceSample};
+pub use trace::{Event, EventKind, Trace, TraceSample};

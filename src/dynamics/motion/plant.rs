@@ -1,11 +1,10 @@
 //! A machine as equations of motion: matrices on the coordinates with inertia, and the force elements between them.
 
-use std::f64::consts::TAU;
-
 use nalgebra::DMatrix;
 
-use super::force_element::{AppliedLoad, Bristle, Combination, FrictionElement, Gap, Lead, Relaxing, TravelWave, Winding, apply_force};
+use super::force_element::{AppliedLoad, Bristle, Combination, FrictionElement, Gap, Lead, Relaxing, Winding, apply_force};
 use super::{MotionError, SimulationSettings};
+use crate::law::{FrictionLaw, TravelWave};
 use crate::model::{Matrices, matrices};
 use machine::{Drive, Encoder, Joint, Machine, PointMotion, Value};
 
@@ -78,7 +77,7 @@ impl Plant {
         };
         plant.position = reading(&plant, &drive.position.encoder, "the position loop's encoder")?;
         plant.velocity = reading(&plant, &drive.velocity.encoder, "the velocity loop's encoder")?;
-        plant.ripple = wave(&drive.ripple, &at);
+        plant.ripple = TravelWave::new(&drive.ripple, &at);
         if let Some(motor) = &drive.motor {
             let q = plant.state();
             plant.winding = Some(Winding {
@@ -161,7 +160,7 @@ impl Plant {
     fn add_joint(&mut self, machine: &Machine, joint: &Joint, expanded: &Joint, at: &impl Fn(&Value) -> f64) -> Result<(), MotionError> {
         let (stiffness, damping) =
             (at(&joint.stiffness), at(&joint.damping) + machine.stiffness_proportional_damping_s * at(&joint.stiffness));
-        let (half, error) = (0.5 * at(&joint.gap), wave(&joint.lead_error.wave, at));
+        let (half, error) = (0.5 * at(&joint.gap), TravelWave::new(&joint.lead_error.wave, at));
         if half > 0.0 {
             if joint.relaxation_stiffness.is_some() {
                 let fault = format!("joint «{}» has backlash and a relaxing damper; describe them as two joints", joint.name);
@@ -197,22 +196,10 @@ impl Plant {
 
     fn add_friction(&mut self, machine: &Machine, joint: &Joint, at: &impl Fn(&Value) -> f64) -> Result<(), MotionError> {
         let f = &joint.friction;
-        let element = FrictionElement {
-            name: joint.name.clone(),
-            along: Vec::new(),
-            coulomb: at(&f.coulomb),
-            asymmetry: at(&f.viscous_asymmetry),
-            stribeck: at(&f.stribeck),
-            velocity: at(&f.stribeck_velocity),
-            exponent: at(&f.stribeck_exponent),
-            table: f.table.clone(),
-            wave: wave(&f.position, at),
-            load_share: at(&f.load_share),
-            load: AppliedLoad::Drive,
-            bristle: None,
-        };
-        let offset = at(&f.offset);
-        let has_friction = !element.is_level() || element.coulomb != 0.0 || element.asymmetry != 0.0;
+        let law = FrictionLaw::new(f, at);
+        let (offset, stiffness, damping) = (law.offset, law.stiffness, law.damping);
+        let element = FrictionElement { name: joint.name.clone(), along: Vec::new(), law, load: AppliedLoad::Drive, bristle: None };
+        let has_friction = !element.is_level() || element.law.coulomb != 0.0 || element.law.asymmetry != 0.0;
         if !has_friction && offset == 0.0 {
             return Ok(());
         }
@@ -226,7 +213,7 @@ impl Plant {
                 format!("joints «{}» and «{}» have friction on the same motion; describe one friction there", other.name, joint.name);
             return Err(MotionError::Input(fault));
         }
-        let load = match f.load_of.filter(|_| element.load_share > 0.0) {
+        let load = match f.load_of.filter(|_| element.law.load_share > 0.0) {
             None => AppliedLoad::Drive,
             Some(index) => {
                 let of = &machine.joints[index];
@@ -234,7 +221,6 @@ impl Plant {
                 AppliedLoad::Joint(self.along(machine, of)?, k, d, 0.5 * at(&of.gap))
             }
         };
-        let (stiffness, damping) = (at(&f.presliding_stiffness), at(&f.presliding_damping));
         let bristle = (stiffness > 0.0).then(|| Bristle { at: self.state(), stiffness, damping });
         self.frictions.push(FrictionElement { along, load, bristle, ..element });
         Ok(())
@@ -260,9 +246,4 @@ fn linear_machines(machine: &Machine, at: &impl Fn(&Value) -> f64) -> (Machine, 
         joint.damping = Value::number(0.0);
     }
     (open, closed)
-}
-
-fn wave(wave: &machine::Wave, at: &impl Fn(&Value) -> f64) -> TravelWave {
-    let period = at(&wave.period);
-    TravelWave { cosine: at(&wave.cosine), sine: at(&wave.sine), rate: if period > 0.0 { TAU / period } else { 0.0 } }
 }

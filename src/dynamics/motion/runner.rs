@@ -90,7 +90,8 @@ impl<'g> Runner<'g> {
         let mut max_scale = vec![f64::INFINITY; plant.states];
         for friction in &plant.frictions {
             // The level changes over the Stribeck velocity, and between the rows of a table.
-            let velocities = (friction.stribeck > 0.0).then_some(friction.velocity).into_iter().chain(friction.table.resolution());
+            let law = &friction.law;
+            let velocities = (law.stribeck > 0.0).then_some(law.velocity).into_iter().chain(law.table.resolution());
             for velocity in velocities {
                 friction.along.iter().for_each(|&(i, c)| max_scale[n + i] = max_scale[n + i].min(1e3 * velocity / c.abs()));
             }
@@ -278,14 +279,12 @@ impl<'g> Runner<'g> {
         let plant = &self.stepper.plant;
         let fastest =
             |friction: usize| plant.frictions[friction].along.iter().map(|&(i, c)| c.abs() * self.scale[plant.size + i]).sum::<f64>();
-        self.stepper.sliding_rates(&self.mode, &y, |friction, rate| margins.push((rate, ROUNDING * fastest(friction))));
-        self.stepper.gap_margins(&self.mode, &y, |gap, depth| {
+        margins.extend(self.stepper.sliding_rates(&self.mode, &y).map(|(friction, rate)| (rate, ROUNDING * fastest(friction))));
+        margins.extend(self.stepper.gap_margins(&self.mode, &y).map(|(gap, depth)| {
             let coordinates: f64 = plant.gaps[gap].along.iter().map(|&(i, c)| (c * y[i]).abs()).sum();
-            margins.push((depth, (ROUNDING * plant.gaps[gap].half).max(COORDINATE_ROUNDING * coordinates)));
-        });
-        let mut sticking = Vec::new();
-        self.stepper.sticking_forces(self.number, &self.mode, &y, self.input, |friction, force| sticking.push((friction, force)));
-        for (friction, force) in sticking {
+            (depth, (ROUNDING * plant.gaps[gap].half).max(COORDINATE_ROUNDING * coordinates))
+        }));
+        for (friction, force) in self.stepper.sticking_forces(self.number, &self.mode, &y, self.input) {
             let plant = &self.stepper.plant;
             let friction = &plant.frictions[friction];
             let slack = plant.slack(friction, &y, self.input);
@@ -302,18 +301,9 @@ impl<'g> Runner<'g> {
     /// Changes the mode of every law with a negative margin.
     fn switch_modes(&mut self, time_s: f64) -> Result<(), MotionError> {
         let before = self.mode.clone();
-        let mut stopped = Vec::new();
-        self.stepper.sliding_rates(&self.mode, &self.y, |friction, rate| {
-            if rate < 0.0 {
-                stopped.push(friction)
-            }
-        });
-        let mut changed = Vec::new();
-        self.stepper.gap_margins(&self.mode, &self.y, |gap, depth| {
-            if depth < 0.0 {
-                changed.push(gap)
-            }
-        });
+        let ended = |(at, margin): (usize, f64)| (margin < 0.0).then_some(at);
+        let stopped: Vec<usize> = self.stepper.sliding_rates(&self.mode, &self.y).filter_map(ended).collect();
+        let changed: Vec<usize> = self.stepper.gap_margins(&self.mode, &self.y).filter_map(ended).collect();
         for gap in changed {
             let plant = &self.stepper.plant;
             let stretch = plant.gaps[gap].stretch(&self.y[..plant.size]);
@@ -363,8 +353,7 @@ impl<'g> Runner<'g> {
     fn release(&mut self) -> Result<(), MotionError> {
         for _ in 0..=self.mode.frictions.len() {
             let y = std::mem::take(&mut self.y);
-            let mut sticking = Vec::new();
-            self.stepper.sticking_forces(self.number, &self.mode, &y, self.input, |friction, force| sticking.push((friction, force)));
+            let sticking = self.stepper.sticking_forces(self.number, &self.mode, &y, self.input);
             let plant = &self.stepper.plant;
             let over = |(friction, force): &(usize, f64)| {
                 let friction = &plant.frictions[*friction];

@@ -49,7 +49,7 @@ impl Plant {
     pub fn level(&self, friction: &FrictionElement, y: &[f64], input: Input) -> f64 {
         let (q, v) = y.split_at(self.size);
         let load = match &friction.load {
-            _ if friction.load_share == 0.0 => 0.0,
+            _ if friction.law.load_share == 0.0 => 0.0,
             AppliedLoad::Drive => self.winding.map_or(input[0], |w| w.force(y)) / self.drive_travel(),
             AppliedLoad::Joint(of, stiffness, damping, half) => {
                 let stretch = combine(of, q);
@@ -132,8 +132,8 @@ impl Plant {
                     apply_force(&friction.along, bristle.stiffness * z + bristle.damping * slip, force);
                 }
                 None => {
-                    let level = if friction.is_level() { friction.coulomb } else { 0.0 };
-                    apply_force(&friction.along, f64::from(*sign) * (level + friction.asymmetry * velocity), force);
+                    let level = if friction.is_level() { friction.law.coulomb } else { 0.0 };
+                    apply_force(&friction.along, f64::from(*sign) * (level + friction.law.asymmetry * velocity), force);
                 }
             }
         }
@@ -155,7 +155,7 @@ impl Plant {
                     rate[bristle.at] += correction;
                     apply_force(
                         &friction.along,
-                        bristle.damping * correction + friction.asymmetry * combine(&friction.along, v).abs(),
+                        bristle.damping * correction + friction.law.asymmetry * combine(&friction.along, v).abs(),
                         force,
                     );
                 }
@@ -242,11 +242,11 @@ impl Plant {
                     let z = y[bristle.at];
                     let slip = velocity - self.relaxation(friction, bristle.stiffness, y, input) * z;
                     lost += bristle.stiffness * z * (velocity - slip) + bristle.damping * slip * velocity;
-                    lost += friction.asymmetry * velocity.abs() * velocity;
+                    lost += friction.law.asymmetry * velocity.abs() * velocity;
                 }
                 None => {
                     let level = if friction.is_level() { 0.0 } else { self.level(friction, y, input) };
-                    lost += f64::from(*sign) * (level + friction.asymmetry * velocity) * velocity;
+                    lost += f64::from(*sign) * (level + friction.law.asymmetry * velocity) * velocity;
                 }
             }
         }
@@ -267,7 +267,9 @@ impl Plant {
     pub fn level_friction_loss_j(&self, mode: &ContactMode, from: &[f64], to: &[f64]) -> f64 {
         let level = self.frictions.iter().zip(&mode.frictions).filter(|(friction, _)| friction.is_level() && friction.bristle.is_none());
         level
-            .map(|(friction, sign)| f64::from(*sign) * friction.coulomb * (combine(&friction.along, to) - combine(&friction.along, from)))
+            .map(|(friction, sign)| {
+                f64::from(*sign) * friction.law.coulomb * (combine(&friction.along, to) - combine(&friction.along, from))
+            })
             .sum()
     }
 }

@@ -165,18 +165,16 @@ impl Stepper {
     }
 
     /// Computes the holding force of each sticking friction.
-    pub fn sticking_forces(&mut self, number: usize, mode: &ContactMode, y: &[f64], input: Input, mut each: impl FnMut(usize, f64)) {
+    pub fn sticking_forces(&mut self, number: usize, mode: &ContactMode, y: &[f64], input: Input) -> Vec<(usize, f64)> {
         if self.equations[number].sticking.is_empty() {
-            return;
+            return Vec::new();
         }
-        let mut force = std::mem::take(&mut self.force);
-        let mut rate = std::mem::take(&mut self.scratch[0]);
-        self.plant.forces(mode, y, input, StatePart::All, &mut force, &mut rate);
+        let (force, rate) = (&mut self.force, &mut self.scratch[0]);
+        self.plant.forces(mode, y, input, StatePart::All, force, rate);
         let equations = &self.equations[number];
-        for (at, row) in equations.sticking.iter().zip(equations.holding.chunks_exact(self.plant.size.max(1))) {
-            each(*at, -row.iter().zip(&force).map(|(r, f)| r * f).sum::<f64>());
-        }
-        (self.force, self.scratch[0]) = (force, rate);
+        let rows = equations.holding.chunks_exact(self.plant.size.max(1));
+        let holding = rows.map(|row| -row.iter().zip(&*force).map(|(r, f)| r * f).sum::<f64>());
+        equations.sticking.iter().copied().zip(holding).collect()
     }
 
     /// Removes the rates of sticking frictions from a state.
@@ -287,17 +285,16 @@ impl Stepper {
     }
 
     /// Computes the rate of each sliding friction in its direction of sliding.
-    pub fn sliding_rates(&self, mode: &ContactMode, y: &[f64], mut each: impl FnMut(usize, f64)) {
-        for (at, (friction, sign)) in self.plant.frictions.iter().zip(&mode.frictions).enumerate().filter(|(_, (_, sign))| **sign != 0) {
-            each(at, f64::from(*sign) * combine(&friction.along, &y[self.plant.size..]));
-        }
+    pub fn sliding_rates(&self, mode: &ContactMode, y: &[f64]) -> impl Iterator<Item = (usize, f64)> {
+        let sliding = self.plant.frictions.iter().zip(&mode.frictions).enumerate().filter(|(_, (_, sign))| **sign != 0);
+        sliding.map(|(at, (friction, sign))| (at, f64::from(*sign) * combine(&friction.along, &y[self.plant.size..])))
     }
 
     /// Computes the margin of each backlash to the end of its mode: depth of contact, or distance to the nearer side.
-    pub fn gap_margins(&self, mode: &ContactMode, y: &[f64], mut each: impl FnMut(usize, f64)) {
-        for (at, (gap, side)) in self.plant.gaps.iter().zip(&mode.gaps).enumerate() {
+    pub fn gap_margins(&self, mode: &ContactMode, y: &[f64]) -> impl Iterator<Item = (usize, f64)> {
+        self.plant.gaps.iter().zip(&mode.gaps).enumerate().map(|(at, (gap, side))| {
             let stretch = gap.stretch(&y[..self.plant.size]);
-            each(at, if *side == 0 { gap.half - stretch.abs() } else { f64::from(*side) * stretch - gap.half });
-        }
+            (at, if *side == 0 { gap.half - stretch.abs() } else { f64::from(*side) * stretch - gap.half })
+        })
     }
 }
