@@ -112,7 +112,7 @@ const RELEASE_EXCESS: f64 = 4.0;
 
 /// Diagnoses FRFs or modes. Of several effects with one id the one for FRFs is used ([`Effect::for_data`]).
 ///
-/// # Errors  as [`Fitter::objective`].
+/// # Errors  as [`identification::objective::FrfObjective::new`] and [`identification::objective::ModeObjective::new`].
 pub fn diagnose(
     machine: &Machine,
     effects: &[Effect],

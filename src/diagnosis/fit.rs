@@ -81,7 +81,7 @@ impl<'s> Fitter<'s> {
     }
 
     /// Whether a part of the method is disabled.
-    pub fn lacks(&self, part: Ablation) -> bool {
+    pub(super) fn lacks(&self, part: Ablation) -> bool {
         self.ablated.contains(&part)
     }
 
@@ -98,7 +98,7 @@ impl<'s> Fitter<'s> {
     }
 
     /// Whether the data to fit cover more than one value of an operating variable.
-    pub fn varies(&self, variable: OperatingVariable) -> bool {
+    pub(super) fn varies(&self, variable: OperatingVariable) -> bool {
         let Domain::Frf(_) = self.domain else { return false };
         let set = self.fit.set();
         let values = self.fit.frfs().iter().map(|at| variable.size(&operating(set, &set.frfs[*at])));
@@ -123,19 +123,19 @@ impl<'s> Fitter<'s> {
 
     /// Returns the fitter for other data of the set.
     #[must_use]
-    pub fn on(&self, fit: FitSet<'s>) -> Self {
+    pub(super) fn on(&self, fit: FitSet<'s>) -> Self {
         Fitter { fit, ..self.clone() }
     }
 
     /// Returns the blocks of cross-validation over positions (or records): retained and left-out data.
-    pub fn blocks(&self) -> Vec<(FitSet<'s>, FitSet<'s>)> {
+    pub(super) fn blocks(&self) -> Vec<(FitSet<'s>, FitSet<'s>)> {
         self.fit.blocks(matches!(self.domain, Domain::Frf(_)))
     }
 
     /// Returns the objective of a hypothesis. A parameter that the hypothesis releases is not frozen.
     ///
     /// # Errors  as [`DomainObjective::new`].
-    pub fn objective<'h>(&self, hypothesis: &'h Hypothesis) -> Result<DomainObjective<'h>, ObjectiveError> {
+    pub(super) fn objective<'h>(&self, hypothesis: &'h Hypothesis) -> Result<DomainObjective<'h>, ObjectiveError> {
         DomainObjective::new(hypothesis, &self.fit, self.domain, &self.frozen_in(hypothesis))
     }
 
@@ -162,7 +162,7 @@ impl<'s> Fitter<'s> {
     }
 
     /// Minimises χ² from given coordinates.
-    pub fn descend(&self, objective: &DomainObjective<'_>, from: &Fitted, steps: u64, control: &Control) -> Fitted {
+    pub(super) fn descend(&self, objective: &DomainObjective<'_>, from: &Fitted, steps: u64, control: &Control) -> Fitted {
         self.descend_until(objective, from, (steps, TOLERANCE), control)
     }
 
@@ -180,7 +180,7 @@ impl<'s> Fitter<'s> {
     /// the best of these on all lines. χ² cannot rise above that of the first base: the effect with amplitude zero is among the starts.
     ///
     /// # Errors  as [`DomainObjective::new`].
-    pub fn fit(&self, hypothesis: &Hypothesis, bases: &[Fitted], control: &Control) -> Result<Fitted, ObjectiveError> {
+    pub(super) fn fit(&self, hypothesis: &Hypothesis, bases: &[Fitted], control: &Control) -> Result<Fitted, ObjectiveError> {
         control.try_cached(&self.cache_key("fit", hypothesis, bases), || self.fit_uncached(hypothesis, bases, control))
     }
 
@@ -218,7 +218,7 @@ impl<'s> Fitter<'s> {
     /// joints lead elsewhere.
     ///
     /// # Errors  as [`DomainObjective::new`].
-    pub fn improved(
+    pub(super) fn improved(
         &self,
         hypothesis: &Hypothesis,
         known: &Fitted,
@@ -251,7 +251,7 @@ impl<'s> Fitter<'s> {
     /// changes its order.
     ///
     /// # Errors  as [`DomainObjective::new`].
-    pub fn search_globally(
+    pub(super) fn search_globally(
         &self,
         hypothesis: &Hypothesis,
         base: &Fitted,
@@ -322,7 +322,7 @@ impl<'s> Fitter<'s> {
     /// Returns the least χ² predicted by one linear step from any amplitude, on coarse lines.
     ///
     /// # Errors  as [`DomainObjective::new`].
-    pub fn predicted_cost(&self, hypothesis: &Hypothesis, base: &Fitted, control: &Control) -> Result<f64, ObjectiveError> {
+    pub(super) fn predicted_cost(&self, hypothesis: &Hypothesis, base: &Fitted, control: &Control) -> Result<f64, ObjectiveError> {
         let objective = self.objective(hypothesis)?;
         let coarse = self.coarse(&objective);
         let few = coarse.as_ref().unwrap_or(&objective);
@@ -333,7 +333,7 @@ impl<'s> Fitter<'s> {
     /// Returns χ² of other data of the set with the parameters of a fit and nut positions as stated.
     ///
     /// # Errors  as [`DomainObjective::new`].
-    pub fn loss(&self, hypothesis: &Hypothesis, fitted: &Fitted) -> Result<f64, ObjectiveError> {
+    pub(super) fn loss(&self, hypothesis: &Hypothesis, fitted: &Fitted) -> Result<f64, ObjectiveError> {
         let objective = self.objective(hypothesis)?;
         let mut place = coordinates_of(&objective, fitted);
         place[objective.nut_coordinates()].iter_mut().for_each(|u| *u = 0.5);
@@ -343,7 +343,7 @@ impl<'s> Fitter<'s> {
     /// Returns the estimated tolerances of a fit; none where tolerances are not fitted.
     ///
     /// # Errors  as [`DomainObjective::new`].
-    pub fn tolerances(&self, hypothesis: &Hypothesis, fitted: &Fitted) -> Result<Vec<ToleranceEstimate>, ObjectiveError> {
+    pub(super) fn tolerances(&self, hypothesis: &Hypothesis, fitted: &Fitted) -> Result<Vec<ToleranceEstimate>, ObjectiveError> {
         let objective = self.objective(hypothesis)?;
         let place = coordinates_of(&objective, fitted);
         Ok(match &objective {
@@ -355,7 +355,7 @@ impl<'s> Fitter<'s> {
     /// Returns the gaps of data with the parameters of a fit.
     ///
     /// # Errors  as [`gaps`].
-    pub fn gaps(&self, hypothesis: &Hypothesis, fitted: &Fitted, data: &HoldOutSet<'_>) -> Result<Vec<PartialGap>, ObjectiveError> {
+    pub(super) fn gaps(&self, hypothesis: &Hypothesis, fitted: &Fitted, data: &HoldOutSet<'_>) -> Result<Vec<PartialGap>, ObjectiveError> {
         let own = self.objective(hypothesis)?;
         let gain = own.gain(&coordinates_of(&own, fitted));
         gaps(hypothesis, &values_of(hypothesis, fitted), gain, data, self.domain)
@@ -375,7 +375,7 @@ pub fn at_start(hypothesis: &Hypothesis) -> Fitted {
 
 /// Returns the coordinates of a fit in the unit cube of an objective. For other data than those of the fit, gain and channels are kept and nut
 /// positions start as stated. An unknown gain starts at its best value.
-pub fn coordinates_of(objective: &DomainObjective<'_>, fitted: &Fitted) -> Place {
+pub(super) fn coordinates_of(objective: &DomainObjective<'_>, fitted: &Fitted) -> Place {
     let mut place: Vec<f64> = objective.free().iter().map(|i| fitted.units[*i]).collect();
     if fitted.tail.is_empty() {
         return objective.extended(&place);
@@ -469,7 +469,7 @@ pub(super) fn close(a: &UnitValues, b: &UnitValues) -> bool {
 }
 
 /// Returns a nominal fit extended by added parameters at given coordinates.
-pub fn start_of(hypothesis: &Hypothesis, base: &Fitted, added: &[f64]) -> Fitted {
+pub(super) fn start_of(hypothesis: &Hypothesis, base: &Fitted, added: &[f64]) -> Fitted {
     start_at(hypothesis, base, &hypothesis.added, added)
 }
 

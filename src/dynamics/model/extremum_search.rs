@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use super::peak_search::PeakSearch;
 use super::rational_interpolant::RationalInterpolant;
-use super::simd::{Complexes, LANES, Reals, padded};
+use super::simd::{Complexes, LANES, Reals, padded, padded_by};
 
 /// Cosine of the largest phase step of Δ between neighbouring evaluations (2.2 rad).
 const COS_MAX_PHASE_STEP: f64 = -0.5885;
@@ -215,8 +215,7 @@ impl ExtremumSearch {
         let positions = &self.grid.positions;
         let roots = &mut self.roots;
         for some in roots.chunks_mut(LANES) {
-            let each =
-                |what: fn(&Root) -> f64| Reals::from(std::array::from_fn::<_, LANES, _>(|lane| what(&some[lane.min(some.len() - 1)])));
+            let each = |what: fn(&Root) -> f64| padded_by(some, what);
             let poles = each(|root| f64::from(u8::from(root.pole))).simd_gt(Reals::ZERO);
             let mut z = Complexes::new(each(|root| root.re), each(|root| root.distance));
             let start = z;
@@ -339,9 +338,7 @@ impl ExtremumSearch {
         let steady = Reals::splat(2.0 * power * of.half);
         for at in (0..self.brackets.len()).step_by(LANES) {
             let some = &self.brackets[at..self.brackets.len().min(at + LANES)];
-            let each = |what: &dyn Fn(&ExtremumBracket) -> f64| {
-                Reals::from(std::array::from_fn::<_, LANES, _>(|lane| what(&some[lane.min(some.len() - 1)])))
-            };
+            let each = |what: &dyn Fn(&ExtremumBracket) -> f64| padded_by(some, what);
             let (mut low, mut high) = (each(&|b| b.low.0), each(&|b| b.high.0));
             let precision = each(&|b| if b.is_maximum { settings.precision } else { VALLEY_PRECISION });
             let up = each(&|b| b.low.1).simd_gt(Reals::ZERO);

@@ -280,13 +280,13 @@ impl Rod {
         }
     }
 
-    /// Counts as [`Rod::clamped_modes_below`], for each frequency.
+    /// Counts the clamped–clamped natural frequencies of the rod below each ω: the poles of D.
     #[inline]
     pub fn clamped_modes_below_each(&self, omega_rad_s: Reals) -> Reals {
         if self.elements == 0 {
             return (omega_rad_s * Reals::splat(self.transit_s) / Reals::splat(std::f64::consts::PI)).floor().fast_max(Reals::ZERO);
         }
-        Reals::from(omega_rad_s.to_array().map(|omega| self.clamped_modes_below(omega) as f64))
+        Reals::from(omega_rad_s.to_array().map(|omega| self.chain_modes_below(omega) as f64))
     }
 
     /// Computes φ/(2n) of a chain, kept away from the cut-off at 1, where neighbouring masses move in opposite phase.
@@ -338,14 +338,10 @@ impl Rod {
         RodEntries { direct: real(k * sin_step * cot), cross: real(-k * sin_step * csc), sin: real(sin / sin_step), lossless }
     }
 
-    /// Counts the clamped–clamped natural frequencies of the rod below ω: the poles of D.
-    pub fn clamped_modes_below(&self, omega_rad_s: f64) -> usize {
-        if self.elements > 0 {
-            let x = self.half_step(omega_rad_s);
-            let passed = self.elements as f64 * 2.0 * x.min(1.0).asin() / std::f64::consts::PI;
-            return (passed.floor().max(0.0) as usize).min(self.elements - 1);
-        }
-        (omega_rad_s * self.transit_s / std::f64::consts::PI).floor().max(0.0) as usize
+    fn chain_modes_below(&self, omega_rad_s: f64) -> usize {
+        let x = self.half_step(omega_rad_s);
+        let passed = self.elements as f64 * 2.0 * x.min(1.0).asin() / std::f64::consts::PI;
+        (passed.floor().max(0.0) as usize).min(self.elements - 1)
     }
 }
 
@@ -471,13 +467,13 @@ mod tests {
     #[test]
     fn limit_a_chain_has_as_many_clamped_modes_as_inner_masses() {
         let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor: 0.0, dispersion: 0.7, elements: 5, window_per_s: 0.0 };
-        assert_eq!(rod.clamped_modes_below(1e9), 4);
-        assert_eq!(Rod { elements: 1, ..rod }.clamped_modes_below(1e9), 0);
+        assert_eq!(rod.chain_modes_below(1e9), 4);
+        assert_eq!(Rod { elements: 1, ..rod }.chain_modes_below(1e9), 0);
         // The j-th lies at ω = 2n/t·sin(jπ/2n).
         for mode in 1..5 {
             let omega = 10.0 / 3e-4 * (f64::from(mode) * std::f64::consts::PI / 10.0).sin();
-            assert_eq!(rod.clamped_modes_below(omega * (1.0 - 1e-9)), mode as usize - 1);
-            assert_eq!(rod.clamped_modes_below(omega * (1.0 + 1e-9)), mode as usize);
+            assert_eq!(rod.chain_modes_below(omega * (1.0 - 1e-9)), mode as usize - 1);
+            assert_eq!(rod.chain_modes_below(omega * (1.0 + 1e-9)), mode as usize);
         }
     }
 

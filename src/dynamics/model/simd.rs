@@ -15,7 +15,12 @@ pub const ABREAST: usize = 8;
 
 /// Packs up to [`LANES`] numbers into one group; the last number fills the rest.
 pub(super) fn padded(some: &[f64]) -> Reals {
-    Reals::from(std::array::from_fn(|lane| some[lane.min(some.len() - 1)]))
+    padded_by(some, |x| *x)
+}
+
+/// Packs a number of up to [`LANES`] values into one group; that of the last value fills the rest.
+pub(super) fn padded_by<T>(some: &[T], number: impl Fn(&T) -> f64) -> Reals {
+    Reals::from(std::array::from_fn::<_, LANES, _>(|lane| number(&some[lane.min(some.len() - 1)])))
 }
 
 /// Packs frequencies into up to [`ABREAST`] groups. Returns the groups and their number; the last frequency fills the last group.
