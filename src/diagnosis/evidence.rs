@@ -187,14 +187,6 @@ impl<'h> DomainObjective<'h> {
         }
     }
 
-    /// Returns the machine's parameters at given coordinates.
-    pub fn parameters(&self, place: &Place) -> ParameterValues {
-        match self {
-            DomainObjective::Frf(o) => o.parameters(place),
-            DomainObjective::Modes(o) => o.parameters(place),
-        }
-    }
-
     /// Returns the weighted residuals of the data, without priors.
     pub fn residuals(&self, place: &Place) -> DVector<f64> {
         match self {
