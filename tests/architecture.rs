@@ -41,14 +41,43 @@ fn all_sources() -> Vec<Source> {
     found
 }
 
+/// Returns the crates of this project that a crate names as dependencies.
+fn dependencies(crate_name: &str) -> BTreeSet<String> {
+    let workspace: toml::Table = fs::read_to_string("Cargo.toml").unwrap().parse().unwrap();
+    let manifest: toml::Table = fs::read_to_string(format!("src/{crate_name}/Cargo.toml")).unwrap().parse().unwrap();
+    let ours = |name: &&String| workspace["workspace"]["dependencies"][name.as_str()].get("path").is_some();
+    manifest["dependencies"].as_table().unwrap().keys().filter(ours).cloned().collect()
+}
+
 /// A check of a model against itself proves nothing. The simulator of the blind check's cases therefore depends on no crate of this project.
 #[test]
 fn the_reference_simulator_shares_no_code_with_the_models() {
-    let manifest: toml::Table = fs::read_to_string("src/reference_simulator/Cargo.toml").unwrap().parse().unwrap();
-    let workspace: toml::Table = fs::read_to_string("Cargo.toml").unwrap().parse().unwrap();
-    let ours = |name: &str| workspace["workspace"]["dependencies"][name].get("path").is_some();
-    let found: Vec<&String> = manifest["dependencies"].as_table().unwrap().keys().filter(|name| ours(name)).collect();
-    assert!(found.is_empty(), "{found:?}");
+    assert_eq!(dependencies("reference_simulator"), BTreeSet::new());
+}
+
+/// What is examined does not know what examines it: all but the laboratory itself stands without it.
+#[test]
+fn the_product_stands_without_the_laboratory() {
+    for entry in fs::read_dir("src").unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        if Path::new("src").join(&name).join("Cargo.toml").exists() && name != "lab" {
+            let found = dependencies(&name);
+            assert!(!found.contains("lab") && !found.contains("reference_simulator"), "{name}: {found:?}");
+        }
+    }
+    let manifest: toml::Table = fs::read_to_string("Cargo.toml").unwrap().parse().unwrap();
+    let own: Vec<&String> = manifest["dependencies"].as_table().unwrap().keys().collect();
+    assert_eq!(own, ["cli", "report", "study"]);
+}
+
+/// Answers are judged from result documents only, like an outsider: the judges use neither models nor the simulator's truth beyond its labels.
+#[test]
+fn the_blind_check_is_judged_from_documents() {
+    for source in all_sources().iter().filter(|s| s.file.starts_with("src/lab/withheld/")) {
+        for name in ["machine", "config", "dynamics", "identification", "diagnosis", "measurement", "optimizer", "cli"] {
+            assert!(!source.code.contains(&format!("use {name}::")), "{} uses {name}", source.file);
+        }
+    }
 }
 
 /// The source distribution of the Python package builds without the rest of the repository.
@@ -109,11 +138,7 @@ fn code_in(place: &Path) -> String {
 /// The command parses arguments, shows progress and prints. Everything else is the library's.
 #[test]
 fn the_command_uses_the_library_and_the_documents_alone() {
-    let manifest: toml::Table = fs::read_to_string("src/cli/Cargo.toml").unwrap().parse().unwrap();
-    let workspace: toml::Table = fs::read_to_string("Cargo.toml").unwrap().parse().unwrap();
-    let ours = |name: &str| workspace["workspace"]["dependencies"][name].get("path").is_some();
-    let found: Vec<&String> = manifest["dependencies"].as_table().unwrap().keys().filter(|name| ours(name)).collect();
-    assert_eq!(found, ["report", "study"]);
+    assert_eq!(dependencies("cli"), ["report", "study"].map(String::from).into());
 }
 
 /// A message of the library serves every caller: options of the command line are the command's own.
@@ -122,7 +147,8 @@ fn no_library_names_an_option_of_the_command_line() {
     let is_option = |text: &str| text.strip_prefix("--").is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_lowercase()));
     let mut found = Vec::new();
     // The blind check runs the command itself.
-    let libraries = all_sources().into_iter().filter(|s| s.crate_name != "cli" && !s.file.contains("blind_check"));
+    let of_command = |file: &str| file.contains("/blind_check/") || file.contains("src/lab/command/");
+    let libraries = all_sources().into_iter().filter(|s| s.crate_name != "cli" && !of_command(&s.file));
     for source in libraries {
         for (at, line) in source.code.lines().enumerate() {
             let words = line.split(|c: char| c.is_whitespace() || "\"«(".contains(c));
@@ -139,7 +165,9 @@ fn no_library_names_an_option_of_the_command_line() {
 #[test]
 fn no_function_of_the_library_returns_a_text_as_its_error() {
     let with_text = |line: &str| line.contains("Result<") && line.contains(", String>") && !line.contains("Ok(");
-    let libraries = all_sources().into_iter().filter(|s| !["cli", "reference_simulator"].contains(&s.crate_name.as_str()));
+    let is_library =
+        |s: &Source| !["cli", "reference_simulator"].contains(&s.crate_name.as_str()) && !s.file.starts_with("src/lab/command/");
+    let libraries = all_sources().into_iter().filter(is_library);
     let found: Vec<String> =
         libraries.filter(|s| !s.file.ends_with("/tests.rs") && s.code.lines().any(with_text)).map(|s| s.file).collect();
     assert!(found.is_empty(), "{found:#?}");

@@ -6,61 +6,15 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use crate::support::axis_template::{fill_in_machine, fill_in_measurements};
+use crate::support::pages;
 
 /// Folder of the guide's pages.
 const GUIDE: &str = "src/guide";
 
-/// Returns the commands of a page: lines of its shell blocks, and code spans that start with `jointid` and have arguments. Spans with a placeholder in
-/// capitals are no commands.
-fn commands(page: &str) -> Vec<String> {
-    let mut found = Vec::new();
-    for (at, part) in page.split("```").enumerate() {
-        if at % 2 == 1 {
-            let lines = part.strip_prefix("sh\n").into_iter().flat_map(str::lines);
-            let lines = lines
-                .map(|line| line.split(" #").next().unwrap_or_default().trim())
-                .filter(|line| !line.is_empty() && !line.starts_with('#'));
-            found.extend(lines.map(String::from));
-        } else {
-            let spans = part.split('`').skip(1).step_by(2).map(|span| span.replace('\n', " "));
-            let is_placeholder = |word: &str| word.len() > 1 && word.chars().all(|c| c.is_ascii_uppercase());
-            found.extend(
-                spans.filter(|span| span.starts_with("jointid ") && span.split(' ').count() > 2 && !span.split(' ').any(is_placeholder)),
-            );
-        }
-    }
-    found
-}
-
-/// Shortens a long command: a comparison with fewer searches, no cache, one blind case.
-fn shortened(command: &str) -> String {
-    match command.split_whitespace().nth(1) {
-        Some("compare") => format!("{command} --repeats 1"),
-        Some("diagnose") => format!("{command} --no-cache"),
-        Some("withheld") => {
-            let mut words: Vec<&str> = command.split(' ').collect();
-            let count = words.iter().position(|word| *word == "--cases").expect("the command states its number of cases");
-            words[count + 1] = "1";
-            words.join(" ")
-        }
-        _ => command.to_string(),
-    }
-}
-
-/// Runs the commands of a page in a folder; `after_init` fills in the files that `jointid init` writes.
+/// Runs the commands of a page in a folder, those of the laboratory left out; its tests run them.
 fn run_page(page: &Path, folder: &Path, after_init: impl Fn(&Path)) -> Vec<String> {
-    let program = assert_cmd::cargo::cargo_bin!("jointid");
-    let path = format!("{}:{}", program.parent().unwrap().display(), std::env::var("PATH").unwrap());
-    let commands = commands(&fs::read_to_string(page).unwrap());
-    for command in commands.iter().filter(|command| command.starts_with("jointid ")) {
-        let line = shortened(command);
-        let output = std::process::Command::new("sh").args(["-c", &line]).env("PATH", &path).current_dir(folder).output().unwrap();
-        assert!(output.status.success(), "{}: {line}: {}", page.display(), String::from_utf8_lossy(&output.stderr));
-        if command.contains(" init ") {
-            after_init(folder);
-        }
-    }
-    commands
+    let programs = assert_cmd::cargo::cargo_bin!("jointid").parent().unwrap();
+    pages::run_page(page, (programs, |command| !pages::is_of_laboratory(command)), folder, after_init)
 }
 
 fn page(name: &str) -> PathBuf {
@@ -157,28 +111,6 @@ fn contains_blocks(page: &Path, output: &str) {
     }
 }
 
-#[cfg(unix)]
-#[test]
-fn the_commands_on_models_run() {
-    let folder = tempfile::tempdir().unwrap();
-    let commands = run_page(&page("models.md"), folder.path(), |_| {});
-    assert!(commands.len() > 8);
-}
-
-#[cfg(unix)]
-#[test]
-#[ignore = "second tier"]
-fn the_commands_on_motion_run() {
-    let folder = tempfile::tempdir().unwrap();
-    let commands = run_page(&page("motion.md"), folder.path(), |_| {});
-    assert!(commands.len() > 10);
-    let verdict = &document(folder.path(), "hybrid-diagnosis/diagnosis.json")["verdict"];
-    assert_eq!(verdict["effects"], serde_json::json!(["lead-growth+lead-error"]), "{verdict}");
-    let mass = document(folder.path(), "workpiece/diagnosis/diagnosis.json");
-    assert_eq!(mass["verdict"]["kind"], "wrong-parameter", "{}", mass["verdict"]);
-    assert!(mass["verdict"]["reason"].as_str().unwrap().contains("moving_mass"), "{}", mass["verdict"]);
-}
-
 /// Returns all pages: the README and the guide.
 fn pages() -> Vec<(String, String)> {
     let guide = fs::read_dir(GUIDE).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.extension().is_some_and(|e| e == "md"));
@@ -228,28 +160,4 @@ fn links_between_pages_lead_somewhere() {
 fn the_readme_is_one_page() {
     let text = fs::read_to_string("README.md").unwrap();
     assert!(text.lines().count() <= 150 && text.len() <= 10_000, "{} lines, {} bytes", text.lines().count(), text.len());
-}
-
-/// The page on the papers: its commands run, and its table of rival models prints what they find.
-#[cfg(unix)]
-#[test]
-fn the_page_on_the_papers_states_what_its_commands_find() {
-    let folder = tempfile::tempdir().unwrap();
-    std::os::unix::fs::symlink(std::env::current_dir().unwrap().join("measurements"), folder.path().join("measurements")).unwrap();
-    run_page(&page("papers.md"), folder.path(), |_| {});
-    let text = fs::read_to_string(page("papers.md")).unwrap();
-    let rows: Vec<Vec<&str>> =
-        text.lines().filter(|line| line.contains("| `jointid identify")).map(|line| line.split('|').map(str::trim).collect()).collect();
-    assert_eq!(rows.len(), 3);
-    for row in rows {
-        let arguments: Vec<&str> = row[5].trim_matches('`').split_whitespace().skip(1).map(|a| a.trim_matches('\'')).collect();
-        let output = assert_cmd::Command::cargo_bin("jointid").unwrap().args(&arguments).args(["--json", "--quiet"]).output().unwrap();
-        let found: Value = serde_json::from_slice(&output.stdout).unwrap();
-        assert_eq!(row[2], format!("{:.1}", found["cost"].as_f64().unwrap()), "{row:?}");
-        let largest = 100.0 * found["derived"]["largest_frequency_error_fit"].as_f64().unwrap();
-        assert_eq!(row[3], format!("{largest:.1} %"), "{row:?}");
-        let positions = found["positions"].as_object().unwrap().values();
-        let unexpected = positions.flat_map(|p| p["lone_peaks"].as_array().unwrap()).filter(|p| p["unexpected"] == true).count();
-        assert_eq!(row[4].split(' ').next().unwrap(), unexpected.to_string(), "{row:?}");
-    }
 }

@@ -234,9 +234,6 @@ mod unix {
         fresh();
         symlink(&other, out.join("measurements")).unwrap();
         refused(&["init", path], &["measurements", "is a link"]);
-        fresh();
-        symlink(&other, out.join("sines")).unwrap();
-        refused(&["simulate", "machine", "--out", path], &["sines", "already exists"]);
         // A link of the name of a result is replaced.
         fresh();
         symlink(&victim, out.join("modes.json")).unwrap();
@@ -292,13 +289,11 @@ mod unix {
         fs::write(folder.path().join("long.csv"), format!("frequency_hz,real,imag\n{table}")).unwrap();
         let long = folder.path().join("long.csv").display().to_string();
         let hybrid = ["--config", "configs/hybrid-axis.toml"];
-        let commands: [(&[&str], u64); 6] = [
+        let commands: [(&[&str], u64); 4] = [
             (&["diagnose", "--positions", "l1,l3,l5", "--no-cache"], 900),
             (&["simulate", "motion", hybrid[0], hybrid[1], "--reference", "sine", "--periods", "60"], 1500),
             (&["simulate", "bode", hybrid[0], hybrid[1]], 500),
-            (&["simulate", "machine"], 400),
             (&["import", &long, "--quantity", "receptance"], 150),
-            (&["withheld", "--cases", "5"], 1000),
         ];
         for (at, (command, after)) in commands.into_iter().enumerate() {
             let out = folder.path().join(format!("out{at}"));

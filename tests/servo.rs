@@ -1,5 +1,4 @@
-//! The servo drive against closed forms and independent computations: motors with windings, loops in frequency, gains, closed-loop FRFs, circles,
-//! residual network.
+//! The servo drive against closed forms and independent computations: motors with windings, loops in frequency, gains, closed-loop FRFs, circles.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -333,18 +332,12 @@ fn commands_refuse_impossible_requests() {
     let servo = ["--config", "configs/servo-axis.toml"];
     let (code, _, err) = jointid(&[&["simulate", "bode"], &servo[..], &["--set", "drive.velocity.gain=5000.0"]].concat());
     assert!(code == 2 && err.contains("unstable") && err.contains("Hz") && err.contains("damping ratio -0."), "{err}");
-    let (code, _, err) = jointid(&[&["simulate", "circle"], &servo[..], &["--radius-m", "0.6"]].concat());
-    assert!(code == 2 && err.contains("beyond the stroke") && err.contains("limits_m"), "{err}");
     let (code, _, err) = jointid(&[&["simulate", "bode"], &servo[..], &["--to-hz", "1e5"]].concat());
     assert!(code == 2 && err.contains("half the velocity loop's rate"), "{err}");
     let (code, _, err) = jointid(&["simulate", "hold"]);
     assert!(code == 2 && err.contains("[drive]"), "{err}");
     let (code, _, err) = jointid(&["simulate", "frf", "--closed-loop", "--position", "l1", "--to-hz", "5"]);
     assert!(code == 2 && err.contains("[drive]"), "{err}");
-    let (code, _, err) = jointid(&["hybrid", "--config", "configs/hybrid-axis.toml"]);
-    assert!(code == 2 && err.contains("names no measurement set"), "{err}");
-    let (code, _, err) = jointid(&["hybrid", "--config", "configs/hybrid-axis.toml", "--measurements", "measurements/tian"]);
-    assert!(code == 2 && err.contains("[[motion]]"), "{err}");
     // A motion that leaves its bounds is reported with the unstable pole and ends with exit code 3.
     let unstable =
         ["simulate", "motion", "--reference", "s-curve", "--set", "drive.velocity.gain=5000.0", "--set", "drive.motor.dc_link_v=1e9"];
@@ -356,11 +349,9 @@ fn commands_refuse_impossible_requests() {
 fn commands_of_the_drive_match_their_schemas() {
     let folder = tempfile::tempdir().unwrap();
     let servo = ["--config", "configs/servo-axis.toml", "--quiet"];
-    let calls: [(&str, Vec<&str>); 4] = [
+    let calls: [(&str, Vec<&str>); 2] = [
         ("bode", [&["simulate", "bode", "--points", "4", "--to-hz", "200", "--response", "slide"], &servo[..]].concat()),
-        ("gain", [&["simulate", "gain", "--points", "2", "--response", "slide", "--travel-m", "0.02"], &servo[..]].concat()),
         ("hold", [&["simulate", "hold"], &servo[..]].concat()),
-        ("circle", [&["simulate", "circle", "--speed-rad-min", "120", "--turns", "0.6"], &servo[..]].concat()),
     ];
     for (name, call) in calls {
         let found = json(&call);
@@ -432,35 +423,6 @@ fn motions_that_need_too_many_steps_are_refused_or_stopped() {
         let refusal = LinearLoops::new(&axis, &axis.start(), &SimulationSettings::default()).map(|_| ()).unwrap_err().to_string();
         assert!(refusal.contains(words), "{set}: {refusal}");
     }
-}
-
-/// On records of an independent machine the analytical model has errors from missing effects. The network learns most of them from other speeds.
-#[test]
-fn recover_learnable_residuals_of_an_independent_machine() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
-    use reference_simulator::servo::{Axis, Feed, Missing, Sensors, write_sines};
-    let feeds: Vec<Feed> = [2000.0, 4000.0, 6000.0].map(|f| Feed { amplitude_m: 0.02, periods: 1, ..Feed::of(f) }).to_vec();
-    let write = |name: &str, missing: Missing| {
-        let axis = Axis { missing, ..Axis::x() };
-        write_sines(folder.path().join(name).as_path(), &axis, &Sensors::default(), &feeds, 3).unwrap();
-    };
-    write("same", Missing::none());
-    // A short travel reduces the effect of lead expansion, so the expansion is larger.
-    write("other", Missing { growth: 2.5e-4, ..Missing::default() });
-    let of = |name: &str| {
-        let call = ["hybrid", "--config", "configs/hybrid-axis.toml", "--positions", "F2000,F6000", "--quiet", "--measurements"];
-        json(&[&call[..], &[&path(name)]].concat())
-    };
-    let rmse = |found: &Value, model: &str| found["records"]["F4000"][model]["rmse_m"].as_f64().unwrap();
-    let same = of("same");
-    assert!(rmse(&same, "analytical") < 0.8e-6, "{same}");
-    let other = of("other");
-    assert_eq!(other["records"]["F4000"]["role"], "held_out");
-    assert!(rmse(&other, "analytical") > 3.0 * rmse(&same, "analytical"), "{other}");
-    assert!(rmse(&other, "hybrid") < 0.5 * rmse(&other, "analytical"), "{other}");
-    let schema: Value = serde_json::from_str(&jointid(&["schema", "hybrid"]).1).unwrap();
-    assert!(jsonschema::is_valid(&schema, &other));
 }
 
 /// From an independent machine's sines the diagnosis names and estimates lead expansion and periodic lead error. Stiffnesses and presliding

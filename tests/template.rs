@@ -123,13 +123,9 @@ fn results_match_their_schemas() {
         &["plan", "--result", result],
         &["simulate", "modes"],
         &["simulate", "frf", "--position", "l1", "--to-hz", "30"],
-        &["simulate", "matrices", "--config", "configs/twin-ball-screw.toml"],
-        &["simulate", "sensitivity", "--config", "configs/servo-axis.toml"],
         &["simulate", "stiffness", "--config", "configs/vertical-axis.toml", "--along", "acceleration", "--from", "-35", "--to", "15"],
-        &["simulate", "published"],
         &["diagnose", "--positions", "l1,l3,l5", "--effects", "guide-viscous", "--nulls", "20", "--no-cache"],
         &["compare", "--objectives", "--repeats", "1"],
-        &["convergence", "--repeats", "1", "--counts", "3"],
     ] {
         jointid().args(arguments).args(["--quiet", "--out", out]).assert().success();
     }
@@ -141,7 +137,7 @@ fn results_match_their_schemas() {
         assert_valid(&jsonschema::validator_for(&schema(&name)).unwrap(), &document, &name);
         seen += 1;
     }
-    assert_eq!(seen, 13);
+    assert_eq!(seen, 9);
 }
 
 #[test]
@@ -173,7 +169,7 @@ fn completions_and_manual_contain_every_command() {
             assert!(line.chars().count() <= 80 || line.starts_with("  jointid"), "{name}: {line}");
         }
     }
-    for name in ["modes", "frf", "matrices", "stiffness", "sensitivity", "published"] {
+    for name in ["modes", "frf", "stiffness"] {
         assert!(folder.path().join(format!("jointid-simulate-{name}.1")).exists());
         let help = String::from_utf8(jointid().args(["simulate", name, "--help"]).output().unwrap().stdout).unwrap();
         assert!(help.contains("Example:\n  jointid "), "{name} has no example");

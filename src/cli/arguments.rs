@@ -174,6 +174,7 @@ pub enum ToleranceName {
 /// Settings of the search.
 #[derive(Debug, Args)]
 pub struct SearchArguments {
+    /// Model of the rods.
     #[command(flatten)]
     pub rods: RodArguments,
     /// Objective to minimise; by default frf for FRFs, inverse-dynamics for motion records, else least-squares

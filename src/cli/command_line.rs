@@ -3,11 +3,9 @@
 use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::compare::CompareArguments;
-use crate::convergence::ConvergenceArguments;
 use crate::diagnose::DiagnoseArguments;
 use crate::effects::EffectsArguments;
 use crate::friction::FrictionArguments;
-use crate::hybrid::HybridArguments;
 use crate::identify::IdentifyArguments;
 use crate::import::{ExportArguments, ImportArguments};
 use crate::init::InitArguments;
@@ -19,7 +17,6 @@ use crate::report::ReportArguments;
 use crate::schema::SchemaArguments;
 use crate::simulate::SimulateArguments;
 use crate::validate::ValidateArguments;
-use crate::withheld::arguments::WithheldArguments;
 
 /// Identifies joint stiffness and damping of ball-screw feed drives, and diagnoses what their models lack
 #[derive(Debug, Parser)]
@@ -102,26 +99,24 @@ pub enum Command {
     /// Write man pages
     #[command(after_help = "Example:\n  jointid man --out ~/.local/share/man/man1")]
     Man(ManArguments),
-    /// Check the diagnosis blindly on cases with sealed causes
-    #[command(
-        after_help = "Example:\n  jointid withheld --out blind --cases quick\n  jointid withheld --out moved --arm motion\n  jointid withheld --out blind --ablation '--exclude table-mass'"
-    )]
-    Withheld(WithheldArguments),
-    /// Compare the lumped model with the exact one
-    #[command(after_help = "Example:\n  jointid convergence --positions l1,l3,l5 --counts 5,10,20,40")]
-    Convergence(ConvergenceArguments),
-    /// Compare motion predicted by model, neural network and effects
-    #[command(
-        after_help = "Example:\n  jointid simulate machine --out machine\n  jointid hybrid --config configs/hybrid-axis.toml --measurements machine/sines\n  jointid hybrid --config configs/hybrid-axis.toml --measurements machine/circles/x --second-axis machine/circles/y"
-    )]
-    Hybrid(HybridArguments),
+    /// Examine the method, and repeat the papers: «jointid lab --help»
+    #[command(disable_help_flag = true)]
+    Lab(LabArguments),
+}
+
+/// A command of the laboratory and its arguments, which the laboratory's program reads.
+#[derive(Debug, clap::Args)]
+pub struct LabArguments {
+    /// Command of the laboratory and its arguments
+    #[arg(value_name = "COMMAND", trailing_var_arg = true, allow_hyphen_values = true)]
+    pub words: Vec<std::ffi::OsString>,
 }
 
 /// Greatest width (columns) of help texts.
 const HELP_WIDTH: usize = 100;
 
 /// A heading of the help, and the commands below it.
-type Group = (&'static str, &'static [&'static str]);
+pub type Group = (&'static str, &'static [&'static str]);
 
 /// The commands by heading, those that a user needs first in front.
 const COMMANDS: [Group; 5] = [
@@ -129,15 +124,11 @@ const COMMANDS: [Group; 5] = [
     ("Measurements", &["peaks", "import", "export", "friction"]),
     ("Models", &["simulate", "effects"]),
     ("Files and pages", &["init", "report", "schema", "completions", "man"]),
-    ("Checks of the method itself", &["withheld", "convergence", "hybrid"]),
+    ("Laboratory", &["lab"]),
 ];
 
 /// The commands below `simulate` by heading.
-const SIMULATIONS: [Group; 3] = [
-    ("Structure", &["modes", "frf", "matrices", "stiffness", "sensitivity"]),
-    ("Driven axis", &["motion", "bode", "gain", "hold", "circle"]),
-    ("Checks of the method itself", &["machine", "published"]),
-];
+const SIMULATIONS: [Group; 2] = [("Structure", &["modes", "frf", "stiffness"]), ("Driven axis", &["motion", "bode", "hold"])];
 
 /// The command line, with commands listed by heading.
 pub fn command() -> clap::Command {
@@ -146,7 +137,7 @@ pub fn command() -> clap::Command {
 }
 
 /// Lists the commands below a command by heading in its help.
-fn grouped(command: clap::Command, groups: &[Group]) -> clap::Command {
+pub fn grouped(command: clap::Command, groups: &[Group]) -> clap::Command {
     let header = *command.get_styles().get_header();
     let name = command.get_styles().get_literal();
     let line = |id: &&str| {

@@ -1,36 +1,35 @@
-//! The command line: arguments, commands, exit codes.
+//! The command line: arguments, commands, exit codes. The laboratory's program, which lies above, shares its arguments, messages and long work.
 
 // The arguments.
-mod arguments;
+pub mod arguments;
 mod command_line;
+pub mod operating;
 
 // One file or folder per command, `completions` and `man` together, `export` with `import`.
 mod compare;
-mod convergence;
 mod diagnose;
 mod effects;
 mod friction;
-mod hybrid;
 mod identify;
 mod import;
 mod init;
-mod manual;
+mod laboratory;
+pub mod manual;
 mod peaks;
 mod plan;
 mod predict;
 mod report;
-mod schema;
+pub mod schema;
 mod simulate;
 mod validate;
-mod withheld;
 
 // Shared by commands: searches, long work and messages.
-mod long_work;
-mod message;
-mod outcome;
-mod progress;
-mod search;
-mod terminal;
+pub mod long_work;
+pub mod message;
+pub mod outcome;
+pub mod progress;
+pub mod search;
+pub mod terminal;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -38,27 +37,23 @@ use std::process::ExitCode;
 use clap::FromArgMatches;
 
 use command_line::{Arguments, Command, command};
-use outcome::Outcome;
-use study::blind_check::Program;
+use outcome::{CommandResult, Outcome};
+
+pub use command_line::{Group, grouped};
 
 /// Runs the command of this process.
 pub fn run() -> ExitCode {
-    ExitCode::from(run_with(std::env::args_os(), None))
+    ExitCode::from(run_with(std::env::args_os()))
 }
 
 /// Runs the command with these arguments, the name of the program first. Returns its exit code: 0 done, 1 a limit was not met, 2 could not run, 3
-/// stopped early. A faulty command line ends the process, as do `--help` and `--version`. `program` starts this program where it is not an executable of
-/// its own.
-pub fn run_with(arguments: impl IntoIterator<Item = OsString>, program: Option<Program>) -> u8 {
-    if let Some(program) = program {
-        withheld::started_as(program);
+/// stopped early. A faulty command line ends the process, as do `--help` and `--version`; a command of the laboratory takes its place.
+pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let words: Vec<OsString> = arguments.into_iter().collect();
+    if let Some(forwarded) = words.get(1..).and_then(laboratory::requested) {
+        return laboratory::run(&words[1..], forwarded);
     }
-    std::sync::LazyLock::force(&terminal::BEGUN);
-    let parsed = command().try_get_matches_from(arguments).and_then(|matches| Arguments::from_arg_matches(&matches));
-    let arguments = parsed.unwrap_or_else(|error| terminal::refuse(&error));
-    long_work::watch_ctrl_c();
-    long_work::start_threads();
-    let outcome = match arguments.command {
+    exit_code(match begun::<Arguments>(command(), words.iter().cloned()).command {
         Command::Identify(given) => identify::run(&given),
         Command::Validate(given) => validate::run(&given),
         Command::Compare(given) => compare::run(&given),
@@ -69,17 +64,29 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>, program: Option<P
         Command::Peaks(given) => peaks::run(&given),
         Command::Predict(given) => predict::run(&given),
         Command::Plan(given) => plan::run(&given),
-        Command::Convergence(given) => convergence::run(&given),
         Command::Friction(given) => friction::run(&given),
         Command::Report(given) => report::run(&given),
         Command::Init(given) => init::run(&given),
-        Command::Schema(given) => schema::run(&given),
+        Command::Schema(given) => schema::run(&given, &study::schema_names(), study::schema),
         Command::Completions(given) => manual::completions(&given, command()),
         Command::Man(given) => manual::man(&given, command()),
         Command::Simulate(given) => simulate::run(&given),
-        Command::Hybrid(given) => hybrid::run(&given),
-        Command::Withheld(given) => withheld::run(&given),
-    };
+        Command::Lab(given) => return laboratory::run(&words[1..], &given.words),
+    })
+}
+
+/// Parses the arguments of this process, and starts its threads and the watch for Ctrl-C. A faulty command line ends the process.
+pub fn begun<A: FromArgMatches>(command: clap::Command, arguments: impl IntoIterator<Item = OsString>) -> A {
+    std::sync::LazyLock::force(&terminal::BEGUN);
+    let parsed = command.try_get_matches_from(arguments).and_then(|matches| A::from_arg_matches(&matches));
+    let arguments = parsed.unwrap_or_else(|error| terminal::refuse(&error));
+    long_work::watch_ctrl_c();
+    long_work::start_threads();
+    arguments
+}
+
+/// Returns the exit code of a command, and prints the message why it could not run.
+pub fn exit_code(outcome: CommandResult) -> u8 {
     match outcome {
         Ok(Outcome::Done) => 0,
         Ok(Outcome::LimitNotMet) => 1,

@@ -29,7 +29,8 @@ pub struct ManArguments {
 /// Prints the completions of a shell.
 pub fn completions(given: &CompletionsArguments, mut root: Command) -> CommandResult {
     let mut text = Vec::new();
-    clap_complete::generate(given.shell, &mut root, "jointid", &mut text);
+    let name = root.get_name().to_string();
+    clap_complete::generate(given.shell, &mut root, name, &mut text);
     print_out(&String::from_utf8_lossy(&text))?;
     Ok(Outcome::Done)
 }

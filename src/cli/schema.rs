@@ -1,10 +1,11 @@
-//! `jointid schema`.
+//! `jointid schema` and `jointid lab schema`.
 
 use crate::message::to_message;
 use crate::outcome::{CommandResult, Outcome, print_out};
 use report::to_json;
+use serde::Serialize;
 
-/// `schema`.
+/// Arguments of `schema`.
 #[derive(Debug, clap::Args)]
 pub struct SchemaArguments {
     /// Name of a file or document: machine, effects, manifest, identification, diagnosis, …
@@ -15,14 +16,13 @@ pub struct SchemaArguments {
     pub list: bool,
 }
 
-/// Runs the command.
-pub fn run(given: &SchemaArguments) -> CommandResult {
-    let names = study::schema_names();
+/// Runs the command on the documents with these names.
+pub fn run<S: Serialize>(given: &SchemaArguments, names: &[&str], schema: fn(&str) -> Option<S>) -> CommandResult {
     let Some(name) = &given.name else {
         print_out(&names.iter().map(|n| format!("{n}\n")).collect::<String>())?;
         return Ok(Outcome::Done);
     };
-    let schema = study::schema(name).ok_or_else(|| format!("schema {name}: no schema has this name; there are {}", names.join(", ")))?;
+    let schema = schema(name).ok_or_else(|| format!("schema {name}: no schema has this name; there are {}", names.join(", ")))?;
     print_out(&to_json(&schema).map_err(to_message)?)?;
     Ok(Outcome::Done)
 }

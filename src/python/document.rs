@@ -1,12 +1,10 @@
 //! Work that needs no study: peaks, friction, the library of effects, the command.
 
 use std::ffi::OsString;
-use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use report::to_json;
 use serde::de::DeserializeOwned;
-use study::blind_check::Program;
 use study::{Control, FrictionRequest, PeaksRequest, StribeckNoise, StudyError};
 
 use crate::error::{argument, to_exception};
@@ -75,10 +73,8 @@ pub fn effects(config: Option<&str>, id: Option<&str>) -> PyResult<String> {
     listed.map_err(|e| to_exception(&e))
 }
 
-/// Runs the command with these arguments, the name of the program first. Returns its exit code. `python` is the interpreter and `file` the extension,
-/// from which the command starts itself.
+/// Runs the command with these arguments, the name of the program first. Returns its exit code.
 #[pyfunction]
-pub fn run_command(py: Python<'_>, arguments: Vec<OsString>, python: OsString, file: PathBuf) -> u8 {
-    let program = Program { command: vec![python, "-m".into(), "jointid".into()], file };
-    py.detach(|| cli::run_with(arguments, Some(program)))
+pub fn run_command(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
+    py.detach(|| cli::run_with(arguments))
 }

@@ -3,7 +3,6 @@
 pub mod certainty;
 pub mod change;
 mod claim;
-mod convergence;
 mod csv_cell;
 pub mod diagnosis;
 pub mod document;
@@ -24,8 +23,6 @@ mod parameter;
 mod plan;
 pub mod prediction;
 mod provenance;
-pub mod published;
-mod published_text;
 pub mod record;
 mod schema;
 pub mod simulation;
@@ -37,20 +34,18 @@ mod write;
 
 pub use change::change_text;
 pub use claim::release_claims;
-pub use convergence::convergence_text;
 pub use csv_cell::csv_cell;
 pub use error::ReportError;
 pub use file_access::{printable, shortened};
 pub use friction::friction_text;
 pub use identification::{comparison_text, identification_text, validation_text};
-pub use loops_text::{bode_text, circles_text, gain_text, hold_gains_text, hold_text};
+pub use loops_text::{bode_text, hold_gains_text, hold_text};
 pub use motion_text::{motion_csv, motion_summary};
 pub use numeric::digest::digest;
 pub use plan::plan_table;
 pub use prediction::{natural_frequencies_text, predicted_frfs_csv, prediction_csv, prediction_text};
-pub use published_text::{published_markdown, published_text};
 pub use schema::{SCHEMAS, schema};
-pub use simulation_text::{frfs_csv, matrices_text, modes_text, sensitivity_text, sweep_text};
+pub use simulation_text::{frfs_csv, modes_text, sweep_text};
 pub use table::{
     bootstrap_table, derived_table, frfs_table, gap_summary_table, gaps_table, moved_tolerances, objectives_table, parameters_table,
     peaks_table, positions_table, summary_table,

@@ -2,12 +2,12 @@
 
 use schemars::{Schema, schema_for};
 
-use super::{change, diagnosis, document, effects, hybrid, loops, motion, prediction, published, simulation};
+use super::{change, diagnosis, document, effects, loops, motion, prediction, simulation};
 
 /// Name of a document, as in its file name, and the function that generates its schema.
 type Document = (&'static str, fn() -> Schema);
 
-const DOCUMENTS: [Document; 25] = [
+const DOCUMENTS: [Document; 18] = [
     ("identification", || schema_for!(document::IdentificationDocument)),
     ("validation", || schema_for!(document::ValidationDocument)),
     ("comparison", || schema_for!(document::ComparisonDocument)),
@@ -19,18 +19,11 @@ const DOCUMENTS: [Document; 25] = [
     ("diagnosis", || schema_for!(diagnosis::DiagnosisDocument)),
     ("frf", || schema_for!(document::FrfsDocument)),
     ("modes", || schema_for!(simulation::ModesDocument)),
-    ("matrices", || schema_for!(simulation::MatricesDocument)),
     ("motion", || schema_for!(motion::MotionDocument)),
     ("bode", || schema_for!(loops::BodeDocument)),
-    ("gain", || schema_for!(loops::GainStudyDocument)),
     ("hold", || schema_for!(loops::HoldDocument)),
-    ("hybrid", || schema_for!(hybrid::HybridDocument)),
-    ("circle", || schema_for!(loops::CirclesDocument)),
     ("stiffness", || schema_for!(simulation::SweepDocument)),
-    ("sensitivity", || schema_for!(simulation::SensitivityDocument)),
     ("friction", || schema_for!(simulation::FrictionDocument)),
-    ("published", || schema_for!(published::PublishedDocument)),
-    ("convergence", || schema_for!(simulation::ConvergenceDocument)),
     ("effect-library", || schema_for!(effects::EffectLibraryDocument)),
     ("stamp", || schema_for!(document::Stamp)),
 ];

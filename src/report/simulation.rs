@@ -1,4 +1,4 @@
-//! Result documents of modes, sweeps, matrices and friction.
+//! Result documents of modes, sweeps and friction.
 
 use std::collections::BTreeMap;
 
@@ -48,22 +48,6 @@ pub struct ModesDocument {
     pub force_n: Option<f64>,
     /// Modes in ascending frequency.
     pub modes: Vec<ModeRow>,
-}
-
-/// Matrices of the lumped model (`matrices.json`).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct MatricesDocument {
-    /// Schema, inputs, overrides and warnings of the document.
-    #[serde(flatten)]
-    pub stamp: Stamp,
-    /// Names of the coordinates, in the order of rows and columns.
-    pub coordinates: Vec<String>,
-    /// Mass matrix, by rows (SI units).
-    pub mass: Vec<Vec<f64>>,
-    /// Damping matrix, by rows (SI units).
-    pub damping: Vec<Vec<f64>>,
-    /// Stiffness matrix, by rows (SI units).
-    pub stiffness: Vec<Vec<f64>>,
 }
 
 /// A preloaded pair of contacts at one operating condition.
@@ -127,41 +111,6 @@ pub struct SweepDocument {
     pub rows: Vec<SweepRow>,
 }
 
-/// Sensitivity of a natural frequency to the stiffness of one joint.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct SensitivityRow {
-    /// Name of the joint.
-    pub joint: String,
-    /// Stiffness k of the joint (N/m or N·m/rad).
-    pub stiffness: f64,
-    /// Deformation of the joint for the mode shape, the largest deflection 1 (m or rad).
-    pub deformation: f64,
-    /// Share of the joint in the strain energy of the mode (1).
-    pub strain_energy_share: f64,
-    /// Relative sensitivity d ln f/d ln k (1), half of `strain_energy_share`.
-    pub elasticity: f64,
-    /// Natural frequency at each factor on the stiffness (Hz).
-    pub frequencies_hz: Vec<f64>,
-}
-
-/// Sensitivity of a natural frequency to the joints (`sensitivity.json`).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct SensitivityDocument {
-    /// Schema, inputs, overrides and warnings of the document.
-    #[serde(flatten)]
-    pub stamp: Stamp,
-    /// Position of the nut (m).
-    pub nut_m: Option<f64>,
-    /// Mode number among the natural frequencies above 0, from 1.
-    pub order: usize,
-    /// Natural frequency of this mode (Hz).
-    pub frequency_hz: f64,
-    /// Factors on the stiffness of a joint (1).
-    pub factors: Vec<f64>,
-    /// Sensitivities in descending share of the strain energy.
-    pub joints: Vec<SensitivityRow>,
-}
-
 /// Estimate of one parameter of the Stribeck curve.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FrictionParameter {
@@ -204,35 +153,4 @@ pub struct FrictionDocument {
     pub least_friction_speed_m_s: f64,
     /// Runs compared with the curve.
     pub observations: Vec<FrictionRow>,
-}
-
-/// Identification with one discretisation of the rods.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct ConvergenceRow {
-    /// Number of masses per rod of the lumped model; absent for the exact rod.
-    pub lumps: Option<usize>,
-    /// First natural frequencies above 0 at the start values (Hz).
-    pub frequencies_hz: Vec<f64>,
-    /// Estimates by parameter id, each in its unit.
-    pub parameters: BTreeMap<String, f64>,
-    /// Ids of the fitted parameters.
-    pub fitted: Vec<String>,
-    /// Minimum of the objective: χ², or the value of `eq26` (1).
-    pub cost: f64,
-    /// Root sum of squares of the relative frequency errors (1), by held-out position.
-    pub held_out_errors: BTreeMap<String, f64>,
-}
-
-/// Convergence of the lumped model with its number of masses (`convergence.json`).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct ConvergenceDocument {
-    /// Schema, inputs, overrides and warnings of the document.
-    #[serde(flatten)]
-    pub stamp: Stamp,
-    /// Position of the nut for `frequencies_hz` (m).
-    pub nut_m: Option<f64>,
-    /// Names of the fitted positions.
-    pub fit_positions: Vec<String>,
-    /// Identifications in ascending number of masses, the exact rod last.
-    pub rows: Vec<ConvergenceRow>,
 }

@@ -1,14 +1,11 @@
-//! Results of simulations of the structure as text: modes, FRFs, matrices, sweeps and sensitivities.
+//! Results of simulations of the structure as text: modes, FRFs and sweeps.
 
 use std::fmt::Write;
 
 use super::csv_cell::csv_cell;
 use super::document::FrfsDocument;
-use super::simulation::{MatricesDocument, ModesDocument, SensitivityDocument, SweepDocument};
+use super::simulation::{ModesDocument, SweepDocument};
 use super::terminal::columns;
-
-/// Largest number of columns of a matrix that is printed as text: six take 71 characters of a terminal of 80.
-const WIDEST: usize = 6;
 
 /// Returns modes as a table, under the title of the machine.
 pub fn modes_text(document: &ModesDocument, title: &str) -> String {
@@ -42,24 +39,6 @@ pub fn frfs_csv(document: &FrfsDocument, first: &[String]) -> String {
     text
 }
 
-/// Returns matrices as text, under the title of the machine.
-pub fn matrices_text(document: &MatricesDocument, title: &str) -> String {
-    let mut text = format!("{title}\ncoordinates: {}\n", document.coordinates.join(", "));
-    for (name, matrix) in [("M", &document.mass), ("C", &document.damping), ("K", &document.stiffness)] {
-        let _ = writeln!(text, "\n{name}");
-        let columns = matrix.first().map_or(0, Vec::len);
-        if columns > WIDEST {
-            let _ = writeln!(text, "{} × {columns}, too wide for a terminal; print it as JSON", matrix.len());
-            continue;
-        }
-        for row in matrix {
-            let cells: Vec<String> = row.iter().map(|x| if *x == 0.0 { format!("{:>11}", "0") } else { format!("{x:>11.3e}") }).collect();
-            let _ = writeln!(text, "{}", cells.join(" "));
-        }
-    }
-    text
-}
-
 /// Returns a sweep as a table, under the title of the machine.
 pub fn sweep_text(document: &SweepDocument, title: &str) -> String {
     let (rows, along) = (&document.rows, &document.along);
@@ -82,23 +61,6 @@ pub fn sweep_text(document: &SweepDocument, title: &str) -> String {
     let mut text = format!("{title}\n\n{}", columns(&header, cells));
     for s in &document.separations {
         let _ = writeln!(text, "{}: side {} unloads at {along} = {:.5} ({:.1} N)", s.contact, s.side, s.at, s.force_n);
-    }
-    text
-}
-
-/// Returns sensitivities as a table, under the title of the machine.
-pub fn sensitivity_text(document: &SensitivityDocument, title: &str) -> String {
-    let mut text = format!("{title}\nnatural frequency {}: {:.4} Hz\n\n", document.order, document.frequency_hz);
-    let at = |factor: Option<&f64>| factor.map_or_else(String::new, |factor| format!("f at {factor}"));
-    let (low, high) = (at(document.factors.first()), at(document.factors.last()));
-    let _ = writeln!(text, "{:<20} {:>11} {:>9} {:>10} {low:>10} {high:>10}", "joint", "stiffness", "energy %", "dlnf/dlnk");
-    for row in &document.joints {
-        let (energy, elasticity) = (100.0 * row.strain_energy_share, row.elasticity);
-        let _ = write!(text, "{:<20} {:>11.4e} {energy:>9.2} {elasticity:>10.4}", row.joint, row.stiffness);
-        for hz in row.frequencies_hz.first().into_iter().chain(row.frequencies_hz.last()) {
-            let _ = write!(text, " {hz:>10.3}");
-        }
-        text.push('\n');
     }
     text
 }

@@ -365,7 +365,7 @@ pub(crate) fn all_frfs(set: &MeasurementSet, found: &Identification) -> Vec<FrfR
 }
 
 /// Returns all positions of an identification.
-pub(crate) fn positions(study: &Study, found: &Identification, fit_positions: &[String]) -> BTreeMap<String, PositionRow> {
+pub fn positions(study: &Study, found: &Identification, fit_positions: &[String]) -> BTreeMap<String, PositionRow> {
     if !found.fitted_frfs.is_empty() {
         return gathered(&all_frfs(&study.set, found));
     }

@@ -8,7 +8,6 @@ use identification::objective::ObjectiveError;
 use machine::MachineError;
 use measurement::MeasurementError;
 use report::ReportError;
-use withheld::WithheldError;
 
 /// Why a study cannot be made or run; the text names file, line or key, what was found, and what to write instead.
 #[derive(Debug, thiserror::Error)]
@@ -37,9 +36,6 @@ pub enum StudyError {
     /// A document cannot be written.
     #[error(transparent)]
     Report(#[from] ReportError),
-    /// Sealed cases cannot be verified.
-    #[error(transparent)]
-    Withheld(#[from] WithheldError),
     /// A setting or argument.
     #[error("{key}{}: {fault}", preceded(given))]
     Setting {
@@ -117,17 +113,17 @@ impl StudyError {
     }
 
     /// Makes the error of a setting, with what was given.
-    pub(crate) fn setting(key: &str, given: impl std::fmt::Display, fault: impl Into<String>) -> Self {
+    pub fn setting(key: &str, given: impl std::fmt::Display, fault: impl Into<String>) -> Self {
         StudyError::Setting { key: key.into(), given: given.to_string(), fault: fault.into() }
     }
 
     /// Makes the error of a file, folder or result document.
-    pub(crate) fn input(path: impl std::fmt::Display, fault: impl Into<String>) -> Self {
+    pub fn input(path: impl std::fmt::Display, fault: impl Into<String>) -> Self {
         StudyError::Input { path: path.to_string(), fault: fault.into() }
     }
 
     /// Makes an error of machine, data and settings together.
-    pub(crate) fn impossible(error: impl std::fmt::Display) -> Self {
+    pub fn impossible(error: impl std::fmt::Display) -> Self {
         StudyError::Impossible(error.to_string())
     }
 }

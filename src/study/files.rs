@@ -3,7 +3,6 @@
 use config::{MACHINE_TEMPLATE, effects_schema, machine_schema};
 use measurement::{SET_TEMPLATE, manifest_schema};
 use schemars::Schema;
-use withheld::WithheldDocument;
 
 /// Returns name and text of a commented machine description and an empty measurement set to fill in.
 pub fn templates() -> Vec<(String, &'static str)> {
@@ -15,7 +14,6 @@ pub fn templates() -> Vec<(String, &'static str)> {
 pub fn schema_names() -> Vec<&'static str> {
     let mut names = vec!["machine", "effects", "manifest"];
     names.extend(report::SCHEMAS);
-    names.push("withheld");
     names
 }
 
@@ -25,7 +23,6 @@ pub fn schema(name: &str) -> Option<Schema> {
         "machine" => Some(machine_schema()),
         "effects" => Some(effects_schema()),
         "manifest" => Some(manifest_schema()),
-        "withheld" => Some(schemars::schema_for!(WithheldDocument)),
         other => report::schema(other),
     }
 }

@@ -13,10 +13,14 @@ use identification::objective::Excitation;
 use machine::{Machine, Operating, PointMotion};
 
 /// A machine with values, at an operating condition.
-pub(crate) struct Evaluated<'m> {
+pub struct Evaluated<'m> {
+    /// The machine.
     pub machine: &'m Machine,
+    /// Values of its parameters.
     pub values: &'m [f64],
+    /// Operating condition.
     pub operating: Operating,
+    /// Model of the rods.
     pub rods: RodModel,
 }
 

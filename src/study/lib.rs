@@ -2,11 +2,9 @@
 
 use std::collections::BTreeMap;
 
-pub mod blind_check;
 mod change;
 mod commanded;
 mod compare;
-mod convergence;
 mod diagnose;
 mod document_rows;
 mod effects;
@@ -14,7 +12,6 @@ mod error;
 mod files;
 mod frequency_response;
 mod friction;
-mod hybrid;
 mod identified;
 mod identify;
 mod import;
@@ -34,14 +31,14 @@ mod validate;
 
 pub use change::compare_results;
 pub use config::MachineConfig;
-pub use convergence::convergence;
 pub use diagnose::{Ablation, DiagnosisRequest, NullCache};
+pub use document_rows::positions as position_rows;
 pub use dynamics::model::RodModel;
 pub use effects::effects;
 pub use error::{FaultLocation, StudyError, StudyResult};
 pub use files::{schema, schema_names, templates};
+pub use frequency_response::Evaluated;
 pub use friction::{FrictionRequest, friction};
-pub use hybrid::{HybridRequest, hybrid};
 pub use identification::Drawing;
 pub use identified::{check_identification, read_diagnosis, read_identification};
 pub use import::{ExportedSet, FileContents, ImportRequest, ImportedSet, export, import, list_contents};
@@ -55,6 +52,7 @@ pub use peaks::{DiagramPole, Peaks, PeaksRequest, peaks, stabilisation};
 pub use plan::{PlanRequest, PlannedData};
 pub use predict::PredictionRequest;
 pub use settings::{ObjectiveKind, Settings};
+pub use stamp::{document_input, stamp_files};
 pub use study::{Sources, Study};
 pub use validate::ValidationRequest;
 

@@ -19,7 +19,7 @@ impl Study {
     /// Checks the settings, and builds those of an identification on responses.
     ///
     /// # Errors  a number outside its range; the machine has too many modes in the measured band.
-    pub(crate) fn identification_settings(&self) -> StudyResult<IdentificationSettings> {
+    pub fn identification_settings(&self) -> StudyResult<IdentificationSettings> {
         let made = self.settings.identification(&self.set)?;
         self.check_measured_band()?;
         Ok(made)

@@ -30,7 +30,7 @@ impl Study {
     }
 
     /// Adds the extra channels of the set's records to their preprocessed motions. Returns as [`Study::preprocess_all`].
-    pub(crate) fn add_channels(&self, made: Vec<MotionSignal>) -> StudyResult<(Vec<MotionSignal>, Rigid, Vec<String>)> {
+    pub fn add_channels(&self, made: Vec<MotionSignal>) -> StudyResult<(Vec<MotionSignal>, Rigid, Vec<String>)> {
         let rigid = self.rigid_model()?;
         let machine = &self.config.machine;
         made.iter().try_for_each(|m| rigid.check(machine, m))?;

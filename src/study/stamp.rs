@@ -38,7 +38,7 @@ impl Study {
     }
 
     /// Builds the stamp of a document on machine and measurements. Its warnings are those of the inputs, then the given ones.
-    pub(crate) fn stamp(&self, schema: &str, seed: u64, complete: bool, warnings: Vec<String>) -> Stamp {
+    pub fn stamp(&self, schema: &str, seed: u64, complete: bool, warnings: Vec<String>) -> Stamp {
         let on_set = set_stamp(schema, &self.set);
         Stamp {
             seed,
@@ -67,7 +67,7 @@ pub(crate) fn set_stamp(schema: &str, set: &MeasurementSet) -> Stamp {
 }
 
 /// Builds the stamp of a document on these files, without a seed.
-pub(crate) fn stamp_files(schema: &str, inputs: Vec<Input>, warnings: Vec<String>) -> Stamp {
+pub fn stamp_files(schema: &str, inputs: Vec<Input>, warnings: Vec<String>) -> Stamp {
     Stamp {
         schema: format!("jointid/{schema}/1"),
         tool_version: env!("CARGO_PKG_VERSION").into(),
@@ -81,7 +81,9 @@ pub(crate) fn stamp_files(schema: &str, inputs: Vec<Input>, warnings: Vec<String
 }
 
 /// Describes a result document as an input of another.
-pub(crate) fn document_input(path: &Path) -> StudyResult<Input> {
+///
+/// # Errors  it cannot be read.
+pub fn document_input(path: &Path) -> StudyResult<Input> {
     let bytes = read_file(path, MOST_DOCUMENT_BYTES).map_err(|e| StudyError::input(path.display(), e.to_string()))?;
     Ok(Input { path: path.display().to_string(), sha256: digest(&bytes) })
 }

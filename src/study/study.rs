@@ -188,7 +188,7 @@ impl Study {
     }
 
     /// Returns a text of everything on which the result of a work depends, this build of the program included: another may compute other numbers.
-    pub(crate) fn key(&self, work: &str) -> String {
+    pub fn key(&self, work: &str) -> String {
         let Study { config, set, overrides, without, fit, hold_out, settings, control: _ } = self;
         // Machine and observations may have been made or changed in memory.
         let own = digest_of(&(&config.machine, &set.positions, &set.modes, &set.frfs, &set.motions));
@@ -212,6 +212,26 @@ impl Study {
     /// Returns title and file of the machine.
     pub fn machine_source(&self) -> (&str, &str) {
         (&self.config.machine.title, &self.config.path)
+    }
+
+    /// Returns the machine's file, its text, and what it holds beside the machine.
+    pub fn config(&self) -> &MachineConfig {
+        &self.config
+    }
+
+    /// Returns the overrides of the description.
+    pub fn overrides(&self) -> &[String] {
+        &self.overrides
+    }
+
+    /// Returns the names of positions and records to fit, where they were given.
+    pub fn fitted(&self) -> Option<&[String]> {
+        self.fit.as_deref()
+    }
+
+    /// Returns the names of positions and records to hold out.
+    pub fn held_out(&self) -> &[String] {
+        &self.hold_out
     }
 
     /// Returns the measurement set.

@@ -196,8 +196,22 @@ def test_coverage_is_that_of_the_intervals(tmp_path):
     assert rows["holds"].mean() > 0.7
 
 
-def test_the_blind_check_runs_on_an_executor(tmp_path):
+def test_the_blind_check_runs_on_an_executor(tmp_path, monkeypatch):
+    target = Path(__file__).parents[2] / "target"
+    built = [target / profile / "jointid-lab" for profile in ("debug", "release") if (target / profile / "jointid-lab").is_file()]
+    if not built:
+        pytest.skip("jointid-lab is not built")
+    newest = max(built, key=lambda file: file.stat().st_mtime)
+    monkeypatch.setenv("PATH", f"{newest.parent}{os.pathsep}{os.environ['PATH']}")
     with pool() as executor:
         document = jd.blind_check(tmp_path, cases=2, seed=5, client=executor)
     # A look-alike has a second case with the measurement that the first verdict proposes.
     assert len(document["cases"]) >= 2 and document["complete"]
+
+
+def test_the_blind_check_says_that_the_laboratory_is_missing(tmp_path, monkeypatch):
+    monkeypatch.setenv("PATH", "")
+    for variable in ("CARGO", "CARGO_MANIFEST_DIR"):
+        monkeypatch.delenv(variable, raising=False)
+    with pool() as executor, pytest.raises(jd.InputError, match="jointid-lab.*cargo install"):
+        jd.blind_check(tmp_path, cases=2, client=executor)

@@ -8,6 +8,7 @@ pub mod coupling;
 pub mod everything;
 pub mod finite_elements;
 pub mod frf_set;
+pub mod pages;
 pub mod two_masses;
 
 use std::sync::Arc;

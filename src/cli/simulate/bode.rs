@@ -1,9 +1,9 @@
 //! `jointid simulate bode`: frequency response from command to position.
 
-use super::operating::{nut_place, outcome, warn_of_result};
 use crate::arguments::{OutputArguments, Sources};
 use crate::long_work::stop_flag;
 use crate::message::shown;
+use crate::operating::{nut_place, outcome, warn_of_result};
 use crate::outcome::{CommandResult, deliver, prepare};
 use crate::progress::WorkProgress;
 use report::bode_text;

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use super::operating::{LoadArguments, warn_of_result};
 use crate::arguments::{OutputArguments, QuantityName, Sources};
 use crate::message::shown;
+use crate::operating::{LoadArguments, warn_of_result};
 use crate::outcome::{CommandResult, deliver, prepare, used};
 use crate::terminal;
 use report::frfs_csv;

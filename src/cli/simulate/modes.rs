@@ -1,8 +1,8 @@
 //! `jointid simulate modes`: undamped natural frequencies and mode shapes.
 
-use super::operating::{LoadArguments, nut_place, warn_of_result};
 use crate::arguments::{OutputArguments, RodArguments, Sources};
 use crate::message::shown;
+use crate::operating::{LoadArguments, nut_place, warn_of_result};
 use crate::outcome::{CommandResult, deliver, prepare};
 use report::modes_text;
 use study::simulation::{ModesRequest, Place, modes};

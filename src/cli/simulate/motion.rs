@@ -1,8 +1,8 @@
 //! `jointid simulate motion`: a driven axis on a reference, or on the command of a record.
 
-use super::operating::{nut_place, outcome, stoppable, warn_of_result};
 use crate::arguments::{OutputArguments, Sources};
 use crate::message::{shown, to_message};
+use crate::operating::{nut_place, outcome, stoppable, warn_of_result};
 use crate::outcome::{CommandResult, prepare, print_out, write_announced};
 use crate::terminal;
 use report::{motion_csv, motion_summary, to_json};

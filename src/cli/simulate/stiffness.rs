@@ -1,8 +1,8 @@
 //! `jointid simulate stiffness`: stiffness and natural frequencies over an operating variable.
 
-use super::operating::{LoadArguments, nut_place, warn_of_result};
 use crate::arguments::{OutputArguments, Sources};
 use crate::message::shown;
+use crate::operating::{LoadArguments, nut_place, warn_of_result};
 use crate::outcome::{CommandResult, deliver, prepare};
 use report::sweep_text;
 use study::simulation::{StiffnessRequest, SweepVariable, stiffness};

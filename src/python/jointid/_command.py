@@ -9,4 +9,4 @@ def main() -> int:
     """Runs the command with the arguments of this process; returns its exit code."""
     from . import _core
 
-    return _core.run_command(["jointid", *sys.argv[1:]], sys.executable, _core.__file__)
+    return _core.run_command(["jointid", *sys.argv[1:]])

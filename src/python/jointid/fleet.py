@@ -416,7 +416,9 @@ def blind_check(
     workers: int | None = None,
     progress: bool | Callback | None = None,
 ) -> Document:
-    """The blind check of the diagnosis (the command `withheld`) on a cluster: cases are made and sealed here, diagnosed there, and scored here.
+    """The blind check of the diagnosis (`jointid lab withheld`) on a cluster: cases are made and sealed here, diagnosed there, and scored here.
+
+    It needs the program `jointid-lab`, which is no part of the package: `cargo install --path src/lab` in a clone of the project.
 
     `cases` is a number, "quick" or "full"; `arm` "frf" or "motion"; `layout` "all" or the name of one, for hammer tests.
     All workers must see `folder`. Returns the document `withheld.json`.
@@ -426,19 +428,19 @@ def blind_check(
     chosen = ["--cases", str(cases), "--seed", str(_arrays.count("seed", seed)), "--arm", _arrays.name("arm", arm)]
     if layout is not None:
         chosen += ["--layout", _arrays.name("layout", layout)]
-    seal = json.loads(_command(["withheld", *place, *chosen, "--cases-only", "--json", "--quiet"]))
+    seal = json.loads(_command(["lab", "withheld", *place, *chosen, "--cases-only", "--json", "--quiet"]))
     names = [case["name"] for case in seal["cases"]]
     tasks = (Task(name, key_of("blind check", chosen, name, case["sha256"]), _answered, (place, name)) for name, case in zip(names, seal["cases"], strict=True))
     with progress_of(progress, "blind check") as callback:
         did = do(target, tasks, client, workers=workers, progress=callback, of=len(names))
     if did.failures:
         raise InputError(f"{did.failures[0].name}: {did.failures[0].message}", file=str(target))
-    return Document(_command(["withheld", *place, "--json", "--quiet"]))
+    return Document(_command(["lab", "withheld", *place, "--json", "--quiet"]))
 
 
 def _answered(place: list[str], name: str) -> str:
     """Diagnoses one case in a worker; the answer is kept in the folder of the cases."""
-    _command(["withheld", *place, "--case", name, "--jobs", "1", "--quiet"])
+    _command(["lab", "withheld", *place, "--case", name, "--jobs", "1", "--quiet"])
     return "{}"
 
 
@@ -449,5 +451,5 @@ def _command(words: list[str]) -> str:
         del environment["RAYON_NUM_THREADS"]
     ran = subprocess.run([sys.executable, "-m", "jointid", *words], capture_output=True, text=True, check=False, env=environment)
     if ran.returncode != 0:
-        raise InputError(ran.stderr.strip() or f"jointid {words[0]} ended with {ran.returncode}")
+        raise InputError(ran.stderr.strip() or f"jointid {' '.join(words[:2])} ended with {ran.returncode}")
     return ran.stdout

@@ -29,7 +29,7 @@ pub enum Place {
 /// Returns the operating condition at a place, under a load.
 ///
 /// # Errors  no position has this name; the machine does not allow this condition.
-pub(super) fn find_operating(study: &Study, place: &Place, load: &Load) -> StudyResult<Operating> {
+pub fn find_operating(study: &Study, place: &Place, load: &Load) -> StudyResult<Operating> {
     let machine = study.machine();
     let Load { velocity_m_s, acceleration_m_s2, force_n } = *load;
     let loaded = |at_rest: Operating| Operating { velocity_m_s, acceleration_m_s2, force_n, ..at_rest };
@@ -51,7 +51,7 @@ fn checked(machine: &Machine, place: &str, operating: Operating) -> StudyResult<
 /// Returns an operating condition whose nut position was given as a setting, if the machine allows it.
 ///
 /// # Errors  the machine has no nut, or does not allow this condition; the error names the setting where its value is at fault.
-pub(crate) fn checked_nut(machine: &Machine, key: &str, operating: Operating) -> StudyResult<Operating> {
+pub fn checked_nut(machine: &Machine, key: &str, operating: Operating) -> StudyResult<Operating> {
     if let (None, Some(nut_m)) = (machine.stroke_m(), operating.nut_m) {
         return Err(StudyError::setting(key, nut_m, "this machine describes no screw with a nut on it; leave the nut position out"));
     }
@@ -63,7 +63,7 @@ pub(crate) fn checked_nut(machine: &Machine, key: &str, operating: Operating) ->
 }
 
 /// Lists warnings: a load on a machine without contacts, contacts of which a side lets go, and joints whose nonlinearities a linear prediction leaves out.
-pub(super) fn load_warnings(machine: &Machine, load: &Load, operating: &[Operating]) -> Vec<String> {
+pub fn load_warnings(machine: &Machine, load: &Load, operating: &[Operating]) -> Vec<String> {
     let no_contact = (*load != Load::default() && machine.contacts.is_empty())
         .then(|| "velocity, acceleration and force change nothing: the machine describes no joint as [contact.…]".to_string());
     let joints = machine.joints_ignored_by_frequency_responses().join(", ");
@@ -94,13 +94,13 @@ fn unloaded_warning(contact: &LoadedPair, operating: &Operating) -> Option<Strin
 /// Returns a number if it is finite and above 0.
 ///
 /// # Errors  any other number; the error names the setting `key`.
-pub(super) fn require_positive(key: &str, x: f64) -> StudyResult<f64> {
+pub fn require_positive(key: &str, x: f64) -> StudyResult<f64> {
     if x > 0.0 && x.is_finite() { Ok(x) } else { Err(StudyError::setting(key, x, "write a finite number above 0")) }
 }
 
 /// Checks that a count is not below its least value.
 ///
 /// # Errors  a smaller count; the error names the setting `key`.
-pub(super) fn require_count(key: &str, count: usize, least: usize) -> StudyResult<usize> {
+pub fn require_count(key: &str, count: usize, least: usize) -> StudyResult<usize> {
     if count >= least { Ok(count) } else { Err(StudyError::setting(key, count, format!("write a number from {least}"))) }
 }

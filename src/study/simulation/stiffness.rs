@@ -158,7 +158,7 @@ fn known_point(machine: &Machine, name: &str) -> StudyResult<usize> {
 }
 
 /// Computes the static stiffness at a point.
-pub(super) fn static_stiffness(machine: &Machine, operating: &Operating, point: &str) -> StudyResult<f64> {
+pub fn static_stiffness(machine: &Machine, operating: &Operating, point: &str) -> StudyResult<f64> {
     let found = dynamics::model::matrices(machine, &machine.start(), operating, 1).map_err(StudyError::impossible)?;
     found.static_stiffness(point).map_err(StudyError::impossible)
 }
@@ -192,7 +192,7 @@ fn sweep_row(machine: &Machine, operating: &Operating, at: f64, orders: usize) -
 }
 
 /// Finds where the force on a contact passes a load at which one of its sides unloads.
-pub(super) fn separations(contact: &LoadedPair, (from, to): (f64, f64), at: impl Fn(f64) -> Operating) -> Vec<Separation> {
+pub fn separations(contact: &LoadedPair, (from, to): (f64, f64), at: impl Fn(f64) -> Operating) -> Vec<Separation> {
     // Number of intervals in which a crossing is sought.
     const CUTS: usize = 512;
     let (unloads_a_n, unloads_b_n) = contact.pair.unloading_forces_n(contact.rule);

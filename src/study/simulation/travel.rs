@@ -26,7 +26,9 @@ impl Default for TravelProfile {
 
 impl TravelProfile {
     /// Returns the command at samples of this period (s).
-    pub(super) fn course(&self, period_s: f64, and_back: bool) -> StudyResult<Course> {
+    ///
+    /// # Errors  a limit that is not above 0; no travel.
+    pub fn course(&self, period_s: f64, and_back: bool) -> StudyResult<Course> {
         let curve = SCurve {
             from: 0.0,
             to: self.travel_m,

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::io::{Error, ErrorKind};
 
 use config::{ConfigError, MachineConfig, read_machine_text};
+use lab::withheld::{Run, Seal};
 use measurement::import::{
     ImportedFrf, Placement, TableRequest, decoded, described, described_table, frfs_from_table, frfs_from_universal, set_files,
 };
@@ -12,7 +13,6 @@ use measurement::{FrictionTable, MeasurementError, MeasurementSet, Quantity, Ref
 use reference_simulator::Label;
 use report::page::{Page, html};
 use serde_json::{Value, from_slice};
-use withheld::{Run, Seal};
 
 /// Reads bytes; panics where the reader panics or its result is inconsistent.
 pub type Reader = fn(&[u8]);
