@@ -47,6 +47,7 @@ mod recovery;
 mod refusals;
 mod resume;
 mod servo;
+mod stale_names;
 mod study;
 mod template;
 mod transmission;
