@@ -49,7 +49,7 @@ impl<'a> Machine<'a> {
 
 /// Drives an axis along commands, one for each millisecond, from rest at zero, and records it. The seed determines the sensor noise.
 ///
-/// # Errors     `SimulatorError::Refused` for inadmissible parameters of axis or sensors, `TruthError::Diverged` for unstable loops.
+/// # Errors     `SimulatorError::Refused` for inadmissible parameters of axis or sensors, `SimulatorError::Diverged` for unstable loops.
 pub fn run(axis: &Axis, sensors: &Sensors, command_m: &[f64], seed: u64) -> Result<Record, SimulatorError> {
     run_in(axis, sensors, command_m, &mut Draw::new(seed), STEPS)
 }
