@@ -10,12 +10,11 @@ use super::error::fault;
 use super::fitted::FittedFile;
 use super::rescale::RescaleFile;
 use super::servo::ServoFile;
-use super::tolerance::ToleranceFile;
 use super::unit::to_si;
 use machine::contact::{Rule, Stiffness};
 use machine::{
-    AttachFile, BendingFile, Data, DerivedPatch, DriveFile, Effect, FitRule, FrictionForceFile, JointPatch, LeadErrorFile, LeverFile,
-    MachineError, NumberSource, Parameter, Patch, PointMotion, PointPatch, ReattachFile, Role, Scale, ShaftFile,
+    AttachFile, BendingFile, Data, DerivedPatch, DriveFile, Effect, FitRule, FrictionForceFile, GROUND, JointPatch, LeadErrorFile,
+    LeverFile, MachineError, NumberSource, Parameter, Patch, PointMotion, PointPatch, ReattachFile, Role, Scale, ShaftFile, Tolerance,
 };
 use numeric::unit::travel_per_radian_m;
 
@@ -71,7 +70,7 @@ pub struct MachineFile {
     pub derived: BTreeMap<String, DerivedPatch>,
     /// Tolerances of stated numbers.
     #[serde(default)]
-    pub tolerance: ToleranceFile,
+    pub tolerance: Tolerance,
     /// Tolerances at identified values; only in the file of an identified machine.
     pub fitted: Option<FittedFile>,
 }
@@ -235,10 +234,10 @@ fn point(file: PointFile) -> Result<PointPatch, MachineError> {
 
 fn joint(file: JointFile) -> Result<JointPatch, MachineError> {
     let name = file.name;
-    let alike = file.between.iter().flatten().filter(|n| *n != "ground").cloned().collect();
+    let alike = file.between.iter().flatten().filter(|n| *n != GROUND).cloned().collect();
     let mut angles = Vec::new();
     let mut on: Vec<(String, f64)> = match (file.between, file.on) {
-        (Some([a, b]), None) if a != b => [(a, 1.0), (b, -1.0)].into_iter().filter(|(n, _)| n != "ground").collect(),
+        (Some([a, b]), None) if a != b => [(a, 1.0), (b, -1.0)].into_iter().filter(|(n, _)| n != GROUND).collect(),
         (Some([a, _]), None) => {
             return Err(fault(
                 format!("joint.{name}.between"),

@@ -13,7 +13,6 @@ mod rescale;
 mod schema;
 mod servo;
 mod template;
-mod tolerance;
 mod unit;
 
 pub use embedded::{BENCH, embedded_config};

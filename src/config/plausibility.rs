@@ -1,89 +1,10 @@
 //! Plausible magnitudes of the numbers of a description: warnings with the likely unit, and refusals beyond physics.
 
 use file_access::{is_physical, unfilled};
-use machine::{Machine, MachineError};
+use machine::{GROUND, Machine, MachineError, Magnitude, Mechanism, Number, PointMotion};
 use toml::{Table, Value};
 
 use super::error::fault;
-
-/// Magnitudes of a kind of quantity in its SI unit.
-struct Kind {
-    /// Keys of the quantity, or units of a parameter.
-    keys: &'static [&'static str],
-    /// Unit as it is printed.
-    unit: &'static str,
-    /// Range outside which the number is refused.
-    possible: [f64; 2],
-    /// Range outside which the number is warned about.
-    plausible: [f64; 2],
-    /// Range in which a number has to be in another unit, to name that unit as the likely one.
-    usual: [f64; 2],
-    /// Other units by likelihood, with their factors to the SI unit.
-    others: &'static [(&'static str, f64)],
-}
-
-const fn kind(
-    keys: &'static [&'static str],
-    unit: &'static str,
-    possible: [f64; 2],
-    plausible: [f64; 2],
-    usual: [f64; 2],
-    others: &'static [(&'static str, f64)],
-) -> Kind {
-    Kind { keys, unit, possible, plausible, usual, others }
-}
-
-const PASCAL: &[(&str, f64)] = &[("GPa", 1e9), ("MPa (N/mm²)", 1e6), ("kPa", 1e3)];
-const METRE: &[(&str, f64)] = &[("mm", 1e-3), ("µm", 1e-6)];
-const STIFFNESS: &[(&str, f64)] = &[("N/µm", 1e6), ("N/mm", 1e3)];
-
-/// Kinds by the key of a number.
-///
-/// # Source  materials from polymers to ceramics; screws of 2 mm to 0.5 m, tables of 10 g to 50 t; catalogues of motors and couplings.
-const BY_KEY: [Kind; 30] = [
-    kind(&["youngs_modulus_pa"], "Pa", [1.0, 1e15], [1e8, 1.5e12], [4e10, 5e11], PASCAL),
-    kind(&["shear_modulus_pa"], "Pa", [1.0, 1e15], [3e7, 7e11], [1.5e10, 2.5e11], PASCAL),
-    kind(&["pressure_limit_pa"], "Pa", [1.0, 1e15], [1e7, 1e11], [5e8, 1e10], PASCAL),
-    kind(&["density_kg_m3"], "kg/m³", [1e-12, 1e9], [100.0, 3e4], [800.0, 2.3e4], &[("g/cm³", 1e3), ("kg/mm³", 1e9), ("t/mm³", 1e12)]),
-    kind(&["length_m"], "m", [1e-9, 1e6], [2e-3, 60.0], [0.02, 30.0], METRE),
-    kind(&["diameter_m", "pitch_diameter_m"], "m", [1e-9, 1e5], [2e-4, 2.0], [2e-3, 0.6], METRE),
-    kind(&["ball_diameter_m"], "m", [1e-9, 1e5], [1e-4, 0.2], [3e-4, 0.06], METRE),
-    kind(&["lead_m"], "m", [1e-9, 1e5], [5e-5, 0.6], [2e-4, 0.3], METRE),
-    kind(&["mass_kg", "moved_mass_kg"], "kg", [1e-15, 1e12], [1e-4, 1e5], [0.01, 5e4], &[("g", 1e-3), ("t", 1e3)]),
-    kind(&["inertia_kg_m2"], "kg·m²", [1e-20, 1e12], [1e-9, 20.0], [1e-8, 10.0], &[("kg·cm²", 1e-4), ("kg·mm²", 1e-6), ("g·cm²", 1e-7)]),
-    kind(&["period_s"], "s", [1e-12, 1e6], [1e-7, 1.0], [1e-6, 0.02], &[("ms", 1e-3), ("µs", 1e-6)]),
-    kind(&["preload_n", "coulomb_n", "static_n"], "N", [1e-15, 1e15], [1e-4, 1e6], [0.1, 1e5], &[("kN", 1e3), ("mN", 1e-3)]),
-    kind(&["loss_factor"], "", [1e-15, 100.0], [1e-7, 3.0], [1e-4, 1.0], &[("%", 0.01)]),
-    kind(&["stiffness_proportional_damping_s"], "s", [1e-15, 1e3], [1e-9, 1.0], [1e-7, 0.1], &[("ms", 1e-3), ("µs", 1e-6)]),
-    kind(&["coulomb", "stribeck", "offset"], "N or N·m", [1e-15, 1e15], [1e-6, 1e6], [1e-3, 1e5], &[("kN", 1e3), ("mN", 1e-3)]),
-    kind(&["stribeck_velocity"], "m/s or rad/s", [1e-12, 1e6], [1e-7, 100.0], [1e-5, 10.0], &[("mm/s", 1e-3)]),
-    kind(&["stribeck_exponent"], "", [1e-3, 1e3], [0.1, 10.0], [0.1, 10.0], &[]),
-    kind(&["presliding_stiffness"], "N/m or N·m/rad", [1e-9, 1e18], [0.1, 1e12], [1.0, 1e11], STIFFNESS),
-    kind(&["presliding_damping"], "N·s/m or N·m·s/rad", [1e-15, 1e15], [1e-9, 1e10], [1e-6, 1e7], &[]),
-    kind(&["load_share", "feed_forward"], "", [1e-12, 1e6], [1e-6, 5.0], [1e-3, 2.0], &[("%", 0.01)]),
-    kind(&["gap"], "m or rad", [1e-15, 1e3], [1e-8, 0.1], [1e-7, 5e-3], METRE),
-    kind(&["growth"], "", [1e-15, 1.0], [1e-9, 0.02], [1e-6, 5e-3], &[("µm/m", 1e-6)]),
-    kind(&["delay_s", "integral_time_s", "over_s"], "s", [1e-15, 1e12], [1e-9, 1e4], [1e-6, 10.0], &[("ms", 1e-3), ("µs", 1e-6)]),
-    kind(&["encoder_step"], "m or rad", [1e-15, 10.0], [1e-12, 0.01], [1e-10, 1e-3], METRE),
-    kind(&["limits_m"], "m or rad", [1e-9, 1e9], [1e-6, 1e4], [1e-3, 60.0], METRE),
-    kind(&["resistance_ohm"], "Ω", [1e-9, 1e9], [1e-4, 1e4], [0.01, 1e3], &[("mΩ", 1e-3)]),
-    kind(&["inductance_h", "inductance_d_h"], "H", [1e-12, 1e6], [1e-7, 10.0], [1e-6, 1.0], &[("mH", 1e-3), ("µH", 1e-6)]),
-    kind(&["dc_link_v", "saturation"], "", [1e-12, 1e12], [1e-6, 1e6], [0.1, 1e4], &[]),
-    kind(&["gain", "gain_per_s", "constant", "position_gain_per_s", "velocity_gain"], "", [1e-15, 1e15], [1e-12, 1e12], [1e-12, 1e12], &[]),
-    kind(&["gravity_m_s2"], "m/s²", [1e-6, 1e3], [1.0, 30.0], [9.0, 10.0], &[("mm/s²", 1e-3)]),
-];
-
-/// Kinds of stiffness and damping by their unit: of literal numbers of joints, and of parameters.
-const BY_UNIT: [Kind; 8] = [
-    kind(&["N/m"], "N/m", [1e-12, 1e20], [1e3, 1e12], [1e6, 1e11], STIFFNESS),
-    kind(&["N*m/rad"], "N·m/rad", [1e-15, 1e20], [1e-3, 1e10], [1.0, 1e8], &[("kN·m/rad", 1e3), ("MN·m/rad", 1e6), ("N·mm/rad", 1e-3)]),
-    kind(&["N*s/m"], "N·s/m", [1e-15, 1e15], [1e-4, 1e10], [1.0, 1e7], &[("N·s/mm", 1e3), ("N·s/µm", 1e6)]),
-    kind(&["N*m*s/rad"], "N·m·s/rad", [1e-20, 1e15], [1e-10, 1e8], [1e-5, 1e3], &[("N·mm·s/rad", 1e-3)]),
-    kind(&["kg"], "kg", [1e-15, 1e12], [1e-4, 1e5], [0.01, 5e4], &[("g", 1e-3), ("t", 1e3)]),
-    kind(&["kg*m^2"], "kg·m²", [1e-20, 1e12], [1e-10, 20.0], [1e-8, 10.0], &[("kg·cm²", 1e-4), ("kg·mm²", 1e-6)]),
-    kind(&["Pa"], "Pa", [1.0, 1e15], [1e7, 1.5e12], [1e10, 5e11], PASCAL),
-    kind(&["m"], "m", [1e-15, 1e6], [1e-12, 60.0], [1e-6, 30.0], METRE),
-];
 
 /// Checks the magnitudes of all numbers of a description, as the file states them. Returns one warning per implausible number.
 ///
@@ -104,7 +25,7 @@ pub(super) fn check_numbers(table: &Table) -> Result<Vec<String>, MachineError> 
         if !is_physical(x) {
             return Err(fault(path, format!("is {x:e}; no quantity in SI units has this magnitude")));
         }
-        found.extend(judge(BY_KEY.iter().find(|kind| kind.keys.contains(&key)), path, x)?);
+        found.extend(judge(Number::quantity_of(key).and_then(|quantity| quantity.magnitude), path, x)?);
         Ok(())
     })?;
     for joint in table.get("joint").and_then(Value::as_array).into_iter().flatten() {
@@ -112,7 +33,7 @@ pub(super) fn check_numbers(table: &Table) -> Result<Vec<String>, MachineError> 
         for (key, unit) in ["stiffness", "damping"].into_iter().zip(units) {
             let name = joint.get("name").and_then(Value::as_str).unwrap_or("?");
             if let Some(x) = joint.get(key).and_then(number) {
-                found.extend(judge(by_unit(unit), &format!("joint.{name}.{key}"), x)?);
+                found.extend(judge(Magnitude::of_unit(unit), &format!("joint.{name}.{key}"), x)?);
             }
         }
     }
@@ -124,30 +45,26 @@ pub(super) fn check_numbers(table: &Table) -> Result<Vec<String>, MachineError> 
 /// # Errors  a number is beyond physics.
 pub(super) fn check_parameters(machine: &Machine, stated: impl Fn(&str) -> bool) -> Result<Vec<String>, MachineError> {
     let parameters = machine.parameters.iter().filter(|p| stated(&p.id));
-    let found = parameters.map(|p| judge(by_unit(&p.unit), &format!("parameter.{}.start", p.id), p.start));
+    let found = parameters.map(|p| judge(Magnitude::of_unit(&p.unit), &format!("parameter.{}.start", p.id), p.start));
     Ok(found.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
 }
 
-fn by_unit(unit: &str) -> Option<&'static Kind> {
-    BY_UNIT.iter().find(|kind| kind.keys.contains(&unit))
-}
-
 /// Returns a warning about an implausible number; `None` for a plausible one, for 0 and for a negative one, which is checked elsewhere.
-fn judge(kind: Option<&Kind>, path: &str, x: f64) -> Result<Option<String>, MachineError> {
-    let Some(kind) = kind.filter(|_| x != 0.0) else { return Ok(None) };
+fn judge(known: Option<Magnitude>, path: &str, x: f64) -> Result<Option<String>, MachineError> {
+    let Some(known) = known.filter(|_| x != 0.0) else { return Ok(None) };
     let within = |[low, high]: [f64; 2], x: f64| (low..=high).contains(&x.abs());
-    if within(kind.plausible, x) {
+    if within(known.plausible, x) {
         return Ok(None);
     }
-    let unit = if kind.unit.is_empty() { String::new() } else { format!(" {}", kind.unit) };
-    let likely = kind.others.iter().find(|(_, factor)| within(kind.usual, x * factor));
+    let unit = if known.unit.is_empty() { String::new() } else { format!(" {}", known.unit) };
+    let likely = known.others.iter().find(|(_, factor)| within(known.usual, x * factor));
     let remedy = likely.map_or_else(
         || "check the number".to_string(),
         |(other, factor)| format!("{} looks like {other}; write {}", written(x), converted(x, *factor)),
     );
-    let [low, high] = if within(kind.possible, x) { kind.plausible } else { kind.possible };
+    let [low, high] = if within(known.possible, x) { known.plausible } else { known.possible };
     let range = format!("{}{unit} is outside {} … {}{unit}", written(x), written(low), written(high));
-    if within(kind.possible, x) { Ok(Some(format!("{path}: {range}; {remedy}"))) } else { Err(fault(path, format!("{range}; {remedy}"))) }
+    if within(known.possible, x) { Ok(Some(format!("{path}: {range}; {remedy}"))) } else { Err(fault(path, format!("{range}; {remedy}"))) }
 }
 
 /// Writes a number briefly: in powers of ten beyond 10⁻³ … 10⁶.
@@ -165,7 +82,8 @@ fn converted(x: f64, factor: f64) -> String {
     written(format!("{:.12e}", x * factor).parse().unwrap_or(x * factor))
 }
 
-fn number(value: &Value) -> Option<f64> {
+/// Returns a whole or decimal number of a configuration.
+pub(super) fn number(value: &Value) -> Option<f64> {
     value.as_float().or_else(|| value.as_integer().map(|i| i as f64))
 }
 
@@ -173,17 +91,16 @@ fn number(value: &Value) -> Option<f64> {
 fn joint_units(table: &Table, joint: &Value) -> Option<[&'static str; 2]> {
     let motion = |name: &str| {
         let points = table.get("point")?.as_array()?;
-        points.iter().find(|point| point.get("name").and_then(Value::as_str) == Some(name))?.get("motion")?.as_str()
+        let point = points.iter().find(|point| point.get("name").and_then(Value::as_str) == Some(name))?;
+        point.get("motion")?.clone().try_into::<PointMotion>().ok()
     };
-    let ends = joint.get("between")?.as_array()?.iter().filter_map(Value::as_str).filter(|name| *name != "ground");
-    let motions: Vec<&str> = ends.map(motion).collect::<Option<_>>()?;
-    if motions.iter().all(|motion| *motion == "translation") {
-        Some(["N/m", "N*s/m"])
-    } else if motions.iter().all(|motion| *motion == "rotation") {
-        Some(["N*m/rad", "N*m*s/rad"])
-    } else {
-        None
-    }
+    let ends = joint.get("between")?.as_array()?.iter().filter_map(Value::as_str).filter(|name| *name != GROUND);
+    let motions: Vec<PointMotion> = ends.map(motion).collect::<Option<_>>()?;
+    let [stiffness, damping] = [Mechanism::Stiffness, Mechanism::Damping].map(Mechanism::units);
+    [PointMotion::Translation, PointMotion::Rotation]
+        .into_iter()
+        .position(|alike| motions.iter().all(|motion| *motion == alike))
+        .map(|at| [stiffness[at], damping[at]])
 }
 
 /// A visitor of numbers: path, key and value.

@@ -11,7 +11,7 @@ use super::embedded::{EFFECTS, embedded_config};
 use super::error::{ConfigError, fault};
 use super::extent::check_extent;
 use super::file::{EffectFile, LibraryFile, MachineFile};
-use super::plausibility::{check_numbers, check_parameters};
+use super::plausibility::{check_numbers, check_parameters, number};
 use machine::{Data, Effect, Machine, MachineError};
 
 /// Overrides `key.path=value` of a configuration, applied in order.
@@ -107,8 +107,8 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
     if !(share_s >= 0.0 && share_s.is_finite()) {
         return Err(in_file(fault("stiffness_proportional_damping_s", format!("is {share_s}; write 0 or a time in s"))));
     }
-    let tolerance = file.tolerance.tolerance().map_err(in_file)?;
-    let with_tolerance = file.tolerance.stated();
+    let tolerance = file.tolerance;
+    tolerance.check().map_err(in_file)?;
     let fitted = file.fitted.take();
     let contained = std::mem::take(&mut file.effects);
     if file.point.is_empty() {
@@ -128,7 +128,8 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
         })?;
         machine = machine.with_effect(effect).map_err(in_file)?;
     }
-    if let Some(idle) = machine.idle_tolerances(&with_tolerance).first() {
+    let is_set = |key: &str| stated.get("tolerance").and_then(|section| number(section.get(key)?)).is_some_and(|x| x != 0.0);
+    if let Some(idle) = machine.idle_tolerance(is_set) {
         return Err(in_file(fault(format!("tolerance.{idle}"), "the machine has no quantity with this tolerance; remove the key")));
     }
     for effect in &own {

@@ -4,13 +4,13 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::error::fault;
-use machine::{MachineError, Rescale, Target};
+use machine::{MachineError, Rescale, Target, TargetKind};
 
 /// A number that an effect changes.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RescaleFile {
-    part: PartFile,
+    part: TargetKind,
     /// Name of the point, joint or shaft.
     #[serde(default)]
     name: String,
@@ -22,59 +22,14 @@ pub struct RescaleFile {
     by: String,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-enum PartFile {
-    PointInertia,
-    JointStiffness,
-    JointDamping,
-    JointLossFactor,
-    JointIntegralRate,
-    JointGap,
-    JointFriction,
-    JointLeadError,
-    ShaftDiameter,
-    ShaftBore,
-    ShaftLossFactor,
-    ShaftYoungsModulus,
-    ShaftModulus,
-    ShaftShearModulus,
-    NutPosition,
-    Drive,
-    ChainGain,
-    ChainDelay,
-    ChainPower,
-}
-
 impl RescaleFile {
     /// Returns the number, the modifier and the parameter.
     pub fn rescale(self) -> Result<(Target, Rescale, String), MachineError> {
-        let has_keys = [PartFile::JointFriction, PartFile::JointLeadError, PartFile::Drive].contains(&self.part);
+        let has_keys = self.part.has_keys();
         if has_keys == self.key.is_empty() {
             let remedy = if has_keys { "name the number with key = \"…\"" } else { "this part is one number; leave key out" };
             return Err(fault(format!("rescale by {}", self.by), remedy));
         }
-        let target = match self.part {
-            PartFile::PointInertia => Target::PointInertia(self.name),
-            PartFile::JointStiffness => Target::JointStiffness(self.name),
-            PartFile::JointDamping => Target::JointDamping(self.name),
-            PartFile::JointLossFactor => Target::JointLossFactor(self.name),
-            PartFile::JointIntegralRate => Target::JointIntegralRate(self.name),
-            PartFile::JointGap => Target::Gap(self.name),
-            PartFile::JointFriction => Target::Friction(self.name, self.key),
-            PartFile::JointLeadError => Target::LeadError(self.name, self.key),
-            PartFile::ShaftDiameter => Target::ShaftDiameter(self.name),
-            PartFile::ShaftBore => Target::ShaftBore(self.name),
-            PartFile::ShaftLossFactor => Target::ShaftLossFactor(self.name),
-            PartFile::ShaftYoungsModulus => Target::ShaftYoungsModulus(self.name),
-            PartFile::ShaftModulus => Target::ShaftModulus(self.name),
-            PartFile::ShaftShearModulus => Target::ShaftShearModulus(self.name),
-            PartFile::NutPosition => Target::NutPosition(self.name),
-            PartFile::Drive => Target::Drive(self.key),
-            PartFile::ChainGain => Target::ChainGain,
-            PartFile::ChainDelay => Target::ChainDelay,
-            PartFile::ChainPower => Target::ChainPower,
-        };
-        Ok((target, self.modifier, self.by))
+        Ok((Target { kind: self.part, name: self.name, key: self.key }, self.modifier, self.by))
     }
 }

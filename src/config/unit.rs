@@ -8,22 +8,6 @@ use numeric::unit::{Unit, parse_for};
 const SI: [&str; 18] =
     ["1", "N/m", "N*m/rad", "N*s/m", "N*m*s/rad", "kg", "kg*m^2", "N", "N*m", "Hz", "m", "rad", "m/s", "rad/s", "s", "1/s", "Pa", "kg/m^3"];
 
-/// Returns the SI units that fit a mechanism; none where any unit does. Of two, the first is that of a translation.
-fn fitting(mechanism: Mechanism) -> &'static [&'static str] {
-    match mechanism {
-        Mechanism::Stiffness => &["N/m", "N*m/rad"],
-        Mechanism::Damping => &["N*s/m", "N*m*s/rad"],
-        Mechanism::Inertia => &["kg", "kg*m^2"],
-        Mechanism::Force => &["N", "N*m"],
-        Mechanism::Length | Mechanism::Period(_) => &["m", "rad"],
-        Mechanism::Velocity => &["m/s", "rad/s"],
-        Mechanism::Delay => &["s"],
-        Mechanism::Ratio | Mechanism::LossFactor | Mechanism::LeadExpansion => &["1"],
-        Mechanism::Quantity(units) => units,
-        Mechanism::Other => &[],
-    }
-}
-
 /// Returns the unit of a parameter in SI and the factor to it.
 ///
 /// # Errors  the unit is unknown, or of another dimension than the place where the parameter is used.
@@ -44,7 +28,7 @@ pub(super) fn to_si(id: &str, label: &str, uses: &Patch) -> Result<(String, f64)
         return Ok((label.into(), 1.0));
     }
     let mechanism = uses.mechanism_of(id, label);
-    let fits: Vec<&str> = match (fitting(mechanism), is_rotation(id, mechanism, uses)) {
+    let fits: Vec<&str> = match (mechanism.units(), is_rotation(id, mechanism, uses)) {
         ([translation, rotation], Some(is_rotation)) => vec![if is_rotation { rotation } else { translation }],
         (list, _) => list.to_vec(),
     };

@@ -2,7 +2,7 @@
 
 use machine::{
     Data, Effect, EffectIds, FitRule, JointPatch, Machine, MachineError, Mechanism, NumberSource, Operating, Parameter, Patch, PointMotion,
-    PointPatch, Rescale, Role, Scale, Target, UnitValues,
+    PointPatch, Rescale, Role, Scale, TargetKind, UnitValues,
 };
 use num_complex::Complex64;
 use numeric::statistics::quantile;
@@ -274,7 +274,7 @@ pub fn interfaces(nominal: &Hypothesis) -> Vec<Hypothesis> {
                         lower: 1e-12 * m,
                         ..amplitude(Mechanism::Inertia, (1e-4 * m, 1e2 * m))
                     });
-                    patch.rescales.push((Target::PointInertia(on[0].0.clone()), Rescale::Added, INERTIA.into()));
+                    patch.rescales.push((TargetKind::PointInertia.of(&on[0].0), Rescale::Added, INERTIA.into()));
                 }
                 Shape::Resonator => {
                     patch.parameters.extend([

@@ -23,26 +23,6 @@ pub struct Bending {
     pub loss_factor: Value,
 }
 
-impl Bending {
-    /// Returns its numbers, each with its name in words.
-    pub fn values(&self) -> [(&'static str, &Value); 6] {
-        let [left, right] = &self.clamping;
-        [
-            ("misalignment", &self.misalignment),
-            ("eccentricity", &self.eccentricity),
-            ("lateral stiffness", &self.lateral_stiffness),
-            ("left clamping", left),
-            ("right clamping", right),
-            ("loss factor of bending", &self.loss_factor),
-        ]
-    }
-
-    pub(super) fn values_mut(&mut self) -> [&mut Value; 6] {
-        let [left, right] = &mut self.clamping;
-        [&mut self.misalignment, &mut self.eccentricity, &mut self.lateral_stiffness, left, right, &mut self.loss_factor]
-    }
-}
-
 /// Lateral bending of a shaft.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

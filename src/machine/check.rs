@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use thiserror::Error;
 
+use super::number::{BENDING, CHAIN, JOINT, POINT, Reach, SHAFT, check_ranges, numbers_of};
 use super::{Machine, Operating, Parameter, Scale, Shaft, Value};
 
 /// An error in a description; the message states the correction.
@@ -48,47 +49,24 @@ impl Machine {
     fn check_numbers(&self, start: &[f64], at_end: bool) -> Result<(), MachineError> {
         let middle = Operating::at(self.stroke_m().map(|s| 0.5 * s));
         let at = |v: &Value| v.at(start, &middle);
-        let positive = |part: String, v: &Value| match at(v) {
-            x if x > 0.0 && x.is_finite() => Ok(()),
-            x => Err(fault(part, format!("is {x:?}; write a number above 0"))),
-        };
-        let not_negative = |part: String, v: &Value| match at(v) {
-            x if x >= 0.0 && x.is_finite() => Ok(()),
-            x => Err(fault(part, format!("is {x:?}; write 0 or a number above it"))),
-        };
         let lightest = |point: usize| match self.shafts.iter().find(|s| at_end && s.carries(point)) {
             Some(shaft) => -0.25 * shaft.inertia(self.points[point].motion, start, &middle),
             None => 0.0,
         };
         for (index, p) in self.points.iter().enumerate() {
             if !(lightest(index)..f64::INFINITY).contains(&at(&p.inertia)) {
-                not_negative(format!("point.{}.{}", p.name, p.motion.inertia_key()), &p.inertia)?;
+                check_ranges(numbers_of(POINT, p), |key| format!("point.{}.{key}", p.name), &at)?;
             }
         }
         for s in &self.shafts {
-            let part = |key: &str| format!("shaft.{}.{key}", s.name);
-            positive(part("length_m"), &s.length)?;
-            positive(part("diameter_m"), &s.diameter)?;
-            let bore = at(&s.bore_ratio);
-            if !(0.0..1.0).contains(&bore) {
-                return Err(fault(part("bore_ratio"), format!("is {bore:?}; write bore over diameter, from 0 to below 1")));
-            }
-            positive(part("youngs_modulus_pa"), &s.youngs_modulus)?;
-            positive(part("shear_modulus_pa"), &s.shear_modulus)?;
-            positive(part("density_kg_m3"), &s.density)?;
-            not_negative(part("loss_factor"), &s.loss_factor)?;
+            check_ranges(numbers_of(SHAFT, s), |key| format!("shaft.{}.{key}", s.name), &at)?;
             self.check_stations(s, start, &middle)?;
             self.check_bending(s, start, &middle)?;
         }
-        positive("chain-gain".into(), &self.chain.gain)?;
+        check_ranges(numbers_of(CHAIN, &self.chain), str::to_string, &at)?;
         for j in &self.joints {
-            not_negative(format!("joint.{}.stiffness", j.name), &j.stiffness)?;
-            not_negative(format!("joint.{}.damping", j.name), &j.damping)?;
-            not_negative(format!("joint.{}.loss_factor", j.name), &j.loss_factor)?;
-            not_negative(format!("joint.{}.integral_rate", j.name), &j.integral_rate)?;
-            if let Some(relaxation) = &j.relaxation_stiffness {
-                positive(format!("joint.{}.relaxation_stiffness", j.name), relaxation)?;
-            }
+            let of_all = numbers_of(JOINT, j).filter(|(number, _)| number.reach == Reach::All);
+            check_ranges(of_all, |key| format!("joint.{}.{key}", j.name), &at)?;
         }
         self.check_motion(at)
     }
@@ -96,12 +74,7 @@ impl Machine {
     fn check_bending(&self, shaft: &Shaft, start: &[f64], middle: &Operating) -> Result<(), MachineError> {
         let Some(bending) = &shaft.bending else { return Ok(()) };
         let part = format!("bending.{}", shaft.name);
-        for (name, value) in bending.values() {
-            let number = value.at(start, middle);
-            if !number.is_finite() || (number < 0.0 && name != "misalignment") {
-                return Err(fault(part, format!("its {name} is {number:?}; write a number from 0")));
-            }
-        }
+        check_ranges(numbers_of(BENDING, bending), |key| format!("{part}.{key}"), &|value: &Value| value.at(start, middle))?;
         if [&bending.misalignment, &bending.eccentricity].iter().all(|value| value.at(start, middle) == 0.0) {
             return Err(fault(part, "its misalignment and its eccentricity are both 0; write one of them, or leave the bending out"));
         }

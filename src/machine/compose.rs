@@ -52,11 +52,6 @@ impl Machine {
         Ok(Value { base, modifiers: laws })
     }
 
-    /// Resolves an optional value, which is 0 by default.
-    pub(super) fn value_or_zero(&self, part: &str, source: &Option<NumberSource>) -> Result<Value, MachineError> {
-        source.as_ref().map_or(Ok(Value::number(0.0)), |source| self.value(part, source))
-    }
-
     fn known_parameter(&self, part: &str, id: &str) -> Result<usize, MachineError> {
         self.parameter(id).ok_or_else(|| {
             let known = listing(self.parameters.iter().map(|p| p.id.as_str()));

@@ -3,7 +3,6 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::friction::numbers;
 use super::{CurrentFile, CurrentLoop, Motor, MotorFile, NumberSource, Value, Wave, WaveFile};
 
 /// The encoder of a control loop.
@@ -110,7 +109,8 @@ pub struct DriveFile {
     /// Largest output of the velocity loop (V); unlimited by default.
     pub(super) saturation: Option<NumberSource>,
     /// Ripple of force or torque along the travel of `on`.
-    pub(super) ripple: Option<WaveFile>,
+    #[serde(default)]
+    pub(super) ripple: WaveFile,
     /// Winding of the motor; without one the force follows the loops instantaneously.
     pub(super) motor: Option<MotorFile>,
     /// Current loop; without one the velocity loop outputs the motor's voltage.
@@ -181,24 +181,6 @@ impl VelocityFile {
         Tachometry::Difference(if (ratio - whole).abs() < 1e-6 * whole && whole < 1e6 { whole as usize } else { 0 })
     }
 }
-
-numbers!(Drive:
-    "constant" constant,
-    "force_factor" force_factor,
-    "delay_s" delay_s,
-    "saturation" saturation,
-    "ripple.cosine" ripple.cosine,
-    "ripple.sine" ripple.sine,
-    "ripple.period" ripple.period,
-    "position.encoder_step" position.encoder.step,
-    "position.gain_per_s" position.gain_per_s,
-    "position.feed_forward" position.feed_forward,
-    "velocity.encoder_step" velocity.encoder.step,
-    "velocity.gain" velocity.gain,
-    "velocity.integral_time_s" velocity.integral_time_s,
-    "velocity.acceleration_feed_forward" velocity.acceleration_feed_forward,
-    ; motor, current
-);
 
 impl Drive {
     /// Returns the shortest period of its loops (s).

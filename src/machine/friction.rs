@@ -9,7 +9,7 @@ use super::check::{MachineError, fault};
 use super::{NumberSource, Value};
 
 /// A periodic function of the travel: c·cos(2π·x/p) + s·sin(2π·x/p), of amplitude √(c² + s²).
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Wave {
     /// c.
     pub cosine: Value,
@@ -117,7 +117,7 @@ impl FrictionTable {
 
 /// Lead error of a screw joint: its combination Σ cᵢ·qᵢ is unstrained at γ·x + wave(x), x the travel of its first translation. Frequency responses, modes
 /// and simulated motion multiply the lead by 1 + γ; inverse dynamics adds γ·x, which is the same except for γ².
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct LeadError {
     /// γ: relative lead deviation (m/m), for example thermal expansion of the lead.
     pub growth: Value,
@@ -156,7 +156,8 @@ pub struct FrictionForceFile {
     /// Damping before sliding.
     pub(super) presliding_damping: Option<NumberSource>,
     /// Position-dependent part of the level.
-    pub(super) position: Option<WaveFile>,
+    #[serde(default)]
+    pub(super) position: WaveFile,
     /// Share of the force of `load_of` that is added to the level.
     pub(super) load_share: Option<NumberSource>,
     /// The joint, described before this one, whose force loads the friction; the drive's force by default.
@@ -172,84 +173,25 @@ pub struct LeadErrorFile {
     /// Relative lead deviation along the travel (m per m), for example thermal expansion.
     pub(super) growth: Option<NumberSource>,
     /// Periodic part along the travel (m).
-    pub(super) wave: Option<WaveFile>,
-}
-
-fn zero() -> Value {
-    Value::number(0.0)
-}
-
-impl Default for Wave {
-    fn default() -> Self {
-        Wave { cosine: zero(), sine: zero(), period: zero() }
-    }
-}
-
-impl Default for LeadError {
-    fn default() -> Self {
-        LeadError { growth: zero(), wave: Wave::default() }
-    }
+    #[serde(default)]
+    pub(super) wave: WaveFile,
 }
 
 impl Default for Friction {
     fn default() -> Self {
         Friction {
-            coulomb: zero(),
-            offset: zero(),
-            viscous_asymmetry: zero(),
-            stribeck: zero(),
-            stribeck_velocity: zero(),
+            coulomb: Value::default(),
+            offset: Value::default(),
+            viscous_asymmetry: Value::default(),
+            stribeck: Value::default(),
+            stribeck_velocity: Value::default(),
             stribeck_exponent: Value::number(2.0),
-            presliding_stiffness: zero(),
-            presliding_damping: zero(),
+            presliding_stiffness: Value::default(),
+            presliding_damping: Value::default(),
             position: Wave::default(),
-            load_share: zero(),
+            load_share: Value::default(),
             load_of: None,
             table: FrictionTable::default(),
         }
     }
 }
-
-/// Implements read and write access to the numbers of a part, and of its optional parts, under their configuration keys.
-macro_rules! numbers {
-    ($part:ty: $($key:literal $field:ident $(. $inner:ident)*,)+ $(; $($option:ident),+)?) => {
-        impl $part {
-            pub(super) fn values(&self) -> Vec<(&'static str, &Value)> {
-                let own = vec![$(($key, &self.$field$(.$inner)*)),+];
-                let all = own.into_iter();
-                $($(let all = all.chain(self.$option.iter().flat_map(|part| part.values()));)+)?
-                all.collect()
-            }
-
-            pub(super) fn values_mut(&mut self) -> Vec<(&'static str, &mut Value)> {
-                let own = vec![$(($key, &mut self.$field$(.$inner)*)),+];
-                let all = own.into_iter();
-                $($(let all = all.chain(self.$option.iter_mut().flat_map(|part| part.values_mut()));)+)?
-                all.collect()
-            }
-        }
-    };
-}
-pub(super) use numbers;
-
-numbers!(Friction:
-    "coulomb" coulomb,
-    "offset" offset,
-    "viscous_asymmetry" viscous_asymmetry,
-    "stribeck" stribeck,
-    "stribeck_velocity" stribeck_velocity,
-    "stribeck_exponent" stribeck_exponent,
-    "presliding_stiffness" presliding_stiffness,
-    "presliding_damping" presliding_damping,
-    "position.cosine" position.cosine,
-    "position.sine" position.sine,
-    "position.period" position.period,
-    "load_share" load_share,
-);
-
-numbers!(LeadError:
-    "growth" growth,
-    "wave.cosine" wave.cosine,
-    "wave.sine" wave.sine,
-    "wave.period" wave.period,
-);

@@ -35,3 +35,22 @@ pub struct Joint {
     /// Lead error. Frequency responses and modes ignore its periodic part.
     pub lead_error: LeadError,
 }
+
+impl Joint {
+    /// Creates a joint on points (index) with these coefficients; its numbers are 0.
+    pub(super) fn new(name: String, on: Vec<(usize, f64)>) -> Self {
+        Joint {
+            name,
+            on,
+            share: 1.0,
+            stiffness: Value::default(),
+            damping: Value::default(),
+            loss_factor: Value::default(),
+            integral_rate: Value::default(),
+            relaxation_stiffness: None,
+            friction: Friction::default(),
+            gap: Value::default(),
+            lead_error: LeadError::default(),
+        }
+    }
+}

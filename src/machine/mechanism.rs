@@ -53,18 +53,26 @@ impl Mechanism {
         matches!(self, Mechanism::Period(_))
     }
 
+    /// Returns the SI units that fit; none where any unit does. Of two, the first is that of a translation.
+    pub fn units(self) -> &'static [&'static str] {
+        match self {
+            Mechanism::Stiffness => &["N/m", "N*m/rad"],
+            Mechanism::Damping => &["N*s/m", "N*m*s/rad"],
+            Mechanism::Inertia => &["kg", "kg*m^2"],
+            Mechanism::Force => &["N", "N*m"],
+            Mechanism::Length | Mechanism::Period(_) => &["m", "rad"],
+            Mechanism::Velocity => &["m/s", "rad/s"],
+            Mechanism::Delay => &["s"],
+            Mechanism::Ratio | Mechanism::LossFactor | Mechanism::LeadExpansion => &["1"],
+            Mechanism::Quantity(units) => units,
+            Mechanism::Other => &[],
+        }
+    }
+
     /// Returns the mechanism of a parameter whose use does not decide it, by its unit.
     pub(super) fn of_unit(unit: &str) -> Self {
-        match unit {
-            "N/m" | "N*m/rad" => Mechanism::Stiffness,
-            "N*s/m" | "N*m*s/rad" => Mechanism::Damping,
-            "kg" | "kg*m^2" => Mechanism::Inertia,
-            "N" | "N*m" => Mechanism::Force,
-            "m" | "rad" => Mechanism::Length,
-            "m/s" | "rad/s" => Mechanism::Velocity,
-            "s" => Mechanism::Delay,
-            "1" => Mechanism::Ratio,
-            _ => Mechanism::Other,
-        }
+        use Mechanism::{Damping, Delay, Force, Inertia, Length, Other, Ratio, Stiffness, Velocity};
+        let by_unit = [Stiffness, Damping, Inertia, Force, Length, Velocity, Delay, Ratio];
+        by_unit.into_iter().find(|mechanism| mechanism.units().contains(&unit)).unwrap_or(Other)
     }
 }

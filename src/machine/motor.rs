@@ -3,7 +3,6 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::friction::numbers;
 use super::schema::enum_without_descriptions;
 use super::{NumberSource, Value};
 
@@ -96,32 +95,3 @@ pub struct CurrentFile {
     #[serde(default)]
     pub(super) inverter: Inverter,
 }
-
-impl MotorFile {
-    /// Returns the numbers that the file states, with their configuration keys.
-    pub(super) fn sources(&self) -> Vec<(&'static str, &NumberSource)> {
-        let always = [("motor.resistance_ohm", &self.resistance_ohm), ("motor.inductance_h", &self.inductance_h)];
-        let inductance_d = self.inductance_d_h.iter().map(|source| ("motor.inductance_d_h", source));
-        always.into_iter().chain(inductance_d).chain(self.dc_link_v.iter().map(|source| ("motor.dc_link_v", source))).collect()
-    }
-}
-
-impl CurrentFile {
-    /// Returns the numbers that the file states, with their configuration keys.
-    pub(super) fn sources(&self) -> Vec<(&'static str, &NumberSource)> {
-        let time = self.integral_time_s.iter().map(|source| ("current.integral_time_s", source));
-        std::iter::once(("current.gain", &self.gain)).chain(time).collect()
-    }
-}
-
-numbers!(Motor:
-    "motor.resistance_ohm" resistance_ohm,
-    "motor.inductance_h" inductance_h,
-    "motor.inductance_d_h" inductance_d_h,
-    "motor.dc_link_v" dc_link_v,
-);
-
-numbers!(CurrentLoop:
-    "current.gain" gain,
-    "current.integral_time_s" integral_time_s,
-);

@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 
 use super::check::{MachineError, check_parameter, fault, listing};
 use super::effect::{AttachFile, LeverFile, ReattachFile};
+use super::number::{BENDING, JOINT, LEVER, Reach, SHAFT};
 use super::{
-    Bending, BendingFile, Derivation, Derived, DerivedPatch, Effect, Joint, JointPatch, Lever, Machine, ParameterValues, Patch, Point,
-    PointMotion, PointPatch, Shaft, ShaftFile, Station, StationPlace, Value,
+    Bending, BendingFile, Derivation, Derived, DerivedPatch, Effect, FrictionTable, GROUND, Joint, JointPatch, Lever, Machine,
+    ParameterValues, Patch, Point, PointMotion, PointPatch, Shaft, ShaftFile, Station, StationPlace, Value,
 };
 
 impl Machine {
@@ -89,8 +90,7 @@ impl Machine {
 
     /// Removes parameters on which nothing depends, such as those of a removed effect, and returns their ids.
     pub fn drop_unused_parameters(&mut self) -> Vec<String> {
-        let mut used: Vec<bool> = vec![false; self.parameters.len()];
-        self.values().for_each(|v| v.depends_on().for_each(|i| used[i] = true));
+        let used = self.depended_on(self.numbers().map(|(.., value)| value));
         let mut next = 0;
         let moved: Vec<usize> = used
             .iter()
@@ -99,7 +99,7 @@ impl Machine {
                 next - usize::from(*u)
             })
             .collect();
-        self.values_mut().for_each(|v| v.renumber(&moved));
+        self.change_numbers(&mut |_, _, value| value.renumber(&moved));
         self.derived.retain(|d| !matches!(d.from, Derivation::Parameter(index) if !used[index]));
         for derived in &mut self.derived {
             if let Derivation::Parameter(index) = &mut derived.from {
@@ -112,78 +112,19 @@ impl Machine {
         dropped
     }
 
-    /// Returns the numbers on which frequency responses and modes depend.
-    fn linear_values(&self) -> impl Iterator<Item = &Value> {
-        let points = self.points.iter().map(|p| &p.inertia);
-        let shafts = self.shafts.iter().flat_map(|s| {
-            [
-                &s.length,
-                &s.diameter,
-                &s.bore_ratio,
-                &s.youngs_modulus,
-                &s.shear_modulus,
-                &s.density,
-                &s.loss_factor,
-                &s.nut_position,
-                &s.nut_support_factor,
-                &s.nut_support_offset,
-            ]
-        });
-        let bending = self.shafts.iter().flat_map(|s| &s.bending).flat_map(|bending| bending.values().map(|(_, value)| value));
-        let joints = self.joints.iter().flat_map(|j| {
-            let own = [&j.stiffness, &j.damping, &j.loss_factor, &j.integral_rate];
-            let has_lead = j.on.iter().any(|(point, _)| self.has_lead(j, *point));
-            own.into_iter().chain(j.relaxation_stiffness.as_ref()).chain(has_lead.then_some(&j.lead_error.growth))
-        });
-        let levers = self.chain.levers.iter().flat_map(|l| [&l.sensor_arm, &l.hammer_arm]);
-        points
-            .chain(shafts)
-            .chain(bending)
-            .chain(joints)
-            .chain([&self.chain.gain, &self.chain.delay, &self.chain.power, &self.loss_dispersion])
-            .chain(levers)
-    }
-
-    pub(super) fn values(&self) -> impl Iterator<Item = &Value> {
-        self.linear_values().chain(self.motion_values().into_iter().map(|(_, value)| value))
-    }
-
-    pub(super) fn values_mut(&mut self) -> impl Iterator<Item = &mut Value> {
-        let points = self.points.iter_mut().map(|p| &mut p.inertia);
-        let shafts = self.shafts.iter_mut().flat_map(|s| {
-            [
-                &mut s.length,
-                &mut s.diameter,
-                &mut s.bore_ratio,
-                &mut s.youngs_modulus,
-                &mut s.shear_modulus,
-                &mut s.density,
-                &mut s.loss_factor,
-                &mut s.nut_position,
-                &mut s.nut_support_factor,
-                &mut s.nut_support_offset,
-            ]
-            .into_iter()
-            .chain(s.bending.iter_mut().flat_map(Bending::values_mut))
-        });
-        let joints = self.joints.iter_mut().flat_map(|j| {
-            let own = [&mut j.stiffness, &mut j.damping, &mut j.loss_factor, &mut j.integral_rate, &mut j.gap];
-            let own = own.into_iter().chain(j.relaxation_stiffness.as_mut());
-            own.chain(j.friction.values_mut().into_iter().chain(j.lead_error.values_mut()).map(|(_, value)| value))
-        });
-        let drive = self.drive.iter_mut().flat_map(super::Drive::values_mut).map(|(_, value)| value);
-        let super::Chain { gain, delay, power, levers } = &mut self.chain;
-        let chain = [gain, delay, power, &mut self.loss_dispersion]
-            .into_iter()
-            .chain(levers.iter_mut().flat_map(|l| [&mut l.sensor_arm, &mut l.hammer_arm]));
-        points.chain(shafts).chain(joints).chain(drive).chain(chain)
-    }
-
-    /// Whether frequency responses and modes depend on each parameter; the others affect only motion.
+    /// Whether frequency responses and modes depend on each parameter; the others affect only motion. Of the numbers of motion they depend on the
+    /// expansion of a lead.
     pub fn linear_parameters(&self) -> Vec<bool> {
-        let mut linear = vec![false; self.parameters.len()];
-        self.linear_values().for_each(|v| v.depends_on().for_each(|i| linear[i] = true));
-        linear
+        let own = self.numbers().filter(|(number, ..)| number.reach == Reach::All).map(|(.., value)| value);
+        let with_lead = |joint: &&Joint| joint.on.iter().any(|(point, _)| self.has_lead(joint, *point));
+        self.depended_on(own.chain(self.joints.iter().filter(with_lead).map(|joint| &joint.lead_error.growth)))
+    }
+
+    /// Whether one of the numbers depends on each parameter.
+    pub(super) fn depended_on<'v>(&self, numbers: impl Iterator<Item = &'v Value>) -> Vec<bool> {
+        let mut depends = vec![false; self.parameters.len()];
+        numbers.for_each(|value| value.depends_on().for_each(|index| depends[index] = true));
+        depends
     }
 
     /// Returns the first part that an effect needs, or names as its location, and the machine lacks; or the effect that it describes in more detail,
@@ -211,7 +152,7 @@ impl Machine {
 
     fn resolve_point_patch(&self, patch: &PointPatch) -> Result<Point, MachineError> {
         let part = format!("point.{}", patch.name);
-        if patch.name == "ground" {
+        if patch.name == GROUND {
             return Err(fault(part, "«ground» is predefined and cannot be declared; choose another name"));
         }
         if self.point(&patch.name).is_some() {
@@ -226,29 +167,29 @@ impl Machine {
         if self.shafts.iter().any(|s| s.name == patch.name) {
             return Err(fault(part, "this name is declared twice; give each shaft a name of its own"));
         }
-        let value = |key: &str, source| self.value(&format!("{part}.{key}"), source);
-        let value_or_zero = |key: &str, source| self.value_or_zero(&format!("{part}.{key}"), source);
         let point = |name: &Option<String>| name.as_ref().map(|n| self.named_point(&format!("{part}.station"), n)).transpose();
         let mut stations = Vec::new();
         for (place, station) in patch.locations()?.into_iter().zip(&patch.station) {
             stations.push(Station { place, axial: point(&station.axial)?, torsion: point(&station.torsion)? });
         }
-        Ok(Shaft {
+        let mut shaft = Shaft {
             name: patch.name.clone(),
-            length: value("length_m", &patch.length_m)?,
-            diameter: value("diameter_m", &patch.diameter_m)?,
-            bore_ratio: value_or_zero("bore_ratio", &patch.bore_ratio)?,
-            youngs_modulus: value("youngs_modulus_pa", &patch.youngs_modulus_pa)?,
-            shear_modulus: value("shear_modulus_pa", &patch.shear_modulus_pa)?,
-            density: value("density_kg_m3", &patch.density_kg_m3)?,
-            loss_factor: value_or_zero("loss_factor", &patch.loss_factor)?,
+            length: Value::default(),
+            diameter: Value::default(),
+            bore_ratio: Value::default(),
+            youngs_modulus: Value::default(),
+            shear_modulus: Value::default(),
+            density: Value::default(),
+            loss_factor: Value::default(),
             nut_position: Value::nut_position(),
             nut_support_factor: Value::number(1.0),
-            nut_support_offset: Value::number(0.0),
+            nut_support_offset: Value::default(),
             stations,
             journal_of: None,
             bending: None,
-        })
+        };
+        self.set_numbers(SHAFT, &part, patch, &mut shaft)?;
+        Ok(shaft)
     }
 
     fn resolve_joint_patch(&self, patch: &JointPatch) -> Result<Joint, MachineError> {
@@ -284,20 +225,16 @@ impl Machine {
         if let Some(name) = patch.angles.iter().find(|n| motion(n) == Some(super::PointMotion::Translation)) {
             return Err(fault(part, format!("screw.angle: «{name}» is a translation; name a point that rotates")));
         }
-        let value = |key: &str, source| self.value(&format!("{part}.{key}"), source);
-        Ok(Joint {
-            name: patch.name.clone(),
-            on,
-            share: 1.0,
-            stiffness: value("stiffness", &patch.stiffness)?,
-            damping: value("damping", &patch.damping)?,
-            loss_factor: value("loss_factor", &patch.loss_factor)?,
-            integral_rate: value("integral_rate", &patch.integral_rate)?,
-            relaxation_stiffness: patch.relaxation_stiffness.as_ref().map(|s| value("relaxation_stiffness", s)).transpose()?,
-            friction: self.resolve_friction_patch(&part, &patch.friction)?,
-            gap: value("gap", &patch.gap)?,
-            lead_error: self.resolve_lead_error_patch(&part, &patch.lead_error)?,
-        })
+        let mut joint = Joint::new(patch.name.clone(), on);
+        joint.relaxation_stiffness = patch.relaxation_stiffness.as_ref().map(|_| Value::default());
+        self.set_numbers(JOINT, &part, patch, &mut joint)?;
+        if let Some(name) = &patch.friction.load_of {
+            joint.friction.load_of = Some(self.joint_named(&format!("{part}.friction.load_of"), name)?);
+        }
+        if let Some(rows) = &patch.friction.table {
+            joint.friction.table = FrictionTable::new(&format!("{part}.friction.table"), rows)?;
+        }
+        Ok(joint)
     }
 
     /// Adds a lever: sensor and hammer at a point also respond to another motion.
@@ -310,8 +247,9 @@ impl Machine {
         if self.points[at].fixed || self.points[other].fixed {
             return Err(fault(part, "a fixed point does not move; name points that do"));
         }
-        let [read, struck] = [self.value(&format!("{part}.read"), &lever.read)?, self.value(&format!("{part}.struck"), &lever.struck)?];
-        self.chain.levers.push(Lever { point: at, on: other, sensor_arm: read, hammer_arm: struck });
+        let mut arms = Lever { point: at, on: other, sensor_arm: Value::default(), hammer_arm: Value::default() };
+        self.set_numbers(LEVER, &part, lever, &mut arms)?;
+        self.chain.levers.push(arms);
         Ok(())
     }
 
@@ -351,16 +289,15 @@ impl Machine {
         if self.points[point].motion == PointMotion::Rotation {
             return Err(fault(part, format!("«{}» is a rotation; name a point that is a translation", file.point)));
         }
-        let value = |key: &str, source| self.value(&format!("{part}.{key}"), source);
-        let [left, right] = &file.clamping;
-        let bending = Bending {
+        let mut bending = Bending {
             point,
-            misalignment: self.value_or_zero(&format!("{part}.misalignment"), &file.misalignment)?,
-            lateral_stiffness: value("lateral_stiffness", &file.lateral_stiffness)?,
-            eccentricity: value("eccentricity_m", &file.eccentricity_m)?,
-            clamping: [value("clamping", left)?, value("clamping", right)?],
-            loss_factor: self.value_or_zero(&format!("{part}.loss_factor"), &file.loss_factor)?,
+            misalignment: Value::default(),
+            eccentricity: Value::default(),
+            lateral_stiffness: Value::default(),
+            clamping: Default::default(),
+            loss_factor: Value::default(),
         };
+        self.set_numbers(BENDING, &part, file, &mut bending)?;
         self.shafts[at].bending = Some(bending);
         Ok(())
     }
@@ -373,7 +310,7 @@ impl Machine {
             if self.joints[at].on.iter().any(|(p, _)| *p == to) {
                 return Err(fault(part, format!("the joint acts on «{}» already", self.points[to].name)));
             }
-            if from == "ground" {
+            if from == GROUND {
                 // A joint relative to the ground becomes a joint relative to the point.
                 let on = &mut self.joints[at].on;
                 let [(_, coefficient)] = on[..] else { return Err(fault(part, "the joint does not act between one point and the ground")) };

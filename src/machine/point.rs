@@ -5,6 +5,9 @@ use serde::Deserialize;
 
 use super::{Role, Value};
 
+/// Name that stands for the ground where a joint names its points.
+pub const GROUND: &str = "ground";
+
 /// The kind of a coordinate: displacement (m) or angle (rad).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename = "MotionFile", rename_all = "lowercase")]

@@ -134,6 +134,11 @@ impl Shaft {
         self.journal_of.is_some()
     }
 
+    /// Whether it has both axial and torsional motion.
+    pub(super) fn couples_motions(&self) -> bool {
+        self.stations.iter().any(|s| s.axial.is_some()) && self.stations.iter().any(|s| s.torsion.is_some())
+    }
+
     /// Whether a point moves with one of its stations.
     pub fn carries(&self, point: usize) -> bool {
         self.stations.iter().any(|s| s.axial == Some(point) || s.torsion == Some(point))

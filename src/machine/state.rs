@@ -85,7 +85,7 @@ impl Machine {
             }
             State::Level(_) => {
                 let depends = |value: &Value| value.modifiers.iter().any(|m| matches!(m, Modifier::With(_, OperatingVariable::ForceLevel)));
-                if !self.values().any(depends) {
+                if !self.numbers().any(|(.., value)| depends(value)) {
                     return missing(
                         "no number of the machine depends on the force level; add the effect contact-level, or leave the state out",
                     );

@@ -5,76 +5,120 @@ use serde::Deserialize;
 
 use super::check::{MachineError, fault, listing};
 use super::schema::enum_without_descriptions;
-use super::{Base, Machine, Modifier, OperatingVariable, Shaft, Value};
+use super::{Base, Machine, Modifier, Number, OperatingVariable, Parameter};
 
 /// The number of a part that a patch changes.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Target {
-    /// Inertia of the point of that name.
-    PointInertia(String),
-    /// Stiffness of the joint of that name.
-    JointStiffness(String),
-    /// Damping of the joint of that name.
-    JointDamping(String),
-    /// Loss factor of the joint of that name.
-    JointLossFactor(String),
-    /// Integral action of the joint of that name.
-    JointIntegralRate(String),
-    /// Backlash of the joint of that name.
-    Gap(String),
-    /// Friction of the joint of that name, and the key of the number.
-    Friction(String, String),
-    /// Lead error of the joint of that name, and the key of the number.
-    LeadError(String, String),
-    /// Diameter of the shaft of that name.
-    ShaftDiameter(String),
-    /// Bore ratio of the shaft of that name.
-    ShaftBore(String),
-    /// Loss factor of the shaft of that name.
-    ShaftLossFactor(String),
-    /// Young's modulus alone of the shaft of that name.
-    ShaftYoungsModulus(String),
-    /// Young's modulus of the shaft of that name, and with it the shear modulus.
-    ShaftModulus(String),
-    /// Shear modulus alone of the shaft of that name.
-    ShaftShearModulus(String),
-    /// Nut position on the shaft of that name.
-    NutPosition(String),
-    /// Key of a number of the drive.
-    Drive(String),
-    /// Share of dispersion of all loss factors.
-    LossDispersion,
+pub struct Target {
+    /// Kind of part and number.
+    pub kind: TargetKind,
+    /// Name of the point, joint or shaft; empty for other parts.
+    pub name: String,
+    /// Key of the number, where the kind has several.
+    pub key: String,
+}
+
+/// Kinds of numbers that a patch can change.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename = "PartFile", rename_all = "kebab-case")]
+#[schemars(transform = enum_without_descriptions)]
+pub enum TargetKind {
+    /// Inertia of a point.
+    PointInertia,
+    /// Stiffness of a joint.
+    JointStiffness,
+    /// Damping of a joint.
+    JointDamping,
+    /// Loss factor of a joint.
+    JointLossFactor,
+    /// Integral action of a joint.
+    JointIntegralRate,
+    /// Backlash of a joint.
+    JointGap,
+    /// Friction of a joint; the target's key names the number.
+    JointFriction,
+    /// Lead error of a joint; the target's key names the number.
+    JointLeadError,
+    /// Diameter of a shaft.
+    ShaftDiameter,
+    /// Bore ratio of a shaft.
+    ShaftBore,
+    /// Loss factor of a shaft.
+    ShaftLossFactor,
+    /// Young's modulus alone of a shaft.
+    ShaftYoungsModulus,
+    /// Young's modulus of a shaft, and with it the shear modulus.
+    ShaftModulus,
+    /// Shear modulus alone of a shaft.
+    ShaftShearModulus,
+    /// Nut position on a shaft.
+    NutPosition,
+    /// The drive; the target's key names the number.
+    Drive,
     /// Gain of the measuring chain.
     ChainGain,
     /// Delay of the measuring chain.
     ChainDelay,
     /// Power of iω by which the recorded quantity differs from the stated one.
     ChainPower,
+    /// Share of dispersion of all loss factors; only tolerances change it.
+    #[serde(skip)]
+    LossDispersion,
+}
+
+impl TargetKind {
+    /// Whether it has several numbers, which are named by their keys.
+    pub fn has_keys(self) -> bool {
+        matches!(self, TargetKind::JointFriction | TargetKind::JointLeadError | TargetKind::Drive)
+    }
+
+    /// Whether it is a modulus of a shaft.
+    fn is_material(self) -> bool {
+        matches!(self, TargetKind::ShaftModulus | TargetKind::ShaftYoungsModulus | TargetKind::ShaftShearModulus)
+    }
+
+    /// Returns what it is a number of, for messages.
+    fn noun(self) -> &'static str {
+        match self {
+            TargetKind::PointInertia => "point",
+            TargetKind::JointStiffness
+            | TargetKind::JointDamping
+            | TargetKind::JointLossFactor
+            | TargetKind::JointIntegralRate
+            | TargetKind::JointGap
+            | TargetKind::JointFriction
+            | TargetKind::JointLeadError => "joint",
+            TargetKind::Drive => "drive",
+            _ => "shaft",
+        }
+    }
+
+    /// Whether a number is of this kind.
+    fn includes(self, number: &Number) -> bool {
+        let own = number.target;
+        own == Some(self) || (self == TargetKind::ShaftModulus && own.is_some_and(TargetKind::is_material))
+    }
+
+    /// Returns the target of this kind of a point, joint or shaft; of other parts with an empty name.
+    pub fn of(self, name: impl Into<String>) -> Target {
+        Target { kind: self, name: name.into(), key: String::new() }
+    }
 }
 
 impl Target {
     /// Returns the point, joint or shaft; for other numbers «drive», «losses» or «measurement».
     pub fn part(&self) -> &str {
-        match self {
-            Target::PointInertia(name)
-            | Target::JointStiffness(name)
-            | Target::JointDamping(name)
-            | Target::JointLossFactor(name)
-            | Target::JointIntegralRate(name)
-            | Target::Gap(name)
-            | Target::Friction(name, _)
-            | Target::LeadError(name, _)
-            | Target::ShaftDiameter(name)
-            | Target::ShaftBore(name)
-            | Target::ShaftLossFactor(name)
-            | Target::ShaftYoungsModulus(name)
-            | Target::ShaftModulus(name)
-            | Target::ShaftShearModulus(name)
-            | Target::NutPosition(name) => name,
-            Target::Drive(_) => "drive",
-            Target::LossDispersion => "losses",
-            Target::ChainGain | Target::ChainDelay | Target::ChainPower => "measurement",
+        match self.kind {
+            TargetKind::Drive => "drive",
+            TargetKind::LossDispersion => "losses",
+            TargetKind::ChainGain | TargetKind::ChainDelay | TargetKind::ChainPower => "measurement",
+            _ => &self.name,
         }
+    }
+
+    /// Whether it changes a number of its part.
+    pub(super) fn selects(&self, number: &Number) -> bool {
+        self.kind.includes(number) && (!self.kind.has_keys() || number.key_in_section() == self.key)
     }
 }
 
@@ -107,92 +151,68 @@ pub enum Rescale {
     Times,
 }
 
-/// Returns the number with a configuration key.
-fn keyed<'v>(part: &str, key: &str, mut values: Vec<(&'static str, &'v mut Value)>) -> Result<&'v mut Value, MachineError> {
-    match values.iter().position(|(k, _)| *k == key) {
-        Some(at) => Ok(values.swap_remove(at).1),
-        None => Err(fault(part, format!("no number is called «{key}»; {}", listing(values.iter().map(|(k, _)| *k))))),
+impl Rescale {
+    /// Returns the modifier by the parameter with this index; `None` where the parameter replaces the number.
+    fn modifier(self, index: usize, stroke_m: Option<f64>) -> Result<Option<Modifier>, &'static str> {
+        let stroke_m = stroke_m.ok_or("the machine has no shaft with a nut");
+        Ok(Some(match self {
+            Rescale::Replace => return Ok(None),
+            Rescale::Less => Modifier::Less(index),
+            Rescale::Relative => Modifier::Relative(index),
+            Rescale::InSeries => Modifier::InSeries(index),
+            Rescale::Added => Modifier::Added(index),
+            Rescale::Times => Modifier::Times(index),
+            Rescale::WithForceLevel => Modifier::With(index, OperatingVariable::ForceLevel),
+            Rescale::WithSpeed => Modifier::With(index, OperatingVariable::Speed),
+            Rescale::WithAcceleration => Modifier::With(index, OperatingVariable::Acceleration),
+            Rescale::AlongStroke => Modifier::AlongStroke(index, stroke_m?),
+            Rescale::MidStroke => Modifier::MidStroke(index, stroke_m?),
+        }))
     }
 }
 
 impl Machine {
     pub(super) fn rescale(&mut self, target: &Target, rescale: Rescale, parameter: &str) -> Result<(), MachineError> {
-        let part = format!("rescale {target:?}");
-        if matches!(target, Target::NutPosition(_)) && !matches!(rescale, Rescale::Relative | Rescale::Times | Rescale::Added) {
-            return Err(fault(part, "a nut position takes the modifier relative, times or added"));
-        }
-        let index = self.parameter(parameter).ok_or_else(|| fault(&part, format!("no parameter is called «{parameter}»")))?;
-        let stroke_m = self.stroke_m().ok_or_else(|| fault(&part, "the machine has no shaft with a nut"));
         let name = target.part();
-        let missing = |kind: &str| fault(&part, format!("no {kind} of the machine is called «{name}»"));
-        let point = self.points.iter_mut().find(|p| p.name == name).ok_or_else(|| missing("point"));
-        let named = self.joints.iter_mut().filter(|j| j.name == name).collect::<Vec<_>>();
-        let joints = if named.is_empty() { Err(missing("joint")) } else { Ok(named) };
-        // A shaft and the journals at its ends are of one material.
-        let is_own = |s: &&mut Shaft| s.name == name || s.journal_of.as_deref() == Some(name);
-        let (shafts, journals): (Vec<_>, Vec<_>) = self.shafts.iter_mut().filter(is_own).partition(|s| !s.is_journal());
-        let shaft = shafts.into_iter().next().ok_or_else(|| missing("shaft"));
-        let values: Vec<&mut Value> = match target {
-            Target::PointInertia(_) => vec![&mut point?.inertia],
-            Target::JointStiffness(_) => joints?.into_iter().map(|j| &mut j.stiffness).collect(),
-            Target::JointDamping(_) => joints?.into_iter().map(|j| &mut j.damping).collect(),
-            Target::JointLossFactor(_) => joints?.into_iter().map(|j| &mut j.loss_factor).collect(),
-            Target::JointIntegralRate(_) => joints?.into_iter().map(|j| &mut j.integral_rate).collect(),
-            Target::ShaftDiameter(_) => vec![&mut shaft?.diameter],
-            Target::ShaftBore(_) => vec![&mut shaft?.bore_ratio],
-            Target::ShaftLossFactor(_) => vec![&mut shaft?.loss_factor],
-            Target::ShaftModulus(_) => {
-                let parts = std::iter::once(shaft?).chain(journals);
-                parts.flat_map(|s| [&mut s.youngs_modulus, &mut s.shear_modulus]).collect()
-            }
-            Target::ShaftYoungsModulus(_) => std::iter::once(shaft?).chain(journals).map(|s| &mut s.youngs_modulus).collect(),
-            Target::ShaftShearModulus(_) => std::iter::once(shaft?).chain(journals).map(|s| &mut s.shear_modulus).collect(),
-            Target::NutPosition(_) => vec![&mut shaft?.nut_position],
-            Target::Gap(_) => joints?.into_iter().map(|j| &mut j.gap).collect(),
-            Target::Friction(_, key) => {
-                joints?.into_iter().map(|j| keyed(&part, key, j.friction.values_mut())).collect::<Result<_, _>>()?
-            }
-            Target::LeadError(_, key) => {
-                joints?.into_iter().map(|j| keyed(&part, key, j.lead_error.values_mut())).collect::<Result<_, _>>()?
-            }
-            Target::Drive(key) => {
-                let drive = self.drive.as_mut().ok_or_else(|| fault(&part, "the machine has no drive"))?;
-                vec![keyed(&part, key, drive.values_mut())?]
-            }
-            Target::LossDispersion => vec![&mut self.loss_dispersion],
-            Target::ChainGain => vec![&mut self.chain.gain],
-            Target::ChainDelay => vec![&mut self.chain.delay],
-            Target::ChainPower => vec![&mut self.chain.power],
-        };
-        for value in values {
-            let modifier = match rescale {
-                Rescale::Replace => {
-                    value.base = Base::Parameter(index);
-                    continue;
-                }
-                Rescale::Less => {
-                    // At most 98 % can be subtracted. Where an effect starts above that, its range stays, and the diagnosis reports no
-                    // value it finds there.
-                    let subtracted = &mut self.parameters[index];
-                    if let Some(most) =
-                        value.described().map(|number| 0.98 * number).filter(|most| *most > subtracted.start.max(subtracted.lower))
-                    {
-                        subtracted.upper = subtracted.upper.min(most);
-                    }
-                    Modifier::Less(index)
-                }
-                Rescale::Relative => Modifier::Relative(index),
-                Rescale::InSeries => Modifier::InSeries(index),
-                Rescale::Added => Modifier::Added(index),
-                Rescale::Times => Modifier::Times(index),
-                Rescale::WithForceLevel => Modifier::With(index, OperatingVariable::ForceLevel),
-                Rescale::WithSpeed => Modifier::With(index, OperatingVariable::Speed),
-                Rescale::WithAcceleration => Modifier::With(index, OperatingVariable::Acceleration),
-                Rescale::AlongStroke => Modifier::AlongStroke(index, stroke_m.clone()?),
-                Rescale::MidStroke => Modifier::MidStroke(index, stroke_m.clone()?),
-            };
-            value.modifiers.push(modifier);
+        let refused = |text: &str| fault(format!("rescale of {name} by {parameter}"), text);
+        if target.kind == TargetKind::NutPosition && !matches!(rescale, Rescale::Relative | Rescale::Times | Rescale::Added) {
+            return Err(refused("a nut position takes the modifier relative, times or added"));
         }
+        let index = self.parameter(parameter).ok_or_else(|| refused(&format!("no parameter is called «{parameter}»")))?;
+        // A shaft and the journals at its ends are of one material.
+        let journals = self.shafts.iter().filter(|s| target.kind.is_material() && s.journal_of.as_deref() == Some(name));
+        let names: Vec<String> = std::iter::once(name.to_string()).chain(journals.map(|s| s.name.clone())).collect();
+        let keys: Vec<&str> = self
+            .numbers()
+            .filter(|(number, part, _)| *part == name && target.kind.includes(number))
+            .map(|(number, ..)| number.key_in_section())
+            .collect();
+        if keys.is_empty() {
+            return Err(refused(&match target.kind.noun() {
+                "drive" => "the machine has no drive".to_string(),
+                noun => format!("no {noun} of the machine is called «{name}»"),
+            }));
+        }
+        if target.kind.has_keys() && !keys.contains(&target.key.as_str()) {
+            return Err(refused(&format!("no number is called «{}»; {}", target.key, listing(keys.into_iter()))));
+        }
+        let modifier = rescale.modifier(index, self.stroke_m()).map_err(refused)?;
+        let Parameter { start, lower, mut upper, .. } = self.parameters[index];
+        self.change_numbers(&mut |number, part, value| {
+            if !target.selects(number) || !names.iter().any(|own| own == part) {
+                return;
+            }
+            let Some(modifier) = modifier else {
+                value.base = Base::Parameter(index);
+                return;
+            };
+            // At most 98 % can be subtracted. Where an effect starts above that, its range stays, and the diagnosis reports no
+            // value it finds there.
+            let most = value.described().map(|number| 0.98 * number).filter(|most| rescale == Rescale::Less && *most > start.max(lower));
+            upper = most.map_or(upper, |most| upper.min(most));
+            value.modifiers.push(modifier);
+        });
+        self.parameters[index].upper = upper;
         Ok(())
     }
 }

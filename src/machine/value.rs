@@ -115,6 +115,12 @@ impl Modifier {
     }
 }
 
+impl Default for Value {
+    fn default() -> Self {
+        Value::number(0.0)
+    }
+}
+
 impl Value {
     /// Creates a fixed number.
     pub fn number(number: f64) -> Self {

@@ -1,7 +1,7 @@
 //! Damping of a guide that the description lacks.
 
 use super::number::{STOP, size, tolerance};
-use crate::{Friction, Joint, LeadError, Machine, Mechanism, PointMotion, Prior, Value};
+use crate::{Joint, Machine, Mechanism, PointMotion, Prior, Value};
 
 /// Returns the point with the largest mass, where no joint connects it to the ground alone.
 pub(super) fn undescribed(machine: &Machine) -> Option<usize> {
@@ -20,19 +20,7 @@ pub(super) fn damp_undescribed_guide(machine: &mut Machine) {
     let sd = per_s * size(&machine.points[point].inertia, machine);
     let name = format!("guide damping of {}", machine.points[point].name);
     let parameter = tolerance(name, (Mechanism::Damping, "N*s/m"), (0.0, Prior::Normal(sd)), [0.0, STOP * sd]);
-    let none = || Value::number(0.0);
-    machine.joints.push(Joint {
-        name: parameter.id.clone(),
-        on: vec![(point, 1.0)],
-        share: 1.0,
-        stiffness: none(),
-        damping: Value::parameter(machine.parameters.len()),
-        loss_factor: none(),
-        integral_rate: none(),
-        relaxation_stiffness: None,
-        friction: Friction::default(),
-        gap: none(),
-        lead_error: LeadError::default(),
-    });
+    let damping = Value::parameter(machine.parameters.len());
+    machine.joints.push(Joint { damping, ..Joint::new(parameter.id.clone(), vec![(point, 1.0)]) });
     machine.parameters.push(parameter);
 }

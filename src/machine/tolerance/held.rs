@@ -20,7 +20,7 @@ impl Machine {
             .iter()
             .map(|p| p.is_tolerance().then(|| values.get(p.name()).map_or(p.start, |value| value.clamp(p.lower, p.upper))))
             .collect();
-        machine.values_mut().for_each(|value| value.hold(&|index| held[index]));
+        machine.change_numbers(&mut |_, _, value| value.hold(&|index| held[index]));
         machine.drop_unused_parameters();
         machine.tolerance = Tolerance::NONE;
         Ok((machine, unknown))

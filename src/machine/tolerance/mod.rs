@@ -10,79 +10,108 @@ mod number;
 mod nut;
 
 use self::number::{MARK, STOP, loss, relative, size, tolerance};
-use super::{Joint, Machine, MachineError, Mechanism, Parameter, Patch, PointMotion, Prior, Rescale, Role, Shaft, Target, Value};
+use super::check::fault;
+use super::{
+    Joint, Machine, MachineError, Mechanism, Parameter, Patch, PointMotion, Prior, Rescale, Role, Shaft, StationPlace, Target, TargetKind,
+    Value,
+};
+use schemars::JsonSchema;
+use serde::Deserialize;
 
-/// Uncertainty of a description: standard deviations, relative unless stated otherwise. A tolerance of 0 fixes its number.
-///
-/// # Source  scatter of catalogues, drawings and weighing (largest deviation divided by about two): effective diameter of a threaded shaft
-/// ±0.2 %, E ±0.3 %, G/E ±0.4 %, mass ±1 %, inertia of a rotor ±2 %. Shaft ends from journals of machined screws, 5 to 15 % thinner over 1
-/// to 2.5 diameters: such an end lacks 0.35 ± 0.18 diameters of its length. Loss factors of assembled joints 0.1 to 7 %: Beards, Structural
-/// Vibration, 1996, ch. 5. Dispersion between constant (microslip at one amplitude) and causal (Makris, J. Eng. Mech. 123 (1997)
-/// 1209–1214). Guides from 0 to 5 1/s: viscous friction over mass of an industrial linear axis 203.5 N·s/m / 95.1 kg = 2.1 1/s (Janot,
-/// Gautier and Brunot, EMPS benchmark, 2019), with a margin of about two.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tolerance {
-    /// Effective diameter of each shaft.
-    pub diameter: f64,
-    /// Young's modulus of each shaft.
-    pub youngs_modulus: f64,
-    /// Ratio of shear modulus to Young's modulus of each shaft.
-    pub shear_modulus: f64,
-    /// Missing section at each end of a shaft, as an equivalent length in diameters; its standard deviation is half of it.
-    pub end_diameters: f64,
-    /// Length over which a nut supports its screw, relative to the typical length.
-    pub nut_length: f64,
-    /// The largest mass.
-    pub mass: f64,
-    /// The largest inertia.
-    pub inertia: f64,
-    /// Median loss factor of joints whose description states none; 0: only their dampers dissipate energy.
-    pub loss_factor: f64,
-    /// Standard deviation of ln(loss factor).
-    pub loss_spread: f64,
-    /// Share s of dispersion of loss factors, k·(1 + η·(i + s·2/π·ln(ω/ω₀))): 0 constant, 1 causal.
-    pub loss_dispersion: f64,
-    /// Standard deviation of s.
-    pub loss_dispersion_sd: f64,
-    /// Viscous damping (1/s) of the guide of the largest mass, over that mass, where the description states no joint between it and the ground: a
-    /// half-normal distribution from 0 with this standard deviation.
-    pub guide_damping: f64,
+/// Largest relative standard deviation: with a larger one the stated number would be meaningless.
+const MOST: f64 = 0.15;
+
+/// What a key of the section `[tolerance]` means.
+struct Entry {
+    key: &'static str,
+    /// Value where the description states none.
+    typical: f64,
+    /// Largest value that is accepted.
+    most: f64,
+    /// Whether a machine has a quantity with this tolerance.
+    applies: fn(&Machine) -> bool,
+    value: fn(&Tolerance) -> f64,
 }
 
-impl Tolerance {
-    /// All numbers as stated.
-    pub const NONE: Tolerance = Tolerance {
-        diameter: 0.0,
-        youngs_modulus: 0.0,
-        shear_modulus: 0.0,
-        end_diameters: 0.0,
-        nut_length: 0.0,
-        mass: 0.0,
-        inertia: 0.0,
-        loss_factor: 0.0,
-        loss_spread: 0.0,
-        loss_dispersion: 0.0,
-        loss_dispersion_sd: 0.0,
-        guide_damping: 0.0,
+/// Declares the tolerances, one a line: key, typical value, largest value, and which machines have a quantity with it.
+macro_rules! tolerances {
+    ($($(#[doc = $doc:literal])+ $key:ident: $typical:literal, $most:expr, $applies:expr;)+) => {
+        /// Uncertainty of a description: standard deviations, relative unless stated otherwise. A tolerance of 0 fixes its number.
+        ///
+        /// # Source  scatter of catalogues, drawings and weighing (largest deviation divided by about two): effective diameter of a threaded shaft
+        /// ±0.2 %, E ±0.3 %, G/E ±0.4 %, mass ±1 %, inertia of a rotor ±2 %. Shaft ends from journals of machined screws, 5 to 15 % thinner over 1
+        /// to 2.5 diameters: such an end lacks 0.35 ± 0.18 diameters of its length. Loss factors of assembled joints 0.1 to 7 %: Beards, Structural
+        /// Vibration, 1996, ch. 5. Dispersion between constant (microslip at one amplitude) and causal (Makris, J. Eng. Mech. 123 (1997)
+        /// 1209–1214). Guides from 0 to 5 1/s: viscous friction over mass of an industrial linear axis 203.5 N·s/m / 95.1 kg = 2.1 1/s (Janot,
+        /// Gautier and Brunot, EMPS benchmark, 2019), with a margin of about two.
+        #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+        #[serde(rename = "ToleranceFile", default, deny_unknown_fields)]
+        #[schemars(description = "Standard deviations of stated numbers, relative unless stated otherwise. 0 fixes a number; an omitted key has the default in brackets.")]
+        pub struct Tolerance {
+            $($(#[doc = $doc])+ pub $key: f64,)+
+        }
+
+        impl Tolerance {
+            /// All numbers as stated.
+            pub const NONE: Tolerance = Tolerance { $($key: 0.0),+ };
+
+            const ALL: &[Entry] = &[$(Entry {
+                key: stringify!($key),
+                typical: $typical,
+                most: $most,
+                applies: $applies,
+                value: |of| of.$key,
+            }),+];
+        }
+
+        impl Default for Tolerance {
+            fn default() -> Self {
+                Tolerance { $($key: $typical),+ }
+            }
+        }
     };
 }
 
-impl Default for Tolerance {
-    fn default() -> Self {
-        Tolerance {
-            diameter: 0.002,
-            youngs_modulus: 0.003,
-            shear_modulus: 0.004,
-            end_diameters: 0.35,
-            nut_length: 0.5,
-            mass: 0.01,
-            inertia: 0.02,
-            loss_factor: 0.01,
-            loss_spread: 1.0,
-            loss_dispersion: 0.5,
-            loss_dispersion_sd: 0.3,
-            guide_damping: 2.5,
+tolerances! {
+    /// Effective diameter of each shaft (0.002).
+    diameter: 0.002, MOST, Machine::has_shaft;
+    /// Young's modulus of each shaft (0.003).
+    youngs_modulus: 0.003, MOST, Machine::has_shaft;
+    /// Ratio of shear modulus to Young's modulus of each shaft (0.004).
+    shear_modulus: 0.004, MOST, |machine| machine.shafts.iter().any(Shaft::couples_motions);
+    /// Missing section at each end of a shaft, as an equivalent length in diameters; its standard deviation is half of it (0.35).
+    end_diameters: 0.35, 5.0, Machine::has_shaft;
+    /// Length over which a nut supports its screw, relative to the typical length (0.5).
+    nut_length: 0.5, 2.0, |machine| machine.shafts.iter().any(|s| s.stations.iter().any(|t| t.place == StationPlace::Nut));
+    /// The largest mass (0.01).
+    mass: 0.01, MOST, |machine| machine.largest(PointMotion::Translation).is_some();
+    /// The largest inertia (0.02).
+    inertia: 0.02, MOST, |machine| machine.largest(PointMotion::Rotation).is_some();
+    /// Median loss factor of joints that state none, not a standard deviation (0.01).
+    loss_factor: 0.01, 0.3, Machine::has_losses;
+    /// Standard deviation of ln(loss factor) (1: a factor of e).
+    loss_spread: 1.0, 3.0, Machine::has_losses;
+    /// Share of dispersion of loss factors, not a standard deviation: 0 constant, 1 causal (0.5).
+    loss_dispersion: 0.5, 1.0, Machine::has_losses;
+    /// Standard deviation of that share (0.3).
+    loss_dispersion_sd: 0.3, 1.0, Machine::has_losses;
+    /// Damping of a guide that the description lacks, over the moving mass, in 1/s: standard deviation of a half-normal distribution (2.5).
+    guide_damping: 2.5, 100.0, |machine| guide::undescribed(machine).is_some();
+}
+
+impl Tolerance {
+    /// Checks each number against its limits.
+    ///
+    /// # Errors  one is negative, above its limit or no number.
+    pub fn check(&self) -> Result<(), MachineError> {
+        for Entry { key, typical, most, value, .. } in Tolerance::ALL {
+            let number = value(self);
+            if !(0.0..=*most).contains(&number) {
+                let remedy = format!("is {number}; write a number from 0 to {most} (typically {typical}), or leave it out");
+                return Err(fault(format!("tolerance.{key}"), remedy));
+            }
         }
+        Ok(())
     }
 }
 
@@ -147,16 +176,16 @@ impl Machine {
                     add(target, Rescale::Relative, relative(format!("{what} of {name}"), sd));
                 }
             };
-            change(Target::ShaftDiameter(name.clone()), "diameter", known.diameter);
-            change(Target::ShaftModulus(name.clone()), "Young's modulus", known.youngs_modulus);
+            change(TargetKind::ShaftDiameter.of(name), "diameter", known.diameter);
+            change(TargetKind::ShaftModulus.of(name), "Young's modulus", known.youngs_modulus);
             // Axial and torsional stiffness vary independently: Poisson's ratio varies, and a thread carries tension and torsion
             // differently.
-            if shaft.stations.iter().any(|s| s.axial.is_some()) && shaft.stations.iter().any(|s| s.torsion.is_some()) {
-                change(Target::ShaftShearModulus(name.clone()), "shear modulus", known.shear_modulus);
+            if shaft.couples_motions() {
+                change(TargetKind::ShaftShearModulus.of(name), "shear modulus", known.shear_modulus);
             }
             if let Some(median) = self.loss_median(&shaft.loss_factor, SHAFT_LOSS) {
                 let parameter = loss(format!("loss factor of {name}"), median, known.loss_spread);
-                add(Target::ShaftLossFactor(name.clone()), Rescale::Replace, parameter);
+                add(TargetKind::ShaftLossFactor.of(name), Rescale::Replace, parameter);
             }
         }
         // A controller has no hysteresis.
@@ -165,7 +194,7 @@ impl Machine {
         for joint in self.joints.iter().filter(is_spring).filter(|j| !is_servo(j)) {
             if let Some(median) = self.loss_median(&joint.loss_factor, known.loss_factor) {
                 let parameter = loss(format!("loss factor of {}", joint.name), median, known.loss_spread);
-                add(Target::JointLossFactor(joint.name.clone()), Rescale::Replace, parameter);
+                add(TargetKind::JointLossFactor.of(&joint.name), Rescale::Replace, parameter);
             }
         }
         let has_losses = self.joints.iter().any(|j| self.loss_median(&j.loss_factor, known.loss_factor).is_some());
@@ -174,7 +203,7 @@ impl Machine {
             let prior = (known.loss_dispersion, Prior::Normal(known.loss_dispersion_sd));
             let range = [known.loss_dispersion - reach, known.loss_dispersion + reach];
             add(
-                Target::LossDispersion,
+                TargetKind::LossDispersion.of(""),
                 Rescale::Replace,
                 tolerance("dispersion of loss factors".into(), (Mechanism::Ratio, "1"), prior, range),
             );
@@ -188,12 +217,12 @@ impl Machine {
                 prior,
                 [0.0, STOP * INTEGRAL_RATE],
             );
-            add(Target::JointIntegralRate(joint.name.clone()), Rescale::Added, rate);
+            add(TargetKind::JointIntegralRate.of(&joint.name), Rescale::Added, rate);
         }
         for (motion, what, sd) in [(PointMotion::Translation, "mass", known.mass), (PointMotion::Rotation, "inertia", known.inertia)] {
             if let Some(point) = self.largest(motion).filter(|_| sd > 0.0) {
                 let name = &self.points[point].name;
-                add(Target::PointInertia(name.clone()), Rescale::Relative, relative(format!("{what} of {name}"), sd));
+                add(TargetKind::PointInertia.of(name), Rescale::Relative, relative(format!("{what} of {name}"), sd));
             }
         }
         let mut machine = self.with(&patch)?;
@@ -217,19 +246,17 @@ impl Machine {
         own.max_by(|a, b| size(a).total_cmp(&size(b)))
     }
 
-    /// Returns those of the given tolerance keys that have no effect in this machine.
-    pub fn idle_tolerances<'k>(&self, keys: &[&'k str]) -> Vec<&'k str> {
-        let couples = |s: &Shaft| s.stations.iter().any(|t| t.torsion.is_some()) && s.stations.iter().any(|t| t.axial.is_some());
-        let idle = |key: &str| match key {
-            "diameter" | "youngs_modulus" | "end_diameters" => self.shafts.is_empty(),
-            "shear_modulus" => !self.shafts.iter().any(couples),
-            "nut_length" => !self.shafts.iter().any(|s| s.stations.iter().any(|t| t.place == super::StationPlace::Nut)),
-            "guide_damping" => guide::undescribed(self).is_none(),
-            "mass" => self.largest(PointMotion::Translation).is_none(),
-            "inertia" => self.largest(PointMotion::Rotation).is_none(),
-            key if key.starts_with("loss_") => self.joints.is_empty() && self.shafts.is_empty(),
-            _ => false,
-        };
-        keys.iter().copied().filter(|key| idle(key)).collect()
+    /// Returns the first of the chosen tolerance keys that has no effect in this machine.
+    pub fn idle_tolerance(&self, chosen: impl Fn(&str) -> bool) -> Option<&'static str> {
+        Tolerance::ALL.iter().find(|entry| chosen(entry.key) && !(entry.applies)(self)).map(|entry| entry.key)
+    }
+
+    fn has_shaft(&self) -> bool {
+        !self.shafts.is_empty()
+    }
+
+    /// Whether it has parts with a loss factor.
+    fn has_losses(&self) -> bool {
+        !self.joints.is_empty() || self.has_shaft()
     }
 }

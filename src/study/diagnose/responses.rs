@@ -15,7 +15,7 @@ use diagnosis::{
 };
 use identification::objective::FrfObjective;
 use long_work::{found_in, kept_as};
-use machine::{Data, Effect, Parameter, Target};
+use machine::{Data, Effect, Parameter, TargetKind};
 use measurement::{FitSet, HoldOutSet};
 use numeric::statistics::median;
 use report::diagnosis as document;
@@ -82,7 +82,7 @@ impl Study {
 fn acts_on_loops_alone(effect: &Effect) -> bool {
     let patch = &effect.patch;
     let adds = !patch.points.is_empty() || !patch.joints.is_empty() || !patch.reattached.is_empty();
-    !adds && !patch.rescales.is_empty() && patch.rescales.iter().all(|(target, ..)| matches!(target, Target::Drive(_)))
+    !adds && !patch.rescales.is_empty() && patch.rescales.iter().all(|(target, ..)| target.kind == TargetKind::Drive)
 }
 
 fn to_document(
