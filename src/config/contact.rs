@@ -8,8 +8,8 @@ use serde::Deserialize;
 
 use super::error::fault;
 use machine::contact::{
-    AngularContactBearing, BALL_PRESSURE_LIMIT_PA, Balls, BearingData, ContactError, Nut, NutData, PreloadedPair, Printed, Rule, Side,
-    Stiffness, StribeckCurve,
+    BALL_PRESSURE_LIMIT_PA, Balls, BearingData, ContactError, LoadedBalls, NutData, PreloadedPair, Printed, Rule, Side, Stiffness,
+    StribeckCurve,
 };
 use machine::{LoadedPair, MachineError, ScrewEnd, Segment, SegmentEnd, Twist};
 
@@ -273,7 +273,7 @@ fn pair(name: &str, file: &ContactFile) -> Result<PreloadedPair, MachineError> {
                 screw,
                 balls,
             );
-            let nut = Nut::new(&NutData { nut_conformity: nut, pressure_limit_pa, ..steel }).map_err(of_contact)?;
+            let nut = LoadedBalls::of_nut(&NutData { nut_conformity: nut, pressure_limit_pa, ..steel }).map_err(of_contact)?;
             PreloadedPair::double_nut(nut.side(), file.preload_n)
         }
         BearingPair => {
@@ -290,7 +290,7 @@ fn pair(name: &str, file: &ContactFile) -> Result<PreloadedPair, MachineError> {
                 inner,
             );
             let bearing =
-                AngularContactBearing::new(&BearingData { outer_conformity: outer, pressure_limit_pa, ..steel }).map_err(of_contact)?;
+                LoadedBalls::of_bearing(&BearingData { outer_conformity: outer, pressure_limit_pa, ..steel }).map_err(of_contact)?;
             let [a, b] = file.tandem.unwrap_or([1, 1]);
             PreloadedPair::bearing_set(bearing.side(), a, b, file.preload_n)
         }

@@ -8,8 +8,8 @@ use machine::contact::published::{
     NUT_STIFFNESS_N_PER_M, bearing, friction_axis_1, friction_axis_2, nut,
 };
 use machine::contact::{
-    AngularContactBearing, Balls, BearingData, Nut, NutData, Observation, ScrewDrive, Stiffness, StribeckCurve, StribeckNoise,
-    StribeckOptions, fit_stribeck,
+    Balls, BearingData, LoadedBalls, NutData, Observation, ScrewDrive, Stiffness, StribeckCurve, StribeckNoise, StribeckOptions,
+    fit_stribeck,
 };
 use machine::{Machine, Operating};
 use study::simulation::separations;
@@ -38,18 +38,20 @@ pub fn figures() -> StudyResult<Vec<PublishedFigure>> {
 
 fn joints() -> StudyResult<Vec<PublishedFigure>> {
     let nut_stiffness = |data: &NutData| -> StudyResult<f64> {
-        Nut::new(data).and_then(|n| n.stiffness_n_per_m(NUT_PRELOAD_N, Stiffness::Secant)).map_err(StudyError::impossible)
+        LoadedBalls::of_nut(data).and_then(|n| n.stiffness_n_per_m(NUT_PRELOAD_N, Stiffness::Secant)).map_err(StudyError::impossible)
     };
     let f = CONFORMITY_OF_STIFFNESSES;
     let one_turn = NutData { screw_conformity: f, nut_conformity: f, ..nut(Balls::Turns(1.0)) };
     let wider = BearingData { inner_conformity: f, outer_conformity: f, ..bearing() };
-    let single = AngularContactBearing::new(&bearing()).map_err(StudyError::impossible)?;
+    let single = LoadedBalls::of_bearing(&bearing()).map_err(StudyError::impossible)?;
     let secant = |data: &BearingData| -> StudyResult<f64> {
-        let single = AngularContactBearing::new(data).map_err(StudyError::impossible)?;
+        let single = LoadedBalls::of_bearing(data).map_err(StudyError::impossible)?;
         single.stiffness_n_per_m(BEARING_PRELOAD_N, Stiffness::Secant).map_err(StudyError::impossible)
     };
-    let eq_18 = BEARING_PRELOAD_N / single.deflection_as_printed_m(BEARING_PRELOAD_N).map_err(StudyError::impossible)? / 2.0;
-    let five_turns = Nut::new(&nut(Balls::Turns(5.0))).map_err(StudyError::impossible)?.ball_count();
+    // Eq. 18, last line, prints δ_n·sin α.
+    let sin = bearing().contact_angle_rad.sin();
+    let eq_18 = BEARING_PRELOAD_N / (single.deflection_m(BEARING_PRELOAD_N).map_err(StudyError::impossible)? * sin * sin) / 2.0;
+    let five_turns = LoadedBalls::of_nut(&nut(Balls::Turns(5.0))).map_err(StudyError::impossible)?.ball_count();
     Ok(vec![
         at("Tab. 1")
             .figure("balls of one nut, five turns", "1")

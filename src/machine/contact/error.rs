@@ -6,12 +6,6 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ContactError {
-    /// The parameter of an elliptic integral outside [0, 1).
-    #[error("the parameter m = {m} of a complete elliptic integral must lie in [0, 1)")]
-    EllipticParameter {
-        /// Given value.
-        m: f64,
-    },
     /// A quantity that must be positive and finite is not.
     #[error("{what} must be positive and finite, not {value}")]
     NotPositive {

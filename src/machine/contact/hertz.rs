@@ -1,7 +1,7 @@
 //! Hertz contact of two bodies at a point.
 
 use super::elliptic::Complete;
-use super::error::{check_pressure, finite, positive, within};
+use super::error::{finite, positive, within};
 use super::{ContactError, Stiffness};
 use numeric::root::bracketed_root;
 
@@ -192,13 +192,6 @@ impl PointContact {
         Ok(self.pressure * load(load_n)?.cbrt())
     }
 
-    /// Computes the largest pressure (Pa) and checks it against a limit such as [`BALL_PRESSURE_LIMIT_PA`].
-    ///
-    /// # Errors  [`ContactError::BeyondValidity`] above the limit; a load that is not positive.
-    pub fn check_pressure_pa(&self, load_n: f64, limit_pa: f64) -> Result<f64, ContactError> {
-        check_pressure(self.max_pressure_pa(load_n)?, limit_pa)
-    }
-
     /// Computes the secant stiffness Q/δ or the tangent stiffness dQ/dδ = 3/2·Q/δ (N/m).
     ///
     /// # Errors  a load that is not positive.
@@ -367,9 +360,6 @@ mod tests {
             assert!(matches!(contact.max_pressure_pa(load), Err(ContactError::NotPositive { .. })));
             assert!(matches!(contact.load_n(load), Err(ContactError::NotPositive { .. })));
         }
-        assert!(contact.check_pressure_pa(100.0, BALL_PRESSURE_LIMIT_PA).is_ok());
-        let error = contact.check_pressure_pa(1e6, BALL_PRESSURE_LIMIT_PA).unwrap_err();
-        assert!(error.to_string().contains("beyond the validity"), "{error}");
         let liquid = ContactMaterial { poisson_ratio: 0.6, ..STEEL };
         let curvatures = Curvatures { body_1_per_m: [100.0; 2], body_2_per_m: [0.0; 2], angle_rad: 0.0 };
         assert!(matches!(PointContact::new(&curvatures, &liquid, &STEEL), Err(ContactError::OutOfRange { .. })));

@@ -27,14 +27,13 @@ mod race;
 mod side;
 mod stribeck;
 
-pub use bearing::{AngularContactBearing, BearingData};
-pub use elliptic::{first_kind, second_kind};
+pub use bearing::BearingData;
 pub use error::ContactError;
 pub use fit::{Observation, StribeckFit, StribeckNoise, StribeckOptions, fit_stribeck};
 pub use hertz::{BALL_PRESSURE_LIMIT_PA, ContactMaterial, Curvatures, PointContact, STEEL};
 pub use interval::{ParameterEstimate, ParameterInterval};
-pub use nut::{Balls, Nut, NutData};
+pub use nut::{Balls, NutData};
 pub use pair::{PreloadedPair, Printed, Rule, Share};
-pub use race::RaceContacts;
+pub use race::{LoadedBalls, RaceContacts};
 pub use side::{Side, Stiffness};
 pub use stribeck::{ScrewDrive, StribeckCurve};

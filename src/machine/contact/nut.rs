@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::error::positive;
 use super::race::RaceGeometry;
-use super::{BALL_PRESSURE_LIMIT_PA, ContactError, ContactMaterial, RaceContacts, STEEL, Side, Stiffness};
+use super::{BALL_PRESSURE_LIMIT_PA, ContactError, ContactMaterial, LoadedBalls, STEEL};
 
 /// The number of loaded balls.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,38 +70,22 @@ impl NutData {
     }
 }
 
-/// One nut under axial load.
-///
-/// ```text
-///            P                      δ_screw + δ_nut                        p
-/// Q = ────────────────     δ_axial = ───────────────       λ = arctan ( ───── )
-///      N sin β cos λ                  sin β cos λ                       π d
-/// ```
-///
-/// Assumptions: constant contact angle, equal load on all balls, rigid nut body and screw core. The elasticity of the core belongs to the
-/// screw section of a model.
-///
-/// # Units      P in N, δ in m
-/// # Limits     N times the balls carry N times the load at the same deflection
-/// # Errors     [`ContactError::BeyondValidity`] above the pressure limit, [`BALL_PRESSURE_LIMIT_PA`] unless changed
-/// # Source     Duan, Eq. 7–9; vertical, Eq. 2–5. Deviation: see [`RaceContacts`] for the curvatures.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Nut {
-    contacts: RaceContacts,
-    ball_count: f64,
-    slope: f64,
-    side: Side,
-}
-
-impl Nut {
-    /// Creates a nut from its catalogue quantities.
+impl LoadedBalls {
+    /// Computes the balls of one nut from its catalogue quantities; λ = arctan(p/(π·d)).
     ///
     /// # Errors  a quantity outside its range, named.
-    pub fn new(data: &NutData) -> Result<Nut, ContactError> {
+    /// # Source  Duan, Eq. 7–9; vertical, Eq. 2–5. Deviation: see [`RaceContacts`](super::RaceContacts) for the curvatures.
+    pub fn of_nut(data: &NutData) -> Result<LoadedBalls, ContactError> {
         positive("the lead (m)", data.lead_m)?;
         positive("the pitch diameter (m)", data.pitch_diameter_m)?;
         let helix_angle_rad = (data.lead_m / (PI * data.pitch_diameter_m)).atan();
-        let contacts = RaceContacts::new(&RaceGeometry {
+        let count = match data.balls {
+            Balls::Count(count) => positive("the number of loaded balls", count)?,
+            Balls::Turns(turns) => {
+                positive("the number of loaded turns", turns)? * PI * data.pitch_diameter_m / (data.ball_diameter_m * helix_angle_rad.cos())
+            }
+        };
+        let geometry = RaceGeometry {
             ball_diameter_m: data.ball_diameter_m,
             pitch_diameter_m: data.pitch_diameter_m,
             contact_angle_rad: data.contact_angle_rad,
@@ -110,64 +94,20 @@ impl Nut {
             names: ["screw", "nut"],
             ball: data.ball,
             races: [data.screw, data.nut],
-        })?;
-        let ball_count = match data.balls {
-            Balls::Count(count) => positive("the number of loaded balls", count)?,
-            Balls::Turns(turns) => {
-                positive("the number of loaded turns", turns)? * PI * data.pitch_diameter_m / (data.ball_diameter_m * helix_angle_rad.cos())
-            }
         };
-        let slope = data.contact_angle_rad.sin() * helix_angle_rad.cos();
-        let limit = positive("the limit of the contact pressure (Pa)", data.pressure_limit_pa);
-        let limit = if data.pressure_limit_pa == f64::INFINITY { f64::INFINITY } else { limit? };
-        Ok(Nut { contacts, ball_count, slope, side: contacts.side(ball_count, slope, limit) })
-    }
-
-    /// Returns the two contacts of a ball.
-    pub fn contacts(&self) -> &RaceContacts {
-        &self.contacts
-    }
-
-    /// Returns the number of loaded balls N, which may be fractional.
-    pub fn ball_count(&self) -> f64 {
-        self.ball_count
-    }
-
-    /// Returns the nut as one side of a preloaded pair.
-    pub fn side(&self) -> Side {
-        self.side
-    }
-
-    /// Computes the normal load Q (N) of a ball.
-    ///
-    /// # Errors  a load that is not positive or beyond the pressure limit.
-    pub fn ball_load_n(&self, load_n: f64) -> Result<f64, ContactError> {
-        Ok(self.side.check_load_n(load_n)? / (self.ball_count * self.slope))
-    }
-
-    /// Computes the axial deflection (m).
-    ///
-    /// # Errors  a load that is not positive or beyond the pressure limit.
-    pub fn deflection_m(&self, load_n: f64) -> Result<f64, ContactError> {
-        self.side.deflection_m(load_n)
-    }
-
-    /// Computes the axial stiffness (N/m).
-    ///
-    /// # Errors  a load that is not positive or beyond the pressure limit.
-    pub fn stiffness_n_per_m(&self, load_n: f64, stiffness: Stiffness) -> Result<f64, ContactError> {
-        self.side.stiffness_n_per_m(load_n, stiffness)
+        LoadedBalls::new(&geometry, count, data.pressure_limit_pa)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::Stiffness;
     use crate::contact::published::{NUT_PRELOAD_N, nut};
 
     #[test]
     fn published_tab_1_secant_stiffness() {
-        let stiffness = |balls| Nut::new(&nut(balls)).unwrap().stiffness_n_per_m(NUT_PRELOAD_N, Stiffness::Secant).unwrap();
+        let stiffness = |balls| LoadedBalls::of_nut(&nut(balls)).unwrap().stiffness_n_per_m(NUT_PRELOAD_N, Stiffness::Secant).unwrap();
         assert!((stiffness(Balls::Count(98.0)) / 4.04e8 - 1.0).abs() < 0.01, "{:e}", stiffness(Balls::Count(98.0)));
         assert!((stiffness(Balls::Count(19.9)) / 1.39e8 - 1.0).abs() < 0.01, "{:e}", stiffness(Balls::Count(19.9)));
         assert!((stiffness(Balls::Turns(1.0)) / 1.39e8 - 1.0).abs() < 0.01, "{:e}", stiffness(Balls::Turns(1.0)));
@@ -179,14 +119,14 @@ mod tests {
     fn published_helix_angle_and_ball_count() {
         let data = nut(Balls::Turns(1.0));
         assert!(((data.lead_m / (PI * data.pitch_diameter_m)).atan().to_degrees() - 4.5499).abs() < 1e-4);
-        assert!((Nut::new(&data).unwrap().ball_count() - 19.852).abs() < 1e-3);
+        assert!((LoadedBalls::of_nut(&data).unwrap().ball_count() - 19.852).abs() < 1e-3);
         // FDW20-5B2: 2.5 turns twice give 99.3, printed 98.
-        assert!((Nut::new(&nut(Balls::Turns(5.0))).unwrap().ball_count() - 99.26).abs() < 0.01);
+        assert!((LoadedBalls::of_nut(&nut(Balls::Turns(5.0))).unwrap().ball_count() - 99.26).abs() < 0.01);
     }
 
     #[test]
     fn limit_axial_work_is_the_work_of_the_contacts() {
-        let nut = Nut::new(&nut(Balls::Count(98.0))).unwrap();
+        let nut = LoadedBalls::of_nut(&nut(Balls::Count(98.0))).unwrap();
         for load in [10.0, 1115.0, 5000.0] {
             let ball = nut.ball_load_n(load).unwrap();
             let normal = nut.contacts().inner.approach_m(ball).unwrap() + nut.contacts().outer.approach_m(ball).unwrap();
@@ -199,7 +139,7 @@ mod tests {
 
     #[test]
     fn limit_pressure_is_checked_by_default() {
-        let nut = Nut::new(&nut(Balls::Count(98.0))).unwrap();
+        let nut = LoadedBalls::of_nut(&nut(Balls::Count(98.0))).unwrap();
         let limit = nut.side().load_limit_n();
         let ball = nut.ball_load_n(limit * (1.0 - 1e-12)).unwrap();
         let pressures = [nut.contacts().inner, nut.contacts().outer].map(|contact| contact.max_pressure_pa(ball).unwrap());
@@ -213,7 +153,7 @@ mod tests {
         let of = |change: fn(&mut NutData)| {
             let mut data = nut(Balls::Count(98.0));
             change(&mut data);
-            Nut::new(&data).unwrap_err().to_string()
+            LoadedBalls::of_nut(&data).unwrap_err().to_string()
         };
         assert!(of(|d| d.lead_m = 0.0).contains("lead"));
         assert!(of(|d| d.balls = Balls::Count(0.0)).contains("balls"));

@@ -211,18 +211,18 @@ fn rise(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::LoadedBalls;
     use crate::contact::published::{self, BEARING_PRELOAD_N, NUT_PRELOAD_N, friction_axis_1, friction_axis_2};
-    use crate::contact::{AngularContactBearing, Nut};
     use proptest::prelude::*;
 
     const RULES: [Rule; 2] = [Rule::Physics, Rule::AsPrinted];
 
     fn nuts() -> PreloadedPair {
-        PreloadedPair::double_nut(Nut::new(&published::nut(published::NUT_BALLS)).unwrap().side(), NUT_PRELOAD_N).unwrap()
+        PreloadedPair::double_nut(LoadedBalls::of_nut(&published::nut(published::NUT_BALLS)).unwrap().side(), NUT_PRELOAD_N).unwrap()
     }
 
     fn bearings() -> PreloadedPair {
-        PreloadedPair::bearing_set(AngularContactBearing::new(&published::bearing()).unwrap().side(), 1, 1, BEARING_PRELOAD_N).unwrap()
+        PreloadedPair::bearing_set(LoadedBalls::of_bearing(&published::bearing()).unwrap().side(), 1, 1, BEARING_PRELOAD_N).unwrap()
     }
 
     fn unequal() -> PreloadedPair {
@@ -319,7 +319,7 @@ mod tests {
 
     #[test]
     fn limit_sets_of_several() {
-        let bearing = AngularContactBearing::new(&published::bearing()).unwrap().side();
+        let bearing = LoadedBalls::of_bearing(&published::bearing()).unwrap().side();
         let (two, set) = (bearings(), PreloadedPair::bearing_set(bearing, 2, 2, 2.0 * BEARING_PRELOAD_N).unwrap());
         let one = two.share(800.0, Rule::Physics).unwrap();
         let both = set.share(1600.0, Rule::Physics).unwrap();
@@ -333,7 +333,7 @@ mod tests {
 
     #[test]
     fn bad_pairs_and_forces_are_named() {
-        let side = AngularContactBearing::new(&published::bearing()).unwrap().side();
+        let side = LoadedBalls::of_bearing(&published::bearing()).unwrap().side();
         assert!(matches!(PreloadedPair::double_nut(side, 0.0), Err(ContactError::NotPositive { .. })));
         assert!(matches!(PreloadedPair::double_nut(side, 1e6), Err(ContactError::BeyondValidity { .. })));
         assert!(PreloadedPair::bearing_set(side, 0, 1, 100.0).is_err());

@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::error::positive;
 use super::hertz::{ContactMaterial, Curvatures, PointContact};
-use super::{ContactError, Side};
+use super::{ContactError, Side, Stiffness};
 
 /// The geometry and materials of the two contacts of a ball.
 #[derive(Debug, Clone, Copy)]
@@ -86,12 +86,77 @@ impl RaceContacts {
     pub fn pressure_per_cube_root(&self) -> f64 {
         self.inner.pressure_per_cube_root().max(self.outer.pressure_per_cube_root())
     }
+}
 
-    /// Combines `count` such balls under an axial load P, `slope` = sin β·cos λ: Q = P/(N·slope), δ_axial = δ_n/slope.
-    pub(super) fn side(&self, count: f64, slope: f64, pressure_limit_pa: f64) -> Side {
+/// The balls of one nut, or of one angular contact bearing, under an axial load that all of them share equally.
+///
+/// ```text
+///            P                      δ_inner + δ_outer
+/// Q = ────────────────     δ_axial = ─────────────────
+///      N sin β cos λ                  sin β cos λ
+/// ```
+///
+/// Assumptions: constant contact angle, rigid bodies and screw core. The elasticity of the core belongs to the screw section of a model.
+///
+/// # Units      P in N, δ in m
+/// # Limits     N times the balls carry N times the load at the same deflection
+/// # Errors     [`ContactError::BeyondValidity`] above the pressure limit, [`BALL_PRESSURE_LIMIT_PA`](super::BALL_PRESSURE_LIMIT_PA) unless changed
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LoadedBalls {
+    contacts: RaceContacts,
+    count: f64,
+    slope: f64,
+    side: Side,
+}
+
+impl LoadedBalls {
+    /// Combines `count` balls between two races.
+    pub(super) fn new(geometry: &RaceGeometry, count: f64, pressure_limit_pa: f64) -> Result<LoadedBalls, ContactError> {
+        let contacts = RaceContacts::new(geometry)?;
+        let slope = geometry.contact_angle_rad.sin() * geometry.helix_angle_rad.cos();
+        if pressure_limit_pa != f64::INFINITY {
+            positive("the limit of the contact pressure (Pa)", pressure_limit_pa)?;
+        }
         let load_per_ball = 1.0 / (count * slope);
-        let compliance = self.approach_per_two_thirds() * load_per_ball.cbrt().powi(2) / slope;
-        Side::of_contacts(compliance, self.pressure_per_cube_root() * load_per_ball.cbrt(), pressure_limit_pa)
+        let compliance = contacts.approach_per_two_thirds() * load_per_ball.cbrt().powi(2) / slope;
+        let side = Side::of_contacts(compliance, contacts.pressure_per_cube_root() * load_per_ball.cbrt(), pressure_limit_pa);
+        Ok(LoadedBalls { contacts, count, slope, side })
+    }
+
+    /// Returns the two contacts of a ball.
+    pub fn contacts(&self) -> &RaceContacts {
+        &self.contacts
+    }
+
+    /// Returns the number of loaded balls N, which may be fractional.
+    pub fn ball_count(&self) -> f64 {
+        self.count
+    }
+
+    /// Returns the nut or bearing as one side of a preloaded pair.
+    pub fn side(&self) -> Side {
+        self.side
+    }
+
+    /// Computes the normal load Q (N) of a ball.
+    ///
+    /// # Errors  a load that is not positive or beyond the pressure limit.
+    pub fn ball_load_n(&self, load_n: f64) -> Result<f64, ContactError> {
+        Ok(self.side.check_load_n(load_n)? / (self.count * self.slope))
+    }
+
+    /// Computes the axial deflection (m).
+    ///
+    /// # Errors  a load that is not positive or beyond the pressure limit.
+    pub fn deflection_m(&self, load_n: f64) -> Result<f64, ContactError> {
+        self.side.deflection_m(load_n)
+    }
+
+    /// Computes the axial stiffness (N/m).
+    ///
+    /// # Errors  a load that is not positive or beyond the pressure limit.
+    pub fn stiffness_n_per_m(&self, load_n: f64, stiffness: Stiffness) -> Result<f64, ContactError> {
+        self.side.stiffness_n_per_m(load_n, stiffness)
     }
 }
 

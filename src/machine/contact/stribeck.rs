@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::ContactError;
-use super::error::{finite, positive, within};
+use super::error::{positive, within};
 use numeric::root::bracketed_root;
 
 /// The Stribeck curve of one axis.
@@ -49,17 +49,6 @@ impl StribeckCurve {
         }
         let decay = (-(velocity_m_per_s / self.stribeck_velocity_m_per_s).powi(2)).exp();
         (self.coulomb_n + (self.static_n - self.coulomb_n) * decay).copysign(velocity_m_per_s) + self.viscous_n_s_per_m * velocity_m_per_s
-    }
-
-    /// Computes the axial force (N) of the screw, the load of its nut and bearings: friction and inertia of the moved mass.
-    ///
-    /// # Errors  a velocity, mass or acceleration that is not finite.
-    /// # Source  Duan, Eq. 10, for one axis that moves its share of the mass.
-    pub fn axial_force_n(&self, velocity_m_per_s: f64, mass_kg: f64, acceleration_m_per_s2: f64) -> Result<f64, ContactError> {
-        finite("the velocity (m/s)", velocity_m_per_s)?;
-        finite("the moved mass (kg)", mass_kg)?;
-        finite("the acceleration (m/s²)", acceleration_m_per_s2)?;
-        Ok(self.force_n(velocity_m_per_s) + mass_kg * acceleration_m_per_s2)
     }
 
     /// Computes the speed (m/s) of least friction, where the rising branch begins; 0 for a curve that only rises or has no viscous part.
@@ -191,11 +180,8 @@ mod tests {
     }
 
     #[test]
-    fn limit_axial_force_adds_inertia() {
+    fn bad_curves_are_refused() {
         let curve = friction_axis_1();
-        assert_eq!(curve.axial_force_n(0.05, 12.0, 0.0).unwrap(), curve.force_n(0.05));
-        assert!((curve.axial_force_n(-0.05, 12.0, 2.0).unwrap() - (24.0 - curve.force_n(0.05))).abs() < 1e-12);
-        assert!(curve.axial_force_n(f64::NAN, 1.0, 0.0).is_err());
         assert!(StribeckCurve { stribeck_velocity_m_per_s: 0.0, ..curve }.check().is_err());
         assert!(StribeckCurve { coulomb_n: -1.0, ..curve }.check().is_err());
     }
