@@ -1,5 +1,8 @@
 //! Errors of case generation.
 
+/// Result of case generation.
+pub type Result<T> = std::result::Result<T, SimulatorError>;
+
 /// Reason for which a case, or its folder, cannot be made.
 #[derive(Debug, thiserror::Error)]
 pub enum SimulatorError {

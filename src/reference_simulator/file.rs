@@ -4,10 +4,10 @@ use std::fs;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-use super::SimulatorError;
+use super::{Result, SimulatorError};
 
 /// Creates a folder inside another one unless it exists.
-pub fn create_folder(parent: &Path, name: &str) -> Result<PathBuf, SimulatorError> {
+pub fn create_folder(parent: &Path, name: &str) -> Result<PathBuf> {
     let path = parent.join(name);
     if path.is_symlink() {
         let source = std::io::Error::new(ErrorKind::AlreadyExists, "is a link; remove it");
@@ -18,7 +18,7 @@ pub fn create_folder(parent: &Path, name: &str) -> Result<PathBuf, SimulatorErro
 }
 
 /// Writes a text file. An existing file or link of that name is removed first, not written to.
-pub fn write_text(path: &Path, text: &str) -> Result<(), SimulatorError> {
+pub fn write_text(path: &Path, text: &str) -> Result<()> {
     let removed = match fs::remove_file(path) {
         Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
         _ => Ok(()),

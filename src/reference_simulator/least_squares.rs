@@ -3,10 +3,10 @@
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::SimulatorError;
+use super::Result;
 
 /// Whitened residuals at a point.
-pub type Residuals<'r> = dyn Fn(&[f64]) -> Result<Vec<f64>, SimulatorError> + Sync + 'r;
+pub type Residuals<'r> = dyn Fn(&[f64]) -> Result<Vec<f64>> + Sync + 'r;
 
 /// Step of numerical derivatives: a thousandth of a standard deviation.
 const STEP: f64 = 1e-3;
@@ -29,7 +29,7 @@ pub struct Minimum {
 /// Minimises |r(u)|² + Σ penalty·u² from a start.
 ///
 /// # Errors  the residuals have no value at the start.
-pub fn minimum(residuals: &Residuals<'_>, penalties: &[f64], start: Vec<f64>) -> Result<Minimum, SimulatorError> {
+pub fn minimum(residuals: &Residuals<'_>, penalties: &[f64], start: Vec<f64>) -> Result<Minimum> {
     let cost_of = |residual: &DVector<f64>, point: &[f64]| {
         residual.norm_squared() + point.iter().zip(penalties).map(|(value, penalty)| penalty * value * value).sum::<f64>()
     };
@@ -76,13 +76,13 @@ pub fn minimum(residuals: &Residuals<'_>, penalties: &[f64], start: Vec<f64>) ->
     Ok(Minimum { cost, point })
 }
 
-fn slopes_at(residuals: &Residuals<'_>, point: &[f64], here: &DVector<f64>) -> Result<DMatrix<f64>, SimulatorError> {
-    let column = |index: usize| -> Result<DVector<f64>, SimulatorError> {
+fn slopes_at(residuals: &Residuals<'_>, point: &[f64], here: &DVector<f64>) -> Result<DMatrix<f64>> {
+    let column = |index: usize| -> Result<DVector<f64>> {
         let mut moved = point.to_vec();
         moved[index] += STEP;
         Ok((DVector::from_vec(residuals(&moved)?) - here) / STEP)
     };
-    let columns: Vec<Result<DVector<f64>, SimulatorError>> = (0..point.len()).into_par_iter().map(column).collect();
-    let columns: Result<Vec<DVector<f64>>, SimulatorError> = columns.into_iter().collect();
+    let columns: Vec<Result<DVector<f64>>> = (0..point.len()).into_par_iter().map(column).collect();
+    let columns: Result<Vec<DVector<f64>>> = columns.into_iter().collect();
     Ok(DMatrix::from_columns(&columns?))
 }

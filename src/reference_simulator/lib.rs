@@ -13,6 +13,9 @@
 //! This crate imports no model under test, and no model under test may import this crate: a check of a model against itself proves
 //! nothing. Responses are response / force with e^{+iωt}; SI units throughout.
 
+#[macro_use]
+mod named;
+
 mod attempt;
 pub mod case;
 pub mod draw;
@@ -24,7 +27,7 @@ pub mod hammer;
 mod least_squares;
 pub mod machine;
 pub mod motion;
-mod named;
+pub mod parameter;
 mod projection;
 pub mod servo;
 mod sizing;
@@ -36,5 +39,5 @@ pub use case::{
     Case, ChannelSet, Counts, Exact, Gap, HammerTest, Imitation, Kind, Label, Ordinary, Plan, Scatter, Slot, Strength, VISIBLE, generate,
     generate_one, labels_json, measured_again, ordinary, ordinary_on_guide, write_case,
 };
-pub use error::SimulatorError;
+pub use error::{Result, SimulatorError};
 pub use machine::layout::Layout;

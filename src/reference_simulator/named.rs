@@ -1,34 +1,27 @@
-//! A macro for enums of effects and their identifiers.
+//! A macro for enums with names.
 
-/// Declares an enum of effects with their identifiers, in three groups. A diagnosis should name the `LISTED` effects; the `UNLISTED` ones
-/// are outside its library.
-macro_rules! named_effects {
+/// Declares an enum whose variants have names, in groups. A group is a constant list of its variants.
+macro_rules! named {
     (
-        $(#[$about:meta])* pub enum $name:ident
-        LISTED { $($(#[$l:meta])* $listed:ident = $listed_id:literal,)* }
-        OTHERS { $($(#[$x:meta])* $other:ident = $other_id:literal,)* }
-        UNLISTED { $($(#[$o:meta])* $unlisted:ident = $unlisted_id:literal,)* }
+        $(#[$about:meta])*
+        pub enum $name:ident { $($(#[$why:meta])* $group:ident { $($(#[$doc:meta])* $variant:ident = $text:literal,)* })* }
     ) => {
         $(#[$about])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
-        #[serde(rename_all = "kebab-case")]
-        pub enum $name { $($(#[$l])* $listed,)* $($(#[$x])* $other,)* $($(#[$o])* $unlisted,)* }
+        pub enum $name { $($($(#[$doc])* #[serde(rename = $text)] $variant,)*)* }
 
         impl $name {
-            /// Effects that a diagnosis should name.
-            pub const LISTED: [Self; [$($listed_id),*].len()] = [$(Self::$listed),*];
-            /// Effects outside the library of the diagnosis.
-            pub const UNLISTED: [Self; [$($unlisted_id),*].len()] = [$(Self::$unlisted),*];
+            $($(#[$why])* pub const $group: [Self; [$($text),*].len()] = [$(Self::$variant),*];)*
 
-            /// Returns the identifier.
-            pub fn id(self) -> &'static str {
-                match self {
-                    $(Self::$listed => $listed_id,)*
-                    $(Self::$other => $other_id,)*
-                    $(Self::$unlisted => $unlisted_id,)*
-                }
+            /// Returns the name.
+            pub fn name(self) -> &'static str {
+                match self { $($(Self::$variant => $text,)*)* }
+            }
+
+            /// Returns the variant of a name.
+            pub fn named(name: &str) -> Option<Self> {
+                match name { $($($text => Some(Self::$variant),)*)* _ => None }
             }
         }
     };
 }
-pub(crate) use named_effects;

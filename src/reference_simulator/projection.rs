@@ -2,7 +2,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::SimulatorError;
+use super::{Result, SimulatorError};
 
 /// Directions, each scaled to one standard deviation of its prior.
 pub struct Projection {
@@ -12,7 +12,7 @@ pub struct Projection {
 
 impl Projection {
     /// Builds the projection from columns of equal height.
-    pub fn new(columns: &[Vec<f64>]) -> Result<Self, SimulatorError> {
+    pub fn new(columns: &[Vec<f64>]) -> Result<Self> {
         let rows = columns.first().map_or(0, Vec::len);
         let columns = DMatrix::from_iterator(rows, columns.len(), columns.iter().flatten().copied());
         let normal = columns.transpose() * &columns + DMatrix::identity(columns.ncols(), columns.ncols());

@@ -1,6 +1,6 @@
 //! Search for the size at which an effect has a given strength or a given gap.
 
-use super::SimulatorError;
+use super::{Result, SimulatorError};
 
 /// Searches between the least and the largest size until `gap_ratio` is about `ratio`, and returns the size and its gap ratio.
 /// `gap_ratio` is the gap with the effect over the gap without it.
@@ -8,8 +8,8 @@ pub fn size_for_gap_ratio(
     [least, largest]: [f64; 2],
     ratio: f64,
     trials: usize,
-    mut gap_ratio: impl FnMut(f64) -> Result<f64, SimulatorError>,
-) -> Result<(f64, f64), SimulatorError> {
+    mut gap_ratio: impl FnMut(f64) -> Result<f64>,
+) -> Result<(f64, f64)> {
     let mut size = least;
     let mut value = gap_ratio(size)?;
     for _ in 0..trials {
@@ -50,13 +50,7 @@ impl Sizing {
     /// Finds the size, at most `largest`, at which the effect has the strength `wanted`.
     ///
     /// The strength of a small effect grows with the square of its size. Where a step by that law leaves the bracket, the search bisects.
-    pub fn size_for(
-        &self,
-        effect: &str,
-        largest: f64,
-        wanted: f64,
-        strength: impl Fn(f64) -> Result<f64, SimulatorError>,
-    ) -> Result<f64, SimulatorError> {
+    pub fn size_for(&self, effect: &str, largest: f64, wanted: f64, strength: impl Fn(f64) -> Result<f64>) -> Result<f64> {
         let [longest, down] = self.steps;
         let (mut low, mut high) = (f64::NEG_INFINITY, largest.ln());
         let (mut trial, mut reached) = (self.start.min(0.5 * largest).ln(), 0.0);

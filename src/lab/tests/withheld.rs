@@ -251,8 +251,8 @@ fn the_matrix_and_the_scores_fit_eighty_columns() {
     use reference_simulator::effect::EffectKind;
     let mut confusion = Confusion { rows: BTreeMap::new() };
     let kinds = ["none", "unknown", "wrong-parameter", "measurement", "insufficient", "failed"];
-    let answers: Vec<&str> = EffectKind::LISTED.iter().map(|e| e.id()).chain(kinds).chain(["nut-load-stiffness"]).collect();
-    for truth in EffectKind::LISTED.iter().map(|e| e.id()).chain(["(null)", "(hard-null-wrong-parameter)"]) {
+    let answers: Vec<&str> = EffectKind::LISTED.iter().map(|e| e.name()).chain(kinds).chain(["nut-load-stiffness"]).collect();
+    for truth in EffectKind::LISTED.iter().map(|e| e.name()).chain(["(null)", "(hard-null-wrong-parameter)"]) {
         confusion.rows.insert(truth.into(), answers.iter().map(|a| (a.to_string(), 123)).collect());
     }
     let text = confusion_text(&confusion);

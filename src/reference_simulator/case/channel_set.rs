@@ -1,13 +1,12 @@
 //! Measured channels and their quantity.
 
 use num_complex::Complex64;
-use serde::{Deserialize, Serialize};
 
-use crate::machine::point::{Channel, Point};
+use crate::machine::nuisance::CHANNELS;
+use crate::machine::point::Channel;
 
 /// Channels of a measurement.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum ChannelSet {
     /// The table is excited and measured.
     Table,
@@ -25,49 +24,32 @@ impl ChannelSet {
 
     /// Returns the channels, the table first.
     pub fn channels(self) -> Vec<Channel> {
-        let all = [
-            Channel::direct(Point::Table),
-            Channel::direct(Point::Rotor),
-            Channel::new(Point::Rotor, Point::Table),
-            Channel::new(Point::Screw, Point::Table),
-            Channel::new(Point::Left, Point::Table),
-            Channel::new(Point::Right, Point::Table),
-        ];
         let count = match self {
             Self::Table => 1,
             Self::Rotor => 2,
             Self::Cross => 3,
             Self::Axial => 6,
         };
-        all[..count].to_vec()
+        CHANNELS[..count].to_vec()
     }
 }
 
-/// Quantity of a frequency response.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Quantity {
-    /// Displacement over force.
-    Receptance,
-    /// Velocity over force.
-    Mobility,
-    /// Acceleration over force.
-    Accelerance,
+named! {
+    /// Quantity of a frequency response.
+    pub enum Quantity {
+        /// All of them.
+        ALL {
+            /// Displacement over force.
+            Receptance = "receptance",
+            /// Velocity over force.
+            Mobility = "mobility",
+            /// Acceleration over force.
+            Accelerance = "accelerance",
+        }
+    }
 }
 
 impl Quantity {
-    /// All quantities.
-    pub const ALL: [Self; 3] = [Self::Receptance, Self::Mobility, Self::Accelerance];
-
-    /// Returns the name in a manifest.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Receptance => "receptance",
-            Self::Mobility => "mobility",
-            Self::Accelerance => "accelerance",
-        }
-    }
-
     /// Returns the factor from receptance at a frequency.
     pub fn factor(self, frequency_hz: f64) -> Complex64 {
         let s = Complex64::new(0.0, 2.0 * std::f64::consts::PI * frequency_hz);

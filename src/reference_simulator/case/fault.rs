@@ -2,9 +2,9 @@
 
 use num_complex::Complex64;
 
-use crate::SimulatorError;
 use crate::draw::Draw;
 use crate::hammer::series::{Fault, Line};
+use crate::{Result, SimulatorError};
 
 /// Least rms change of ln H for which a data fault counts.
 const LEAST_CHANGE: f64 = 0.08;
@@ -75,7 +75,7 @@ impl DataFault {
     }
 
     /// Returns an error if the data fault changes the accepted lines of its records too little.
-    pub fn check_visible(self, exact: &[Vec<Vec<Complex64>>], lines: &[Vec<Vec<Line>>]) -> Result<(), SimulatorError> {
+    pub fn check_visible(self, exact: &[Vec<Vec<Complex64>>], lines: &[Vec<Vec<Line>>]) -> Result<()> {
         let mut largest: f64 = 0.0;
         for (station, of_station) in lines.iter().enumerate() {
             for (channel, lines) in of_station.iter().enumerate().filter(|(channel, _)| self.affects(station, *channel)) {

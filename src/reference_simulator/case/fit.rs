@@ -5,7 +5,7 @@ use num_complex::Complex64;
 
 use super::subject::Subject;
 use super::survey::Survey;
-use crate::SimulatorError;
+use crate::Result;
 use crate::machine::catalogue::DrawnMachine;
 use crate::machine::nuisance::Nuisance;
 
@@ -65,7 +65,7 @@ impl<'a> Fit<'a> {
 
     /// Fits all joints within their ranges at the fitted positions (Levenberg–Marquardt with robust weights) and evaluates the other
     /// positions.
-    pub fn run(&self, data: &[Complex64], start: &[f64]) -> Result<Refit, SimulatorError> {
+    pub fn run(&self, data: &[Complex64], start: &[f64]) -> Result<Refit> {
         let block = self.survey.base.len() / self.family.drawn.nut_m.len();
         let fitted: Vec<Complex64> =
             self.fitted.iter().flat_map(|&position| &data[position * block..(position + 1) * block]).copied().collect();
@@ -110,13 +110,7 @@ impl<'a> Fit<'a> {
     }
 
     /// Computes the normal equations of one step by finite differences.
-    fn normal(
-        &self,
-        point: &[f64],
-        residual: &[Complex64],
-        data: &[Complex64],
-        weights: &[f64],
-    ) -> Result<(DMatrix<f64>, DVector<f64>), SimulatorError> {
+    fn normal(&self, point: &[f64], residual: &[Complex64], data: &[Complex64], weights: &[f64]) -> Result<(DMatrix<f64>, DVector<f64>)> {
         let count = point.len();
         let mut columns = Vec::with_capacity(count);
         for index in 0..count {
@@ -140,7 +134,7 @@ impl<'a> Fit<'a> {
     }
 
     /// Returns ln(model / data) of the lines at some positions.
-    fn residual(&self, point: &[f64], data: &[Complex64], positions: &[usize]) -> Result<Vec<Complex64>, SimulatorError> {
+    fn residual(&self, point: &[f64], data: &[Complex64], positions: &[usize]) -> Result<Vec<Complex64>> {
         let model = self.survey.at_positions(&self.at(point), positions)?;
         Ok(model.iter().zip(data).map(|(a, b)| wrapped(a - b)).collect())
     }

@@ -17,7 +17,7 @@ use super::fit::{Fit, wrapped};
 use super::gauge::REPRODUCED;
 use super::subject::Subject;
 use super::survey::Survey;
-use crate::SimulatorError;
+use crate::Result;
 use crate::least_squares::{Minimum, minimum};
 use crate::machine::leeway::Leeway;
 
@@ -49,7 +49,7 @@ impl FittedGauge {
     }
 
     /// Returns ln H of a subject at the given positions.
-    pub fn data(&self, subject: &Subject) -> Result<Vec<Complex64>, SimulatorError> {
+    pub fn data(&self, subject: &Subject) -> Result<Vec<Complex64>> {
         self.survey.at_positions(subject, &self.positions)
     }
 
@@ -63,7 +63,7 @@ impl FittedGauge {
     }
 
     /// Returns the whitened difference of data to a subject.
-    pub fn residual(&self, data: &[Complex64], subject: &Subject) -> Result<Vec<f64>, SimulatorError> {
+    pub fn residual(&self, data: &[Complex64], subject: &Subject) -> Result<Vec<f64>> {
         let model = self.data(subject)?;
         let differences = data.iter().zip(&model).zip(&self.weights);
         let whitened = |((data, model), weight): ((&Complex64, &Complex64), &f64)| {
@@ -74,7 +74,7 @@ impl FittedGauge {
     }
 
     /// Fits the machine without effects to noise-free data of a subject, from all starts, and returns the least minimum.
-    pub fn fit(&self, subject: &Subject) -> Result<Minimum, SimulatorError> {
+    pub fn fit(&self, subject: &Subject) -> Result<Minimum> {
         let data = self.data(subject)?;
         let residuals = |point: &[f64]| self.residual(&data, &self.shifted(&self.family, point));
         let penalties = vec![1.0; self.leeway.len()];
@@ -105,7 +105,7 @@ impl FittedGauge {
     }
 
     /// Returns the non-centrality of the effects of a subject.
-    pub fn noncentrality(&self, subject: &Subject) -> Result<f64, SimulatorError> {
+    pub fn noncentrality(&self, subject: &Subject) -> Result<f64> {
         Ok(self.fit(subject)?.cost)
     }
 }

@@ -11,7 +11,7 @@ use num_complex::Complex64;
 use super::fit::{Fit, wrapped};
 use super::subject::Subject;
 use super::survey::Survey;
-use crate::SimulatorError;
+use crate::Result;
 use crate::projection::Projection;
 use crate::sizing::Sizing;
 
@@ -39,7 +39,7 @@ pub struct Unexplained {
 
 impl Gauge {
     /// Prepares the gauge for a subject without its effects.
-    pub fn new(subject: &Subject, survey: Survey) -> Result<Self, SimulatorError> {
+    pub fn new(subject: &Subject, survey: Survey) -> Result<Self> {
         let subject = subject.without_effects();
         let weights: Vec<f64> = survey.variance.iter().map(|value| (1.0 / (value + REPRODUCED * REPRODUCED)).sqrt()).collect();
         let step = 1e-3;
@@ -65,7 +65,7 @@ impl Gauge {
     }
 
     /// Returns the part of a subject's effects that joints and nuisance parameters cannot explain.
-    pub fn unexplained(&self, subject: &Subject) -> Result<Unexplained, SimulatorError> {
+    pub fn unexplained(&self, subject: &Subject) -> Result<Unexplained> {
         let changed = self.survey.of(subject)?;
         let change = DVector::from_vec(whitened(&changed, &self.survey.base, &self.weights, self.survey.share));
         let residual = self.explained.residual(&change);
@@ -81,7 +81,7 @@ impl Gauge {
 
     /// Returns the non-centrality after a nonlinear refit of the joints and a projection of the rest, for effects that change the joints
     /// strongly.
-    pub fn after_refit(&self, subject: &Subject) -> Result<f64, SimulatorError> {
+    pub fn after_refit(&self, subject: &Subject) -> Result<f64> {
         let direct = self.unexplained(subject)?.noncentrality;
         if direct < 60.0 {
             return Ok(direct);
@@ -95,11 +95,11 @@ impl Gauge {
     }
 
     /// Finds the size at which the only effect of a subject has a given non-centrality.
-    pub fn size_for(&self, subject: &Subject, wanted: f64) -> Result<f64, SimulatorError> {
+    pub fn size_for(&self, subject: &Subject, wanted: f64) -> Result<f64> {
         let Some(effect) = subject.effects.first().cloned() else {
             return Ok(0.0);
         };
-        SIZING.size_for(effect.kind.id(), effect.kind.largest(), wanted, |size| {
+        SIZING.size_for(effect.kind.name(), effect.kind.largest(), wanted, |size| {
             let sized = Subject { effects: vec![effect.sized(size)], ..subject.clone() };
             Ok(self.unexplained(&sized)?.noncentrality)
         })

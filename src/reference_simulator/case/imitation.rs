@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::fitted::FittedGauge;
 use super::subject::Subject;
-use crate::SimulatorError;
+use crate::Result;
 use crate::draw::Draw;
 use crate::effect::{Effect, EffectKind};
 use crate::least_squares::{Minimum, minimum};
@@ -40,7 +40,7 @@ pub fn imitation(
     subject: &Subject,
     is_possible: impl Fn(EffectKind) -> bool,
     draw: &Draw,
-) -> Result<Option<Imitation>, SimulatorError> {
+) -> Result<Option<Imitation>> {
     let data = gauge.data(subject)?;
     let none = gauge.fit(subject)?;
     // With the right effect, joints and tolerances are close to the truth; with a partial one, to the fit without effects.
@@ -59,7 +59,7 @@ pub fn imitation(
     for (_, effect) in screened {
         let found = refined(gauge, &data, &none, &effect)?;
         if closest.as_ref().is_none_or(|known| found.cost < known.noncentrality) {
-            closest = Some(Imitation { effect: effect.kind.id().to_owned(), noncentrality: found.cost });
+            closest = Some(Imitation { effect: effect.kind.name().to_owned(), noncentrality: found.cost });
         }
     }
     Ok(closest)
@@ -103,7 +103,7 @@ fn searched(
 }
 
 /// Fits joints, tolerances, size and shape together, from the joints of the fit without effects and from the true ones.
-fn refined(gauge: &FittedGauge, data: &[Complex64], none: &Minimum, effect: &Effect) -> Result<Minimum, SimulatorError> {
+fn refined(gauge: &FittedGauge, data: &[Complex64], none: &Minimum, effect: &Effect) -> Result<Minimum> {
     let count = gauge.leeway.len();
     let has_size = effect.kind != EffectKind::FrfQuantity;
     let at = |point: &[f64]| -> Subject {

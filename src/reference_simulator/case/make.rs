@@ -14,35 +14,35 @@ use super::size::{set_noise, set_sizes};
 use super::strike::simulated_test;
 use super::subject::Subject;
 use super::survey::Survey;
-use crate::SimulatorError;
 use crate::attempt::first_accepted;
 use crate::draw::Draw;
 use crate::effect::{Effect, EffectKind};
 use crate::machine::catalogue::round_to;
 use crate::machine::point::Channel;
+use crate::{Result, SimulatorError};
 
 /// Branch of the random numbers of a search for imitations.
 const IMITATION: u64 = 0x696d;
 
 /// Generates all cases of a plan in order. A case depends only on seed, plan entry and number.
-pub fn generate(seed: u64, plan: &Plan) -> impl Iterator<Item = Result<(Case, Label), SimulatorError>> {
+pub fn generate(seed: u64, plan: &Plan) -> impl Iterator<Item = Result<(Case, Label)>> {
     (0..plan.len()).map(move |index| generate_one(seed, plan, index))
 }
 
 /// Generates one case of a plan.
-pub fn generate_one(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label), SimulatorError> {
+pub fn generate_one(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label)> {
     let slot = plan.slots.get(index).ok_or(SimulatorError::NoSuchCase { index, count: plan.len() })?;
     if let Some(layout) = slot.layout {
         let refused = slot.effects.iter().chain(&slot.partner).find_map(|effect| Some((*effect, layout.refusal(*effect)?)));
         if let Some((effect, reason)) = refused {
-            return Err(SimulatorError::NotOnLayout { index, effect: effect.id(), layout: layout.name(), reason });
+            return Err(SimulatorError::NotOnLayout { index, effect: effect.name(), layout: layout.name(), reason });
         }
     }
     let draw = Draw::new(seed).branch(index as u64);
     first_accepted(index, &draw, |attempt, draw| attempted(slot, index, attempt, draw))
 }
 
-fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Result<(Case, Label), SimulatorError> {
+fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Result<(Case, Label)> {
     let mut choice = Choice::random(slot, attempt, draw);
     let channels = choice.channels.clone();
     let clean = choice.subject.without_effects();
@@ -101,7 +101,7 @@ fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Resu
 /// Enlarges the effects until some block contains the response, and returns their new non-centralities if they changed.
 ///
 /// A weak spring to ground makes a mode so slow that no block contains its decay: it cannot be tested.
-fn enlarge_until_decay(choice: &mut Choice, channels: &[Channel], gauge: &Gauge) -> Result<Option<Vec<f64>>, SimulatorError> {
+fn enlarge_until_decay(choice: &mut Choice, channels: &[Channel], gauge: &Gauge) -> Result<Option<Vec<f64>>> {
     let mut is_enlarged = false;
     loop {
         match check_decay(&choice.subject, &choice.setting, channels, choice.spacing) {
@@ -120,20 +120,20 @@ fn enlarge_until_decay(choice: &mut Choice, channels: &[Channel], gauge: &Gauge)
         }
     }
     let alone = |effect: &Effect| gauge.after_refit(&Subject { effects: vec![effect.clone()], ..choice.subject.clone() });
-    choice.subject.effects.iter().map(alone).collect::<Result<Vec<f64>, SimulatorError>>().map(Some)
+    choice.subject.effects.iter().map(alone).collect::<Result<Vec<f64>>>().map(Some)
 }
 
 /// Returns the non-centrality of each effect alone as the given positions show it, and for an outside cause the library effect that comes
 /// closest to it.
-fn as_fitted(slot: &Slot, choice: &Choice, survey: &Survey, draw: &Draw) -> Result<(Vec<f64>, Option<Imitation>), SimulatorError> {
+fn as_fitted(slot: &Slot, choice: &Choice, survey: &Survey, draw: &Draw) -> Result<(Vec<f64>, Option<Imitation>)> {
     let subject = &choice.subject;
     let gauge = FittedGauge::new(subject, &survey.thinned(), choice.given.clone());
     let alone = |effect: &Effect| gauge.noncentrality(&Subject { effects: vec![effect.clone()], ..subject.clone() });
-    let sizes = subject.effects.iter().map(alone).collect::<Result<Vec<f64>, SimulatorError>>()?;
+    let sizes = subject.effects.iter().map(alone).collect::<Result<Vec<f64>>>()?;
     if slot.kind != Kind::Unknown {
         return Ok((sizes, None));
     }
-    let is_held = subject.drawn.description.holds_rotor();
+    let is_held = subject.drawn.description.holds_rotor;
     let is_possible = |kind: EffectKind| kind.fits(is_held) && slot.layout.is_none_or(|layout| layout.refusal(kind).is_none());
     Ok((sizes, imitation(&gauge, subject, is_possible, &draw.branch(IMITATION))?))
 }
@@ -143,8 +143,8 @@ fn labelled(slot: &Slot, index: usize, attempt: usize, choice: &Choice) -> Label
     let subject = &choice.subject;
     let machine = subject.nuisance.applied(subject.drawn.with_true_joints());
     Label {
-        effects: slot.effects.iter().map(|effect| effect.id().to_owned()).collect(),
-        alternatives: slot.partner.iter().map(|effect| effect.id().to_owned()).collect(),
+        effects: slot.effects.iter().map(|effect| effect.name().to_owned()).collect(),
+        alternatives: slot.partner.iter().map(|effect| effect.name().to_owned()).collect(),
         values: subject.effects.iter().map(|effect| effect.values(&machine)).collect(),
         places: subject.effects.iter().map(Effect::place).collect(),
         joints: subject.drawn.joints.clone(),

@@ -6,12 +6,12 @@ use rayon::prelude::*;
 use super::channel_set::Quantity;
 use super::fault::DataFault;
 use super::subject::{Subject, axis};
-use crate::SimulatorError;
 use crate::draw::Draw;
 use crate::hammer::block::Analyser;
 use crate::hammer::series::{Line, StructureResponse, noise_level, strike};
 use crate::hammer::setting::Setting;
 use crate::machine::point::Channel;
+use crate::{Result, SimulatorError};
 
 /// Block lengths in samples, shortest first.
 const SAMPLES: [usize; 4] = [8192, 16384, 32768, 65536];
@@ -48,19 +48,13 @@ pub struct TestRig {
 
 impl TestRig {
     /// Chooses the shortest block whose error of H1 is below 0.3 % at every resonance and below 0.05 % rms over the lines of a record.
-    pub fn new(subject: &Subject, setting: &Setting, channels: &[Channel], levels: &[f64], spacing: f64) -> Result<Self, SimulatorError> {
+    pub fn new(subject: &Subject, setting: &Setting, channels: &[Channel], levels: &[f64], spacing: f64) -> Result<Self> {
         let positions = 0..subject.drawn.nut_m.len();
         let stations = positions.flat_map(|position| levels.iter().map(move |&level| (position, level))).collect();
         Self::at(stations, subject, setting, channels, spacing)
     }
 
-    fn at(
-        stations: Vec<Station>,
-        subject: &Subject,
-        setting: &Setting,
-        channels: &[Channel],
-        spacing: f64,
-    ) -> Result<Self, SimulatorError> {
+    fn at(stations: Vec<Station>, subject: &Subject, setting: &Setting, channels: &[Channel], spacing: f64) -> Result<Self> {
         let mut error = EstimatorError::default();
         let causal = &subject.causal();
         for samples in SAMPLES {
@@ -68,7 +62,7 @@ impl TestRig {
             let analyser = Analyser::new(setting);
             let kept = setting.kept_lines(spacing);
             let lines_hz = setting.frequencies(&kept);
-            let attempt = |stations: &[Station]| -> Result<_, SimulatorError> {
+            let attempt = |stations: &[Station]| -> Result<_> {
                 let exact = on_lines(causal, channels, stations, &axis(&lines_hz))?;
                 let responses = responses(causal, channels, stations, &analyser.contour)?;
                 let error = EstimatorError::of(&analyser, &kept, &exact, &responses);
@@ -126,17 +120,12 @@ impl TestRig {
 }
 
 /// Checks at low cost whether the response at the first position decays within the longest block.
-pub fn check_decay(subject: &Subject, setting: &Setting, channels: &[Channel], spacing: f64) -> Result<(), SimulatorError> {
+pub fn check_decay(subject: &Subject, setting: &Setting, channels: &[Channel], spacing: f64) -> Result<()> {
     TestRig::at(vec![(0, 1.0)], subject, setting, channels, spacing).map(drop)
 }
 
 /// Computes accelerances at points of the Laplace plane.
-pub fn on_lines(
-    subject: &Subject,
-    channels: &[Channel],
-    stations: &[Station],
-    lines: &[Complex64],
-) -> Result<Vec<Vec<Vec<Complex64>>>, SimulatorError> {
+pub fn on_lines(subject: &Subject, channels: &[Channel], stations: &[Station], lines: &[Complex64]) -> Result<Vec<Vec<Vec<Complex64>>>> {
     stations
         .par_iter()
         .map(|&(position, level)| {
@@ -152,12 +141,7 @@ pub fn on_lines(
 }
 
 /// Computes the responses on the contour, with their slope over ln(level) if the structure depends on the level.
-fn responses(
-    subject: &Subject,
-    channels: &[Channel],
-    stations: &[Station],
-    contour: &[Complex64],
-) -> Result<Vec<Vec<StructureResponse>>, SimulatorError> {
+fn responses(subject: &Subject, channels: &[Channel], stations: &[Station], contour: &[Complex64]) -> Result<Vec<Vec<StructureResponse>>> {
     let here = on_lines(subject, channels, stations, contour)?;
     if !subject.effects.iter().any(|effect| effect.kind == crate::effect::EffectKind::ContactLevel) {
         return Ok(here

@@ -7,7 +7,6 @@ use num_complex::Complex64;
 use super::channel_set::Quantity;
 use super::record::{Case, Position, Record, Scatter};
 use super::subject::axis;
-use crate::SimulatorError;
 use crate::draw::Draw;
 use crate::element::law::REFERENCE_RAD_S;
 use crate::hammer::series::Line;
@@ -16,6 +15,7 @@ use crate::machine::catalogue::{Dimensions, DrawnMachine, bench, round_to, sized
 use crate::machine::nuisance::{Nuisance, Spread};
 use crate::machine::number::Machine;
 use crate::machine::point::{Channel, Point};
+use crate::{Result, SimulatorError};
 
 /// Frequency (Hz) and amplitude of each peak at one position.
 pub type Peaks = Vec<(f64, f64)>;
@@ -55,7 +55,7 @@ const NOISE: (f64, f64) = (0.011, 0.004);
 /// Generates the machine without effects of a seed and number. Sizes and kinds of losses alternate with the number.
 ///
 /// # Errors  As the receptances of [`Assembly`].
-pub fn ordinary(seed: u64, number: usize) -> Result<Ordinary, SimulatorError> {
+pub fn ordinary(seed: u64, number: usize) -> Result<Ordinary> {
     simulated(seed, number, (false, None))
 }
 
@@ -63,19 +63,19 @@ pub fn ordinary(seed: u64, number: usize) -> Result<Ordinary, SimulatorError> {
 /// has changed since.
 ///
 /// # Errors  as [`ordinary`].
-pub fn measured_again(seed: u64, number: usize, nut_stiffness: f64) -> Result<Ordinary, SimulatorError> {
+pub fn measured_again(seed: u64, number: usize, nut_stiffness: f64) -> Result<Ordinary> {
     simulated(seed, number, (false, Some(nut_stiffness)))
 }
 
 /// As [`ordinary`], on a guide with viscous damping that the description lacks: table mass times 0.5 to 5 s⁻¹.
 ///
 /// # Errors  As [`ordinary`].
-pub fn ordinary_on_guide(seed: u64, number: usize) -> Result<Ordinary, SimulatorError> {
+pub fn ordinary_on_guide(seed: u64, number: usize) -> Result<Ordinary> {
     simulated(seed, number, (true, None))
 }
 
 /// Generates a machine, perhaps on a guide, and its measurement: the first, or a later one with a factor on the stiffness of the nut.
-fn simulated(seed: u64, number: usize, (has_guide, again): (bool, Option<f64>)) -> Result<Ordinary, SimulatorError> {
+fn simulated(seed: u64, number: usize, (has_guide, again): (bool, Option<f64>)) -> Result<Ordinary> {
     let draw = &mut Draw::new(seed).branch(number as u64);
     let (size, drawn) = match number % 3 {
         0 => {
@@ -195,7 +195,7 @@ struct Simulated {
 }
 
 /// Simulates the table FRFs at all positions. Each line has noise and the coherence of so many blows.
-fn simulated_frfs(drawn: &DrawnMachine, nuisance: &Nuisance, machine: &Machine, draw: &mut Draw) -> Result<Simulated, SimulatorError> {
+fn simulated_frfs(drawn: &DrawnMachine, nuisance: &Nuisance, machine: &Machine, draw: &mut Draw) -> Result<Simulated> {
     let channel = Channel::direct(Point::Table);
     let (gain, delay_s) = nuisance.channel(channel);
     let lowest_hz = drawn.band_hz / 130.0;
@@ -227,7 +227,7 @@ fn simulated_frfs(drawn: &DrawnMachine, nuisance: &Nuisance, machine: &Machine, 
 }
 
 /// Refines the peaks of a receptance between the adjacent lines by golden-section search.
-fn refined(assembly: &Assembly, channel: Channel, lines_hz: &[f64], exact: &[Complex64]) -> Result<Peaks, SimulatorError> {
+fn refined(assembly: &Assembly, channel: Channel, lines_hz: &[f64], exact: &[Complex64]) -> Result<Peaks> {
     let port = [assembly.port(channel)];
     let magnitude = |hz: f64| Ok::<f64, SimulatorError>(assembly.structure.receptances(&port, &axis(&[hz]))?[0][0].norm());
     let step_hz = lines_hz[1] - lines_hz[0];

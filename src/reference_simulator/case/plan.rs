@@ -85,7 +85,7 @@ pub struct Counts {
 }
 
 /// Specification of one case.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Slot {
     /// Kind.
     pub kind: Kind,
@@ -104,7 +104,7 @@ pub struct Slot {
 }
 
 /// Cases to generate, in random order.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Plan {
     /// The cases.
     pub slots: Vec<Slot>,
@@ -167,13 +167,13 @@ impl Slot {
 impl Plan {
     /// Distributes the counts over strengths and channel sets, and shuffles the cases.
     pub fn from_counts(counts: &Counts, seed: u64) -> Self {
-        Self::with_outside(counts, seed, &EffectKind::UNLISTED)
+        Self::with_outside(counts, seed, EffectKind::UNLISTED.into_iter())
     }
 
     /// Plans cases of one layout, or of all in turn. In a turn an effect goes to the next layout that can have it; on one layout alone the
     /// cases of effects that it cannot have stay in the plan and are refused.
     pub fn on_layouts(counts: &Counts, seed: u64, layout: Option<Layout>) -> Self {
-        let mut plan = Self::with_outside(counts, seed, &EffectKind::OUTSIDE);
+        let mut plan = Self::with_outside(counts, seed, EffectKind::UNLISTED.into_iter().chain([EffectKind::FrictionDamper]));
         for (index, slot) in plan.slots.iter_mut().enumerate() {
             let can_have = |layout: &Layout| slot.effects.iter().chain(&slot.partner).all(|effect| layout.refusal(*effect).is_none());
             let mut turn = Layout::ALL.into_iter().cycle().skip(index % Layout::ALL.len()).take(Layout::ALL.len());
@@ -182,7 +182,7 @@ impl Plan {
         plan
     }
 
-    fn with_outside(counts: &Counts, seed: u64, outside: &[EffectKind]) -> Self {
+    fn with_outside(counts: &Counts, seed: u64, outside: impl Iterator<Item = EffectKind>) -> Self {
         let strengths = [Strength::Faint, Strength::Weak, Strength::Strong, Strength::Clear, Strength::Strong, Strength::Strong];
         let clear = [Strength::Strong, Strength::Strong, Strength::Strong, Strength::Clear];
         let mut slots = Vec::new();
@@ -201,7 +201,7 @@ impl Plan {
             slots.extend((0..counts.singles_per_effect).map(|index| one(Kind::Single, effect, index + number)));
         }
         slots.extend((0..counts.contact_levels).map(|index| one(Kind::Single, EffectKind::ContactLevel, index + 2)));
-        for (number, effect) in outside.iter().copied().enumerate() {
+        for (number, effect) in outside.enumerate() {
             slots.extend(
                 (0..counts.unknowns_per_effect)
                     .map(|index| Slot { strength: Some(clear[(index + number) % 4]), ..one(Kind::Unknown, effect, index + number) }),

@@ -10,12 +10,12 @@ use super::measure::{TestRig, as_quantity, from_accelerance, on_lines};
 use super::plan::{Kind, Slot};
 use super::record::{Case, Position, Record};
 use super::subject::axis;
-use crate::SimulatorError;
+use crate::Result;
 use crate::draw::Draw;
 use crate::machine::point::Point;
 
 /// Simulates the test and returns the case, for look-alikes with a follow-up of more channels. Adds the test's properties to the label.
-pub(super) fn simulated_test(slot: &Slot, choice: &Choice, label: &mut Label, draw: &mut Draw) -> Result<Case, SimulatorError> {
+pub(super) fn simulated_test(slot: &Slot, choice: &Choice, label: &mut Label, draw: &mut Draw) -> Result<Case> {
     let misread = choice.subject.misread_power();
     let offered = match misread {
         power if power > 0.0 => &Quantity::ALL[..2],
@@ -25,7 +25,7 @@ pub(super) fn simulated_test(slot: &Slot, choice: &Choice, label: &mut Label, dr
     let quantity = offered[draw.index(offered.len())];
     let test = TestRig::new(&choice.subject, &choice.setting, &choice.channels, &choice.levels, choice.spacing)?;
     label.hammer = Some(HammerTest {
-        rotor_held: choice.subject.drawn.description.holds_rotor(),
+        rotor_held: choice.subject.drawn.description.holds_rotor,
         bench: choice.is_bench,
         channels: choice.channels.len(),
         positions: choice.subject.drawn.nut_m.len(),
@@ -78,7 +78,7 @@ fn simulated_records(
     data_fault: Option<DataFault>,
     draw: &Draw,
     label: &mut Label,
-) -> Result<Vec<Record>, SimulatorError> {
+) -> Result<Vec<Record>> {
     let mut lines = test.records(data_fault, draw);
     if let Some(data_fault) = data_fault {
         data_fault.exchange(&mut lines);
@@ -109,7 +109,7 @@ fn simulated_records(
 }
 
 /// Computes the noise-free curves of the first measurement, with and without the effects.
-fn curves(choice: &Choice, test: &TestRig, quantity: Quantity) -> Result<Vec<Exact>, SimulatorError> {
+fn curves(choice: &Choice, test: &TestRig, quantity: Quantity) -> Result<Vec<Exact>> {
     let clean = on_lines(&choice.subject.without_effects(), &test.channels, &test.stations, &axis(&test.lines_hz))?;
     let in_quantity = |values: &[Complex64], misread: f64| -> Vec<Complex64> {
         values.iter().zip(&test.lines_hz).map(|(value, &hz)| value * from_accelerance(hz, quantity, misread)).collect()

@@ -2,7 +2,7 @@
 
 use num_complex::Complex64;
 
-use crate::SimulatorError;
+use crate::Result;
 use crate::effect::{Effect, EffectKind};
 use crate::machine::assembly::Assembly;
 use crate::machine::catalogue::DrawnMachine;
@@ -39,13 +39,7 @@ impl Subject {
     }
 
     /// Computes the receptances of some channels at a position, including gain and delay of each channel.
-    pub fn receptances(
-        &self,
-        position: usize,
-        level: f64,
-        channels: &[Channel],
-        lines: &[Complex64],
-    ) -> Result<Vec<Vec<Complex64>>, SimulatorError> {
+    pub fn receptances(&self, position: usize, level: f64, channels: &[Channel], lines: &[Complex64]) -> Result<Vec<Vec<Complex64>>> {
         let machine = self.nuisance.applied(self.drawn.with_true_joints());
         let nut_m = self.drawn.nut_m[position] + self.nuisance.offsets_m[position];
         let assembly = Assembly::new(&machine, &self.effects, nut_m, level);

@@ -4,7 +4,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use super::subject::{Subject, axis};
-use crate::SimulatorError;
+use crate::Result;
 use crate::hammer::series::{expected_coherence, noise_level};
 use crate::hammer::setting::Setting;
 use crate::machine::point::Channel;
@@ -28,7 +28,7 @@ pub struct Survey {
 
 impl Survey {
     /// Surveys a subject without its effects.
-    pub fn new(subject: &Subject, setting: &Setting, channels: &[Channel], levels: &[f64], spacing: f64) -> Result<Self, SimulatorError> {
+    pub fn new(subject: &Subject, setting: &Setting, channels: &[Channel], levels: &[f64], spacing: f64) -> Result<Self> {
         let all = setting.frequencies(&setting.kept_lines(spacing));
         let lines_hz: Vec<f64> = all.iter().copied().skip(1).step_by(3).collect();
         let share = lines_hz.len() as f64 / all.len() as f64;
@@ -60,12 +60,12 @@ impl Survey {
     }
 
     /// Computes ln H of a subject on these lines at all positions.
-    pub fn of(&self, subject: &Subject) -> Result<Vec<Complex64>, SimulatorError> {
+    pub fn of(&self, subject: &Subject) -> Result<Vec<Complex64>> {
         self.at_positions(subject, &all_positions(subject))
     }
 
     /// Computes ln H of a subject on these lines at some positions.
-    pub fn at_positions(&self, subject: &Subject, positions: &[usize]) -> Result<Vec<Complex64>, SimulatorError> {
+    pub fn at_positions(&self, subject: &Subject, positions: &[usize]) -> Result<Vec<Complex64>> {
         logarithms(subject, positions, &self.lines_hz, &self.channels, &self.levels)
     }
 
@@ -81,16 +81,10 @@ fn all_positions(subject: &Subject) -> Vec<usize> {
 }
 
 /// Computes ln H of all records: positions, then levels, then channels, then lines.
-fn logarithms(
-    subject: &Subject,
-    positions: &[usize],
-    lines_hz: &[f64],
-    channels: &[Channel],
-    levels: &[f64],
-) -> Result<Vec<Complex64>, SimulatorError> {
+fn logarithms(subject: &Subject, positions: &[usize], lines_hz: &[f64], channels: &[Channel], levels: &[f64]) -> Result<Vec<Complex64>> {
     let axis = axis(lines_hz);
     let stations: Vec<(usize, f64)> = positions.iter().flat_map(|&position| levels.iter().map(move |&level| (position, level))).collect();
-    let parts: Result<Vec<Vec<Vec<Complex64>>>, SimulatorError> = stations
+    let parts: Result<Vec<Vec<Vec<Complex64>>>> = stations
         .into_par_iter()
         .map(|(position, level)| subject.receptances(position, level, channels, &axis))
         .collect::<Vec<_>>()

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::label::Label;
 use super::record::{Case, Record, Scatter};
-use crate::SimulatorError;
+use crate::Result;
 use crate::file::{create_folder, quoted, write_text};
 use crate::machine::nuisance::Spread;
 
@@ -14,7 +14,7 @@ const LEAST_COHERENCE: f64 = 0.8;
 
 /// Writes a case as a measurement set with its machine: `manifest.toml`, `frf/*.csv`, `machine.toml`. The files contain nothing of the
 /// label. A follow-up is a case of its own and needs its own call.
-pub fn write_case(folder: &Path, case: &Case) -> Result<(), SimulatorError> {
+pub fn write_case(folder: &Path, case: &Case) -> Result<()> {
     create_folder(folder, "frf")?;
     write_text(&folder.join("machine.toml"), &case.description.to_toml())?;
     write_text(&folder.join("manifest.toml"), &manifest(case))?;
@@ -25,7 +25,7 @@ pub fn write_case(folder: &Path, case: &Case) -> Result<(), SimulatorError> {
 }
 
 /// Formats labels as one JSON document.
-pub fn labels_json(labels: &[Label]) -> Result<String, serde_json::Error> {
+pub fn labels_json(labels: &[Label]) -> serde_json::Result<String> {
     let mut text = serde_json::to_string_pretty(labels)?;
     text.push('\n');
     Ok(text)

@@ -1,28 +1,29 @@
 //! Effects that change numbers of the machine.
 
-use super::{Effect, EffectKind};
+use super::Effect;
+use super::EffectKind::*;
 use crate::machine::number::{Hold, Machine};
 
 impl Effect {
     /// Changes the machine's numbers for one nut position and one force level (force over the nominal force).
     pub fn adjust(&self, machine: &mut Machine, nut_m: f64, level: f64) {
         match self.kind {
-            EffectKind::RotorHold => machine.hold = Some(self.hold(machine)),
-            EffectKind::NutStiffnessPosition => {
+            RotorHold => machine.hold = Some(self.hold(machine)),
+            NutStiffnessPosition => {
                 let factor = self.preload_factor(nut_m);
                 machine.nut.joint.stiffness *= factor;
                 machine.nut.joint.damping *= factor.sqrt();
             }
-            EffectKind::BearingStiffnessPosition => {
+            BearingStiffnessPosition => {
                 let offset = 2.0 * self.stroke_fraction(nut_m) - 1.0;
                 let factor = (0.25 * self.size * self.sign * (2.5 * offset).tanh()).exp();
                 let bearing = if self.is_left() { &mut machine.bearing_left } else { &mut machine.bearing_right };
                 bearing.stiffness *= factor;
             }
-            EffectKind::ScrewDiameter if self.is_hollow() => machine.screw.bore_m = 0.45 * machine.screw.diameter_m * self.size.sqrt(),
-            EffectKind::ScrewDiameter => machine.screw.diameter_m *= 1.0 - 0.04 * self.size * self.sign,
-            EffectKind::ScrewLossFactor => machine.screw.loss.factor += 0.02 * self.size,
-            EffectKind::ContactLevel if self.is_left() => {
+            ScrewDiameter if self.is_hollow() => machine.screw.bore_m = 0.45 * machine.screw.diameter_m * self.size.sqrt(),
+            ScrewDiameter => machine.screw.diameter_m *= 1.0 - 0.04 * self.size * self.sign,
+            ScrewLossFactor => machine.screw.loss += 0.02 * self.size,
+            ContactLevel if self.is_left() => {
                 let factor = level.powf(0.08 * self.size * self.sign);
                 machine.nut.joint.stiffness *= factor;
             }

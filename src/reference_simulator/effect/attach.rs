@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-use super::{Effect, EffectKind};
+use super::Effect;
+use super::EffectKind::*;
 use crate::element::beam::Beam;
 use crate::element::law::Law;
 use crate::machine::assembly::{Frame, difference};
@@ -11,25 +12,25 @@ impl Effect {
     /// Adds the parts of the effect. The machine's joints follow later, between the motions that the frame then contains.
     pub fn attach(&self, frame: &mut Frame, level: f64) {
         let table = vec![(frame.table, 1.0)];
+        // A part that is clamped on, or one that is missing.
+        let added = |mass: f64, loss: f64| if mass > 0.0 { Law::suspended(mass, 6000.0, loss) } else { Law::Mass(mass) };
         match self.kind {
-            EffectKind::GuideStiffness => {
+            GuideStiffness => {
                 let stiffness = self.guide_stiffness(frame.machine.table_mass_kg);
                 frame.structure.branch(table.clone(), Law::spring(0.6 * stiffness, 0.03));
                 frame.structure.branch(table, Law::spring(0.4 * stiffness, 0.06));
             }
-            EffectKind::GuideViscous => {
+            GuideViscous => {
                 let damping = self.guide_damping(frame.machine.table_mass_kg);
                 for wiper in 0..4 {
                     let time_s = 1e-5 * f64::from(wiper + 1);
                     frame.structure.branch(table.clone(), Law::Maxwell { stiffness: 0.25 * damping / time_s, time_s });
                 }
             }
-            EffectKind::TableMass => {
-                let mass = self.added_mass(frame.machine.table_mass_kg);
-                let clamped = Law::Suspended { mass, stiffness: mass * (2.0 * PI * 6000.0).powi(2), damping: 0.0, loss: 0.02 };
-                frame.structure.branch(table, if mass > 0.0 { clamped } else { Law::Mass(mass) });
+            TableMass => {
+                frame.structure.branch(table, added(self.added_mass(frame.machine.table_mass_kg), 0.02));
             }
-            EffectKind::TableRelaxation => {
+            TableRelaxation => {
                 let stiffness = self.relaxing_stiffness(frame.machine.table_mass_kg);
                 let corner_hz = self.log_scaled(1, 8.0, 40.0);
                 for (share, factor) in [(0.5, 1.0), (0.3, 4.0), (0.2, 16.0)] {
@@ -37,20 +38,18 @@ impl Effect {
                     frame.structure.branch(table.clone(), Law::Maxwell { stiffness: stiffness * share, time_s });
                 }
             }
-            EffectKind::ContactLevel if !self.is_left() => {
+            ContactLevel if !self.is_left() => {
                 let stiffness = self.guide_stiffness(frame.machine.table_mass_kg) * 2.0 / (1.0 + level.powf(1.5));
                 frame.structure.branch(table, Law::spring(stiffness, 0.05));
             }
-            EffectKind::BedCompliance => self.bed(frame),
-            EffectKind::NutFlangeCompliance => self.flange(frame),
-            EffectKind::CouplingInertia => {
-                let added = self.ring_inertia(frame.machine.hub_inertia_kg_m2);
-                let shrunk = Law::Suspended { mass: added, stiffness: added * (2.0 * PI * 6000.0).powi(2), damping: 0.0, loss: 0.01 };
-                frame.structure.branch(vec![(frame.ends[0].1, 1.0)], if added > 0.0 { shrunk } else { Law::Mass(added) });
+            BedCompliance => self.bed(frame),
+            NutFlangeCompliance => self.flange(frame),
+            CouplingInertia => {
+                frame.structure.branch(vec![(frame.ends[0].1, 1.0)], added(self.ring_inertia(frame.machine.hub_inertia_kg_m2), 0.01));
             }
-            EffectKind::DriveFlexibility => self.intermediate_stage(frame),
-            EffectKind::TableRocking => self.rocking(frame),
-            EffectKind::ScrewBending => self.bending(frame),
+            DriveFlexibility => self.intermediate_stage(frame),
+            TableRocking => self.rocking(frame),
+            ScrewBending => self.bending(frame),
             _ => self.attach_unlisted(frame),
         }
     }

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::{Effect, EffectKind};
-use crate::machine::number::Machine;
+use super::Effect;
+use super::EffectKind::*;
+use crate::machine::number::{Hold, Machine};
 
 /// A bed that shifts and pitches.
 pub(super) struct Bed {
@@ -103,80 +104,53 @@ impl Effect {
 
     /// Returns the physical values for the label, in SI units.
     pub fn values(&self, machine: &Machine) -> BTreeMap<String, f64> {
-        let mut out = BTreeMap::from([("size".to_owned(), self.size * self.sign)]);
-        let mut put = |name: &str, value: f64| out.insert(name.to_owned(), value);
-        match self.kind {
-            EffectKind::RotorHold => {
-                let hold = self.hold(machine);
-                put("stiffness_nm_per_rad", hold.stiffness);
-                put("damping_nms_per_rad", hold.damping);
-                put("integral_nm_per_rad_s", hold.integral);
+        let table_kg = machine.table_mass_kg;
+        let values = match self.kind {
+            RotorHold => {
+                let Hold { stiffness, damping, integral, .. } = self.hold(machine);
+                vec![("stiffness_nm_per_rad", stiffness), ("damping_nms_per_rad", damping), ("integral_nm_per_rad_s", integral)]
             }
-            EffectKind::GuideStiffness => {
-                put("stiffness_n_per_m", self.guide_stiffness(machine.table_mass_kg));
+            GuideStiffness => vec![("stiffness_n_per_m", self.guide_stiffness(table_kg))],
+            GuideViscous => vec![("damping_ns_per_m", self.guide_damping(table_kg))],
+            TableMass => vec![("mass_kg", self.added_mass(table_kg))],
+            BedCompliance => {
+                let bed = self.bed_numbers(table_kg);
+                vec![("mass_kg", bed.mass_kg), ("shift_hz", bed.shift_hz), ("pitch_hz", bed.pitch_hz)]
             }
-            EffectKind::GuideViscous => {
-                put("damping_ns_per_m", self.guide_damping(machine.table_mass_kg));
+            NutFlangeCompliance => {
+                vec![("mass_kg", self.nut_mass(table_kg)), ("stiffness_n_per_m", self.flange_stiffness(machine.nut.joint.stiffness))]
             }
-            EffectKind::TableMass => {
-                put("mass_kg", self.added_mass(machine.table_mass_kg));
+            NutStiffnessPosition => {
+                let middle_m = self.stroke_m[0] + self.scaled(0, 0.25, 0.75) * (self.stroke_m[1] - self.stroke_m[0]);
+                vec![("least_or_largest_factor", self.preload_factor(middle_m))]
             }
-            EffectKind::BedCompliance => {
-                let bed = self.bed_numbers(machine.table_mass_kg);
-                put("mass_kg", bed.mass_kg);
-                put("shift_hz", bed.shift_hz);
-                put("pitch_hz", bed.pitch_hz);
+            BearingStiffnessPosition => {
+                vec![("log_factor_over_stroke", 0.5 * self.size * self.sign * 2.5f64.tanh()), ("left", f64::from(u8::from(self.is_left())))]
             }
-            EffectKind::NutFlangeCompliance => {
-                put("mass_kg", self.nut_mass(machine.table_mass_kg));
-                put("stiffness_n_per_m", self.flange_stiffness(machine.nut.joint.stiffness));
-            }
-            EffectKind::NutStiffnessPosition => {
-                put(
-                    "least_or_largest_factor",
-                    self.preload_factor(self.stroke_m[0] + self.scaled(0, 0.25, 0.75) * (self.stroke_m[1] - self.stroke_m[0])),
-                );
-            }
-            EffectKind::BearingStiffnessPosition => {
-                put("log_factor_over_stroke", 0.5 * self.size * self.sign * 2.5f64.tanh());
-                put("left", f64::from(u8::from(self.is_left())));
-            }
-            EffectKind::CouplingInertia => {
-                put("inertia_kg_m2", self.ring_inertia(machine.hub_inertia_kg_m2));
-            }
-            EffectKind::DriveFlexibility => {
-                put("stiffness_nm_per_rad", self.stage_stiffness(machine.coupling.stiffness));
-                put("inertia_kg_m2", self.stage_inertia(machine.rotor_inertia_kg_m2));
-            }
-            EffectKind::ScrewDiameter => {
+            CouplingInertia => vec![("inertia_kg_m2", self.ring_inertia(machine.hub_inertia_kg_m2))],
+            DriveFlexibility => vec![
+                ("stiffness_nm_per_rad", self.stage_stiffness(machine.coupling.stiffness)),
+                ("inertia_kg_m2", self.stage_inertia(machine.rotor_inertia_kg_m2)),
+            ],
+            ScrewDiameter => {
                 let mut changed = machine.clone();
                 self.adjust(&mut changed, self.stroke_m[0], 1.0);
-                put("diameter_m", changed.screw.diameter_m);
-                put("bore_m", changed.screw.bore_m);
+                vec![("diameter_m", changed.screw.diameter_m), ("bore_m", changed.screw.bore_m)]
             }
-            EffectKind::ScrewLossFactor => {
-                put("loss_factor", machine.screw.loss.factor + 0.02 * self.size);
-            }
-            EffectKind::TableRocking => {
-                put("pitch_hz", self.rocking_numbers(machine.table_mass_kg).pitch_hz);
-            }
-            EffectKind::ScrewBending => {
+            ScrewLossFactor => vec![("loss_factor", machine.screw.loss + 0.02 * self.size)],
+            TableRocking => vec![("pitch_hz", self.rocking_numbers(table_kg).pitch_hz)],
+            ScrewBending => {
                 let (misalignment_rad, eccentricity_m) = self.bending_numbers(machine.screw.diameter_m);
-                put("misalignment_rad", misalignment_rad);
-                put("eccentricity_m", eccentricity_m);
+                vec![("misalignment_rad", misalignment_rad), ("eccentricity_m", eccentricity_m)]
             }
-            EffectKind::TableRelaxation => {
-                put("stiffness_n_per_m", self.relaxing_stiffness(machine.table_mass_kg));
-                put("corner_hz", self.log_scaled(1, 8.0, 40.0));
+            TableRelaxation => {
+                vec![("stiffness_n_per_m", self.relaxing_stiffness(table_kg)), ("corner_hz", self.log_scaled(1, 8.0, 40.0))]
             }
-            EffectKind::FrfGain => {
-                put("gain", self.gain());
-            }
-            EffectKind::MeasurementDelay => {
-                put("delay_s", self.delay_s());
-            }
-            _ => {}
-        }
-        out
+            FrfGain => vec![("gain", self.gain())],
+            MeasurementDelay => vec![("delay_s", self.delay_s())],
+            _ => Vec::new(),
+        };
+        let size = ("size", self.size * self.sign);
+        values.into_iter().chain([size]).map(|(name, value)| (name.to_owned(), value)).collect()
     }
 }

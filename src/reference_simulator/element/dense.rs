@@ -31,6 +31,7 @@ impl Dense {
     }
 
     /// Returns an entry.
+    #[cfg(test)]
     pub fn entry(&self, row: usize, column: usize) -> Complex64 {
         self.entries[row * self.size + column]
     }

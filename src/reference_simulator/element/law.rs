@@ -27,6 +27,11 @@ impl LaplacePoint {
         let constant = Complex64::new(0.0, s.im.signum());
         Self { s, s2: s * s, log: causal * dispersion + constant * (1.0 - dispersion) }
     }
+
+    /// Returns the factor of a loss factor on stiffness or modulus.
+    pub fn modulus(&self, loss: f64) -> Complex64 {
+        1.0 + self.log * loss
+    }
 }
 
 /// Dynamic stiffness of one branch, force over the branch's motion.
@@ -68,14 +73,12 @@ pub enum Law {
         /// p
         exponent: f64,
     },
-    /// A mass suspended on spring, dashpot and loss factor: s² m z / (s² m + z).
+    /// A mass suspended on a spring with a loss factor: s² m z / (s² m + z).
     Suspended {
         /// m
         mass: f64,
         /// k
         stiffness: f64,
-        /// c
-        damping: f64,
         /// η
         loss: f64,
     },
@@ -87,41 +90,27 @@ impl Law {
         Self::Kelvin { stiffness, damping: 0.0, loss }
     }
 
+    /// Creates a suspended mass by its natural frequency (Hz).
+    pub fn suspended(mass: f64, natural_hz: f64, loss: f64) -> Self {
+        Self::Suspended { mass, stiffness: mass * (2.0 * std::f64::consts::PI * natural_hz).powi(2), loss }
+    }
+
     /// Returns the dynamic stiffness at a point.
     pub fn at(&self, point: &LaplacePoint) -> Complex64 {
         let s = point.s;
         match *self {
-            Self::Kelvin { stiffness, damping, loss } => kelvin(point, stiffness, damping, loss),
+            Self::Kelvin { stiffness, damping, loss } => stiffness * point.modulus(loss) + s * damping,
             Self::Mass(mass) => point.s2 * mass,
             Self::Maxwell { stiffness, time_s } => stiffness * s * time_s / (1.0 + s * time_s),
             Self::Servo { stiffness, damping, integral, delay_s } => {
                 (stiffness + s * damping + integral / s) * if delay_s == 0.0 { Complex64::ONE } else { (-s * delay_s).exp() }
             }
             Self::Power { coefficient, exponent } => coefficient * s.powf(exponent),
-            Self::Suspended { mass, stiffness, damping, loss } => {
-                let inertia = point.s2 * mass;
-                let suspension = kelvin(point, stiffness, damping, loss);
+            Self::Suspended { mass, stiffness, loss } => {
+                let (inertia, suspension) = (point.s2 * mass, stiffness * point.modulus(loss));
                 inertia * suspension / (inertia + suspension)
             }
         }
-    }
-}
-
-fn kelvin(point: &LaplacePoint, stiffness: f64, damping: f64, loss: f64) -> Complex64 {
-    stiffness * (1.0 + point.log * loss) + point.s * damping
-}
-
-/// Material loss of a shaft.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Loss {
-    /// η
-    pub factor: f64,
-}
-
-impl Loss {
-    /// Returns the factor on the modulus at a point.
-    pub fn at(&self, point: &LaplacePoint) -> Complex64 {
-        1.0 + point.log * self.factor
     }
 }
 

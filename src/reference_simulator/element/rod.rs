@@ -17,7 +17,7 @@ pub struct Stretch {
 }
 
 /// Symmetric dynamic stiffness between the two ends of a chain.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Ends {
     /// start × start
     pub first: Complex64,
@@ -59,8 +59,7 @@ impl Rod {
     /// Computes the dynamic stiffness between the two ends, with the inner nodes eliminated.
     pub fn ends(&self, s2: Complex64, modulus: Complex64) -> Ends {
         let mut parts = self.stretches.iter().map(|stretch| stretch.ends(s2, modulus));
-        let none = Ends { first: Complex64::ZERO, cross: Complex64::ZERO, last: Complex64::ZERO };
-        let mut whole = parts.next().unwrap_or(none);
+        let mut whole = parts.next().unwrap_or_default();
         for next in parts {
             let inverse = (whole.last + next.first).inv();
             whole = Ends {
@@ -73,6 +72,7 @@ impl Rod {
     }
 
     /// Returns the number of elements.
+    #[cfg(test)]
     pub fn elements(&self) -> usize {
         self.stretches.iter().map(|stretch| 1usize << stretch.doublings).sum()
     }

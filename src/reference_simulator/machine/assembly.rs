@@ -4,7 +4,7 @@ use super::number::{Machine, Screw};
 use super::point::{Channel, Point};
 use crate::effect::Effect;
 use crate::element::Form;
-use crate::element::law::{Law, Loss};
+use crate::element::law::Law;
 use crate::element::rod::{Rod, Stretch};
 use crate::element::structure::{Port, Structure};
 
@@ -110,7 +110,7 @@ impl Frame {
             previous = Some((place, node.0, node.1));
         }
         structure.rod_loss = machine.screw.loss;
-        structure.beam_loss = Loss { factor: machine.screw.loss.factor + 0.01 };
+        structure.beam_loss = machine.screw.loss + 0.01;
         let on_table = vec![(table, 1.0)];
         Self {
             structure,

@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-use super::description::{Description, Parameter};
+use super::description::Description;
 use super::nuisance::Spread;
 use super::number::Machine;
 use crate::draw::Draw;
+use crate::parameter::Parameter;
 
 /// A description together with the true joint values.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,14 +66,11 @@ pub fn bench(held: bool, draw: &mut Draw) -> DrawnMachine {
     ]);
     let hold_damping = 2.0 * draw.log_between(0.05, 0.3) * (hold * 1e-3).sqrt();
     if held {
-        parameters.push(hold_parameter("k_s", 1e6, 10.0, 1e6));
-        parameters.push(hold_parameter("c_s", 1.0, 1e-4, 1e3));
-        joints.insert("k_s".to_owned(), hold);
-        joints.insert("c_s".to_owned(), hold_damping);
+        parameters.extend(hold_parameters([1e6, 10.0, 1e6], [1.0, 1e-4, 1e3]));
+        joints.extend([("k_s".to_owned(), hold), ("c_s".to_owned(), hold_damping)]);
     }
     let description = Description {
-        title: "ball-screw feed drive".to_owned(),
-        effects: held.then(|| "rotor-hold".to_owned()).into_iter().collect(),
+        holds_rotor: held,
         table_mass_kg: 272.0,
         rotor_inertia_kg_m2: 1e-3,
         hub_inertia_kg_m2: 1e-4,
@@ -129,7 +127,7 @@ pub fn sized(dimensions: Dimensions, held: bool, draw: &mut Draw) -> DrawnMachin
     let bearing_damping = round_to(0.05 * bearing / at_500, 1);
     let nut_damping = round_to(0.1 * nut / at_500, 1);
     let coupling_damping = round_to(0.1 * coupling / at_500, 1);
-    let decade = |name, start: f64, factor: f64, source: &str| parameter(name, start, start / factor, start * factor, source);
+    let decade = |name, start: f64, factor: f64, source: &'static str| parameter(name, start, start / factor, start * factor, source);
     let mut parameters = vec![
         decade("k_al", bearing, 10.0, "catalogue stiffness of bearing sets for screws of this diameter"),
         decade("k_ar", bearing, 10.0, "as the left bearing"),
@@ -156,21 +154,16 @@ pub fn sized(dimensions: Dimensions, held: bool, draw: &mut Draw) -> DrawnMachin
     let hold = draw.log_between(2e3, 6e4) * size.powi(3);
     let hold_damping = 2.0 * draw.log_between(0.05, 0.3) * (hold * rotor).sqrt();
     if held {
-        parameters.push(hold_parameter(
-            "k_s",
-            round_to(100.0 * coupling, 1),
-            round_to(coupling / 100.0, 1),
-            round_to(1000.0 * coupling, 1),
-        ));
         let damping = round_to(0.2 * (10.0 * coupling * rotor).sqrt(), 1);
-        parameters.push(hold_parameter("c_s", damping, damping / 1000.0, damping * 1000.0));
-        joints.insert("k_s".to_owned(), hold);
-        joints.insert("c_s".to_owned(), hold_damping);
+        parameters.extend(hold_parameters(
+            [round_to(100.0 * coupling, 1), round_to(coupling / 100.0, 1), round_to(1000.0 * coupling, 1)],
+            [damping, damping / 1000.0, damping * 1000.0],
+        ));
+        joints.extend([("k_s".to_owned(), hold), ("c_s".to_owned(), hold_damping)]);
     }
     let steel = [(2.06e11, 7.9e10), (2.1e11, 8.08e10), (2e11, 7.75e10)][draw.index(3)];
     let description = Description {
-        title: "ball-screw feed drive".to_owned(),
-        effects: held.then(|| "rotor-hold".to_owned()).into_iter().collect(),
+        holds_rotor: held,
         table_mass_kg: table,
         rotor_inertia_kg_m2: rotor,
         hub_inertia_kg_m2: hub,
@@ -192,24 +185,29 @@ pub fn sized(dimensions: Dimensions, held: bool, draw: &mut Draw) -> DrawnMachin
     DrawnMachine { description, joints, nut_m, band_hz: round_to((1.7 * torsion_hz).clamp(800.0, 1600.0), 2) }
 }
 
+/// Key of a parameter that only the fit of frequency responses uses.
+pub(super) const FRF_ONLY: Option<(&str, &str)> = Some(("fit", "frf"));
+
 /// Returns a nut position (m) by its share of the screw's length, to the 5 mm of a scale on the machine.
 pub(super) fn on_screw(share: f64, length_m: f64) -> f64 {
     (share * length_m * 200.0).round() / 200.0
 }
 
-pub(super) fn parameter(name: &'static str, start: f64, lower: f64, upper: f64, source: &str) -> Parameter {
+pub(super) fn parameter(name: &'static str, start: f64, lower: f64, upper: f64, source: &'static str) -> Parameter {
     let unit = match name {
         "k_m" | "k_s" => "N*m/rad",
         "c_m" | "c_s" => "N*m*s/rad",
         _ if name.starts_with('k') => "N/m",
         _ => "N*s/m",
     };
-    Parameter { name, unit, start, lower, upper, frf_only: false, source: source.to_owned() }
+    Parameter { name, unit, start, lower, upper, further: None, source }
 }
 
-fn hold_parameter(name: &'static str, start: f64, lower: f64, upper: f64) -> Parameter {
-    let source = if name == "k_s" { "position loop from slack to practically fixed" } else { "velocity loop from none to stiff" };
-    Parameter { frf_only: true, ..parameter(name, start, lower, upper, source) }
+/// Returns the parameters of the drive's hold: start and limits of stiffness and damping.
+fn hold_parameters(stiffness: [f64; 3], damping: [f64; 3]) -> [Parameter; 2] {
+    let one =
+        |name, [start, lower, upper]: [f64; 3], source| Parameter { further: FRF_ONLY, ..parameter(name, start, lower, upper, source) };
+    [one("k_s", stiffness, "position loop from slack to practically fixed"), one("c_s", damping, "velocity loop from none to stiff")]
 }
 
 /// Rounds a value to a number of significant digits.

@@ -4,35 +4,13 @@ use std::fmt::Write;
 
 use super::nuisance::Spread;
 use super::number::{Hold, Joint, Journal, Machine, Nut, Screw};
-use crate::element::law::Loss;
-use crate::file::quoted;
-
-/// An unknown joint parameter with its plausible range.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Parameter {
-    /// Name.
-    pub name: &'static str,
-    /// Unit.
-    pub unit: &'static str,
-    /// Start value.
-    pub start: f64,
-    /// Least plausible value.
-    pub lower: f64,
-    /// Largest plausible value.
-    pub upper: f64,
-    /// Whether the fit of frequency responses alone uses it.
-    pub frf_only: bool,
-    /// Source of the range.
-    pub source: String,
-}
+use crate::parameter::Parameter;
 
 /// A machine as its engineer describes it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Description {
-    /// Title, one line.
-    pub title: String,
-    /// Effects that the description adds to the bare chain.
-    pub effects: Vec<String>,
+    /// Whether the drive holds the rotor.
+    pub holds_rotor: bool,
     /// m_b
     pub table_mass_kg: f64,
     /// J_m
@@ -66,11 +44,6 @@ pub struct Description {
 }
 
 impl Description {
-    /// Whether the drive holds the rotor.
-    pub fn holds_rotor(&self) -> bool {
-        self.effects.iter().any(|effect| effect == "rotor-hold")
-    }
-
     /// Returns a parameter by name.
     pub fn parameter(&self, name: &str) -> Option<&Parameter> {
         self.parameters.iter().find(|parameter| parameter.name == name)
@@ -78,7 +51,7 @@ impl Description {
 
     /// Returns the machine exactly as described, with the joints at their start values: uniform screw without loss, nut at one point.
     pub fn as_believed(&self) -> Machine {
-        let joint = Joint { stiffness: 0.0, damping: 0.0, loss: 0.0 };
+        let joint = Joint::default();
         let mut machine = Machine {
             screw: Screw {
                 length_m: self.length_m,
@@ -87,7 +60,7 @@ impl Description {
                 youngs_modulus_pa: self.youngs_modulus_pa,
                 shear_modulus_pa: self.shear_modulus_pa,
                 density_kg_m3: self.density_kg_m3,
-                loss: Loss::default(),
+                loss: 0.0,
                 left: Journal::NONE,
                 right: Journal::NONE,
                 elements: 200,
@@ -104,7 +77,7 @@ impl Description {
             bearing_left: joint,
             bearing_right: joint,
             coupling: joint,
-            hold: self.holds_rotor().then_some(Hold { stiffness: 0.0, damping: 0.0, integral: 0.0, lag_s: 0.0 }),
+            hold: self.holds_rotor.then(Hold::default),
             table_mass_kg: self.table_mass_kg,
             rotor_inertia_kg_m2: self.rotor_inertia_kg_m2,
             hub_inertia_kg_m2: self.hub_inertia_kg_m2,
@@ -124,7 +97,8 @@ impl Description {
     /// Formats the description as a machine file.
     pub fn to_toml(&self) -> String {
         let mut out = String::new();
-        let _ = writeln!(out, "title = \"{}\"\neffects = [{}]\n", self.title, quoted(&self.effects));
+        let effects = if self.holds_rotor { "\"rotor-hold\"" } else { "" };
+        let _ = writeln!(out, "title = \"ball-screw feed drive\"\neffects = [{effects}]\n");
         let mut point = |name: &str, motion: &str, inertia: Option<(&str, f64)>| {
             let _ = writeln!(out, "[[point]]\nname = \"{name}\"\nmotion = \"{motion}\"");
             if let Some((key, value)) = inertia {
@@ -150,17 +124,7 @@ impl Description {
         if self.states_tolerances {
             self.tolerances(&mut out);
         }
-        for parameter in &self.parameters {
-            let _ = writeln!(
-                out,
-                "[parameter.{}]\nunit = \"{}\"\nstart = {:e}\nlower = {:e}\nupper = {:e}",
-                parameter.name, parameter.unit, parameter.start, parameter.lower, parameter.upper
-            );
-            if parameter.frf_only {
-                out.push_str("fit = \"frf\"\n");
-            }
-            let _ = writeln!(out, "source = \"{}\"\n", parameter.source);
-        }
+        self.parameters.iter().for_each(|parameter| parameter.write(&mut out));
         out
     }
 

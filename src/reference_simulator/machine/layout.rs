@@ -1,28 +1,30 @@
 //! Layouts of feed drives: sizes, bearings and drives beside those of the catalogue.
 
-use serde::{Deserialize, Serialize};
-
-use super::catalogue::{Dimensions, DrawnMachine, on_screw, parameter, round_to, sized};
+use super::catalogue::{Dimensions, DrawnMachine, FRF_ONLY, on_screw, parameter, round_to, sized};
 use super::nuisance::Spread;
 use crate::draw::Draw;
 use crate::effect::EffectKind;
+use crate::parameter::Parameter;
 
-/// A layout of a feed drive.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Layout {
-    /// Screws of 16 to 32 mm and 0.6 to 1.3 m between two fixed bearings.
-    ShortAxis,
-    /// Screws of 32 to 50 mm and 1.3 to 2.8 m between two fixed bearings, as on the published bench.
-    MediumAxis,
-    /// Screws of 50 to 80 mm and 2.8 to 5 m between two fixed bearings, tables up to 3 t.
-    Gantry,
-    /// The right bearing floats: it carries no axial load.
-    FixedFloating,
-    /// A belt drives the screw.
-    BeltDriven,
-    /// A vertical axis: a brake holds its rotor, and a counterbalance cylinder its table.
-    Vertical,
+named! {
+    /// A layout of a feed drive.
+    pub enum Layout {
+        /// All of them.
+        ALL {
+            /// Screws of 16 to 32 mm and 0.6 to 1.3 m between two fixed bearings.
+            ShortAxis = "short-axis",
+            /// Screws of 32 to 50 mm and 1.3 to 2.8 m between two fixed bearings, as on the published bench.
+            MediumAxis = "medium-axis",
+            /// Screws of 50 to 80 mm and 2.8 to 5 m between two fixed bearings, tables up to 3 t.
+            Gantry = "gantry",
+            /// The right bearing floats: it carries no axial load.
+            FixedFloating = "fixed-floating",
+            /// A belt drives the screw.
+            BeltDriven = "belt-driven",
+            /// A vertical axis: a brake holds its rotor, and a counterbalance cylinder its table.
+            Vertical = "vertical",
+        }
+    }
 }
 
 /// Limits of the sizes of a layout.
@@ -46,26 +48,6 @@ const PULLEYS: [f64; 5] = [1.25, 1.5, 2.0, 2.5, 3.0];
 const GUIDE_PER_S: [f64; 2] = [0.2, 5.0];
 
 impl Layout {
-    /// All layouts.
-    pub const ALL: [Self; 6] = [Self::ShortAxis, Self::MediumAxis, Self::Gantry, Self::FixedFloating, Self::BeltDriven, Self::Vertical];
-
-    /// Returns the name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::ShortAxis => "short-axis",
-            Self::MediumAxis => "medium-axis",
-            Self::Gantry => "gantry",
-            Self::FixedFloating => "fixed-floating",
-            Self::BeltDriven => "belt-driven",
-            Self::Vertical => "vertical",
-        }
-    }
-
-    /// Returns the layout of a name.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|layout| layout.name() == name)
-    }
-
     fn sizes(self) -> Sizes {
         let (diameters_mm, length_m, table_kg): (&[f64], _, _) = match self {
             Self::ShortAxis => (&[16.0, 20.0, 25.0, 32.0], [0.6, 1.3], [20.0, 200.0]),
@@ -120,9 +102,8 @@ impl Layout {
         if has_guide {
             let usual = round_to(table_kg, 1);
             let source = "viscous friction of profiled guides over the table mass, 0.01 to 100 1/s";
-            description
-                .parameters
-                .push(super::description::Parameter { frf_only: true, ..parameter("c_g", usual, usual / 100.0, usual * 100.0, source) });
+            let guide = Parameter { further: FRF_ONLY, ..parameter("c_g", usual, usual / 100.0, usual * 100.0, source) };
+            description.parameters.push(guide);
             drawn.joints.insert("c_g".to_owned(), table_kg * draw.log_between(GUIDE_PER_S[0], GUIDE_PER_S[1]));
         }
         match self {
@@ -159,7 +140,7 @@ fn drive_by_belt(drawn: &mut DrawnMachine, draw: &mut Draw) {
         for value in [&mut parameter.start, &mut parameter.lower, &mut parameter.upper] {
             *value = round_to(*value * factor, 2);
         }
-        parameter.source = "toothed belts from 1e5 to 1e7 N/m on the motor's pulley".to_owned();
+        parameter.source = "toothed belts from 1e5 to 1e7 N/m on the motor's pulley";
     }
     for name in ["k_m", "c_m"] {
         drawn.joints.entry(name.to_owned()).and_modify(|value| *value *= factor);

@@ -29,7 +29,7 @@ impl Nuisance {
     pub fn of_layout(drawn: &DrawnMachine, draw: &mut Draw) -> Self {
         let description = &drawn.description;
         let spread = description.spread;
-        let (holds, has_guide) = (description.holds_rotor(), description.parameter("c_g").is_some());
+        let (holds, has_guide) = (description.holds_rotor, description.parameter("c_g").is_some());
         let is_belt = description.drive_ratio != 1.0;
         let loss = |draw: &mut Draw| (LOSS.0 * (LOSS.2 * draw.normal()).exp()).clamp(LOSS.1[0], LOSS.1[1]);
         let mut joint_losses: [f64; 4] = std::array::from_fn(|_| loss(draw));
@@ -121,7 +121,7 @@ impl Leeway {
         if nuisance.turns > 0.0 {
             out.push(Self::NutLength);
         }
-        if description.holds_rotor() {
+        if description.holds_rotor {
             out.push(Self::IntegralRate);
         }
         out.extend(positions.iter().map(|position| Self::Offset(*position)));

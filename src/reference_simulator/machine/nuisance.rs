@@ -7,7 +7,6 @@ use num_complex::Complex64;
 use super::number::{Journal, Machine};
 use super::point::{Channel, Point};
 use crate::draw::Draw;
-use crate::element::law::Loss;
 
 /// Standard deviations of the nuisance parameters that the description states.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,7 +70,7 @@ impl SensorChain {
 }
 
 /// One random set of all nuisance parameters.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Nuisance {
     /// Relative error of E.
     pub youngs: f64,
@@ -115,7 +114,7 @@ pub struct Nuisance {
     pub sensor: Option<SensorChain>,
 }
 
-/// All channels that a test may contain.
+/// All channels that a test may contain; the first ones are those of [`ChannelSet`](crate::case::ChannelSet).
 pub const CHANNELS: [Channel; 8] = [
     Channel { response: Point::Table, excitation: Point::Table },
     Channel { response: Point::Rotor, excitation: Point::Rotor },
@@ -130,28 +129,7 @@ pub const CHANNELS: [Channel; 8] = [
 impl Nuisance {
     /// Returns no nuisance at all: the machine is as described, apart from its joint values.
     pub fn none(positions: usize) -> Self {
-        Self {
-            youngs: 0.0,
-            shear: 0.0,
-            screw_loss: 0.0,
-            diameter: 0.0,
-            joint_losses: [0.0; 4],
-            loss_dispersion: 1.0,
-            left_ratio: 1.0,
-            right_ratio: 1.0,
-            journal_share: 0.0,
-            turns: 0.0,
-            contacts: 1,
-            skew: 0.0,
-            masses: [0.0; 5],
-            integral_per_s: 0.0,
-            lag_share: 0.0,
-            guide_per_s: 0.0,
-            guide_hz: 0.0,
-            offsets_m: vec![0.0; positions],
-            channels: BTreeMap::new(),
-            sensor: None,
-        }
+        Self { loss_dispersion: 1.0, left_ratio: 1.0, right_ratio: 1.0, contacts: 1, offsets_m: vec![0.0; positions], ..Self::default() }
     }
 
     /// Draws all nuisance parameters.
@@ -160,7 +138,6 @@ impl Nuisance {
             youngs: draw.within(0.003),
             shear: draw.within(0.003),
             screw_loss: draw.log_between(3e-4, 3e-3),
-            diameter: 0.0,
             joint_losses: [draw.log_between(2e-3, 1.5e-2); 4],
             loss_dispersion: dispersion(&mut draw.branch(DISPERSION)),
             left_ratio: draw.between(0.85, 0.95),
@@ -172,11 +149,9 @@ impl Nuisance {
             masses: std::array::from_fn(|_| draw.within(0.005)),
             integral_per_s: draw.between(0.0, 2.0),
             lag_share: draw.between(0.0, 0.2),
-            guide_per_s: 0.0,
-            guide_hz: 0.0,
             offsets_m: (0..positions).map(|_| draw.within(5e-4)).collect(),
             channels: CHANNELS.into_iter().map(|channel| (channel, (draw.within(0.004), draw.within(1.5e-6)))).collect(),
-            sensor: None,
+            ..Self::default()
         }
     }
 
@@ -187,7 +162,7 @@ impl Nuisance {
         screw.youngs_modulus_pa *= 1.0 + self.youngs;
         screw.shear_modulus_pa *= 1.0 + self.shear;
         screw.diameter_m *= 1.0 + self.diameter;
-        screw.loss = Loss { factor: self.screw_loss };
+        screw.loss = self.screw_loss;
         let length_m = self.journal_share * screw.length_m;
         screw.left = Journal { ratio: self.left_ratio, length_m };
         screw.right = Journal { ratio: self.right_ratio, length_m };

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::element::law::{Law, Loss};
+use crate::element::law::Law;
 
 /// A screw end of smaller diameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,8 +33,8 @@ pub struct Screw {
     pub shear_modulus_pa: f64,
     /// ρ
     pub density_kg_m3: f64,
-    /// Material loss.
-    pub loss: Loss,
+    /// Material loss factor.
+    pub loss: f64,
     /// End at the drive.
     pub left: Journal,
     /// Far end.
@@ -66,11 +66,6 @@ impl Screw {
         PI / 32.0 * (diameter_m.powi(4) - self.bore_m.powi(4))
     }
 
-    /// Returns the mass of a shaft of full diameter.
-    pub fn mass(&self) -> f64 {
-        self.density_kg_m3 * self.area(self.diameter_m) * self.length_m
-    }
-
     /// Returns the polar inertia of a shaft of full diameter.
     pub fn polar_inertia(&self) -> f64 {
         self.density_kg_m3 * self.polar(self.diameter_m) * self.length_m
@@ -78,7 +73,7 @@ impl Screw {
 }
 
 /// A joint: spring, dashpot and loss factor in parallel.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Joint {
     /// k
     pub stiffness: f64,
@@ -129,7 +124,7 @@ impl Nut {
 }
 
 /// Impedance by which the drive holds the rotor.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Hold {
     /// k
     pub stiffness: f64,
@@ -181,12 +176,6 @@ impl Machine {
     }
 
     /// Returns a joint parameter by its name in machine descriptions.
-    pub fn joint(&self, name: &str) -> Option<f64> {
-        let mut copy = self.clone();
-        copy.joint_mut(name).map(|value| *value)
-    }
-
-    /// Returns a mutable joint parameter by its name.
     pub fn joint_mut(&mut self, name: &str) -> Option<&mut f64> {
         Some(match name {
             "k_al" => &mut self.bearing_left.stiffness,

@@ -2,40 +2,27 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A point of response or excitation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Point {
-    /// Worktable, along the axis.
-    Table,
-    /// Rotor of the drive, angle.
-    Rotor,
-    /// Screw end at the left bearing, axial.
-    Left,
-    /// Screw at the nut, axial.
-    Screw,
-    /// Screw end at the right bearing, axial.
-    Right,
-    /// Body of the nut, axial.
-    NutBody,
-    /// Housing of the left bearing, axial.
-    HousingLeft,
-    /// Housing of the right bearing, axial.
-    HousingRight,
-}
-
-impl Point {
-    /// Returns the name in machine descriptions. The engineer's model has no point for the nut body and the housings.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Table => "table",
-            Self::Rotor => "rotor",
-            Self::Left => "left",
-            Self::Screw => "screw",
-            Self::Right => "right",
-            Self::NutBody => "nut-body",
-            Self::HousingLeft => "housing-left",
-            Self::HousingRight => "housing-right",
+named! {
+    /// A point of response or excitation.
+    pub enum Point {
+        /// All of them.
+        ALL {
+            /// Worktable, along the axis.
+            Table = "table",
+            /// Rotor of the drive, angle.
+            Rotor = "rotor",
+            /// Screw end at the left bearing, axial.
+            Left = "left",
+            /// Screw at the nut, axial.
+            Screw = "screw",
+            /// Screw end at the right bearing, axial.
+            Right = "right",
+            /// Body of the nut, axial.
+            NutBody = "nut-body",
+            /// Housing of the left bearing, axial.
+            HousingLeft = "housing-left",
+            /// Housing of the right bearing, axial.
+            HousingRight = "housing-right",
         }
     }
 }

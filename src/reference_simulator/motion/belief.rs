@@ -3,27 +3,10 @@
 use std::fmt::Write;
 
 use super::catalogue::DrawnAxis;
+use super::drive::Settings;
 use super::run::Side;
 use crate::machine::catalogue::round_to;
-
-/// An unknown parameter.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Parameter {
-    /// Identifier.
-    pub id: &'static str,
-    /// Unit.
-    pub unit: &'static str,
-    /// Start value.
-    pub start: f64,
-    /// Least plausible value.
-    pub lower: f64,
-    /// Largest plausible value.
-    pub upper: f64,
-    /// Whether it may be zero or negative.
-    pub is_linear: bool,
-    /// Source of the range.
-    pub source: &'static str,
-}
+use crate::parameter::Parameter;
 
 /// Parameter ids in the order of the columns of the inverse dynamics.
 pub const IDS: [&str; 4] = ["moving_mass", "viscous_friction", "coulomb_friction", "friction_offset"];
@@ -41,22 +24,8 @@ pub struct Belief {
     pub is_weighed: bool,
     /// Force constant of the drive, N/V.
     pub constant_n_v: f64,
-    /// Gain of the position loop, 1/s.
-    pub position_gain_1_s: f64,
-    /// Gain of the velocity loop, N·s/m.
-    pub velocity_gain_n_s_m: f64,
-    /// Gain of the velocity feed-forward.
-    pub feed_forward: f64,
-    /// Integral time of the velocity loop, s; infinite for a proportional loop.
-    pub integral_time_s: f64,
-    /// Whether a scale at the table closes the position loop.
-    pub is_direct: bool,
-    /// Period of both loops, s.
-    pub period_s: f64,
-    /// Largest force, N.
-    pub limit_n: f64,
-    /// Step of the motor's encoder, m.
-    pub quantum_m: f64,
+    /// Settings of the drive.
+    pub set: Settings,
     /// Parameters of the description, without those of omitted frictions.
     pub parameters: Vec<Parameter>,
 }
@@ -79,52 +48,51 @@ impl Belief {
             (round, 0.1 * round, 10.0 * round, "table and attached masses, within a decade")
         };
         let scale = round_to(push, 1);
-        let linear = |id, unit, start, lower, upper, source| Parameter { id, unit, start, lower, upper, is_linear: true, source };
+        let linear = |name, unit, [start, lower, upper]: [f64; 3], source| Parameter {
+            name,
+            unit,
+            start,
+            lower,
+            upper,
+            further: Some(("scale", "linear")),
+            source,
+        };
         let film = scale / round_to(drawn.limits.speed_m_s, 1);
         let parameters = [
-            Parameter { id: IDS[0], unit: "kg", start, lower, upper, is_linear: false, source },
+            Parameter { name: IDS[0], unit: "kg", start, lower, upper, further: None, source },
             linear(
                 IDS[1],
                 "N*s/m",
-                round_to(0.2 * film, 1),
-                0.0,
-                round_to(5.0 * film, 1),
+                [round_to(0.2 * film, 1), 0.0, round_to(5.0 * film, 1)],
                 "zero to five times the accelerating force at rapid speed",
             ),
-            linear(IDS[2], "N", round_to(0.1 * scale, 1), 0.0, 2.0 * scale, "zero to twice the accelerating force"),
-            linear(IDS[3], "N", 0.0, -scale, scale, "a slope of the guide, an offset of the amplifier"),
+            linear(IDS[2], "N", [round_to(0.1 * scale, 1), 0.0, 2.0 * scale], "zero to twice the accelerating force"),
+            linear(IDS[3], "N", [0.0, -scale, scale], "a slope of the guide, an offset of the amplifier"),
         ];
         Self {
             side,
             motor_kg,
             nut: [stiffness, damping],
             is_weighed,
-            constant_n_v: round_to(drive.limit_n / 10.0, 2),
-            position_gain_1_s: drive.position_gain_1_s,
-            velocity_gain_n_s_m: drive.velocity_gain_n_s_m,
-            feed_forward: drive.feed_forward,
-            integral_time_s: drive.integral_time_s,
-            is_direct: drive.is_direct,
-            period_s: drive.period_s,
-            limit_n: drive.limit_n,
-            quantum_m: drive.quantum_m,
-            parameters: parameters.into_iter().filter(|parameter| !without.contains(&parameter.id)).collect(),
+            constant_n_v: round_to(drive.set.limit_n / 10.0, 2),
+            set: drive.set,
+            parameters: parameters.into_iter().filter(|parameter| !without.contains(&parameter.name)).collect(),
         }
     }
 
     /// Whether the drive's force follows from command and encoder alone, so that the reading of an encoder that was not recorded follows from the force.
     pub fn gives_encoder(&self) -> bool {
-        !self.is_direct && self.integral_time_s.is_infinite()
+        !self.set.is_direct && self.set.integral_time_s.is_infinite()
     }
 
     /// Whether the description has the parameter, one of [`IDS`].
     pub fn has(&self, id: &str) -> bool {
-        self.parameters.iter().any(|parameter| parameter.id == id)
+        self.parameters.iter().any(|parameter| parameter.name == id)
     }
 
     /// Returns a mutable parameter by id.
     pub fn parameter_mut(&mut self, id: &str) -> Option<&mut Parameter> {
-        self.parameters.iter_mut().find(|parameter| parameter.id == id)
+        self.parameters.iter_mut().find(|parameter| parameter.name == id)
     }
 
     /// Formats the description as a machine file.
@@ -150,40 +118,34 @@ impl Belief {
             "[drive]\non = \"{}\"\nconstant = {:e}\nsaturation = {:e}\n",
             if self.motor_kg.is_some() { "motor" } else { "table" },
             self.constant_n_v,
-            self.limit_n / self.constant_n_v
+            self.set.limit_n / self.constant_n_v
         );
         let _ = writeln!(
             out,
             "[drive.position]\nencoder_step = {:e}\ngain_per_s = {:e}\nperiod_s = {:e}",
-            self.quantum_m, self.position_gain_1_s, self.period_s
+            self.set.quantum_m, self.set.position_gain_1_s, self.set.period_s
         );
-        let has_two_encoders = self.is_direct && self.motor_kg.is_some();
+        let has_two_encoders = self.set.is_direct && self.motor_kg.is_some();
         if has_two_encoders {
             out.push_str("at = \"table\"\n");
         }
-        if self.feed_forward != 0.0 {
-            let _ = writeln!(out, "feed_forward = {:e}", self.feed_forward);
+        if self.set.feed_forward != 0.0 {
+            let _ = writeln!(out, "feed_forward = {:e}", self.set.feed_forward);
         }
-        let _ =
-            writeln!(out, "\n[drive.velocity]\ngain = {:e}\nperiod_s = {:e}", self.velocity_gain_n_s_m / self.constant_n_v, self.period_s);
+        let _ = writeln!(
+            out,
+            "\n[drive.velocity]\ngain = {:e}\nperiod_s = {:e}",
+            self.set.velocity_gain_n_s_m / self.constant_n_v,
+            self.set.period_s
+        );
         if has_two_encoders {
-            let _ = writeln!(out, "at = \"motor\"\nencoder_step = {:e}", self.quantum_m);
+            let _ = writeln!(out, "at = \"motor\"\nencoder_step = {:e}", self.set.quantum_m);
         }
-        if self.integral_time_s.is_finite() {
-            let _ = writeln!(out, "integral_time_s = {:e}", self.integral_time_s);
+        if self.set.integral_time_s.is_finite() {
+            let _ = writeln!(out, "integral_time_s = {:e}", self.set.integral_time_s);
         }
         out.push('\n');
-        for parameter in &self.parameters {
-            let _ = writeln!(
-                out,
-                "[parameter.{}]\nunit = \"{}\"\nstart = {:e}\nlower = {:e}\nupper = {:e}",
-                parameter.id, parameter.unit, parameter.start, parameter.lower, parameter.upper
-            );
-            if parameter.is_linear {
-                out.push_str("scale = \"linear\"\n");
-            }
-            let _ = writeln!(out, "source = \"{}\"\n", parameter.source);
-        }
+        self.parameters.iter().for_each(|parameter| parameter.write(&mut out));
         out
     }
 }

@@ -1,6 +1,6 @@
 //! Random axes with nuisance parameters that no description contains.
 
-use super::drive::Drive;
+use super::drive::{Drive, Settings};
 use super::plant::{Axis, Contact, Friction, Spring, ThermalExpansion, Wave};
 use super::run::Machine;
 use crate::draw::Draw;
@@ -58,7 +58,7 @@ pub fn random_axis(viscous: [f64; 2], draw: &mut Draw) -> DrawnAxis {
     (bearing.thinning, guide.thinning) = (draw.between(0.0, 0.08), draw.between(0.0, 0.08));
     guide.position_waves = waves(0.012, stroke_m, 3, draw);
     let velocity = draw.between(60.0, 110.0);
-    let drive = Drive {
+    let set = Settings {
         position_gain_1_s: round_to(draw.between(0.4, 0.8) * velocity, 3),
         velocity_gain_n_s_m: round_to(velocity * mass, 3),
         feed_forward: 0.0,
@@ -67,10 +67,8 @@ pub fn random_axis(viscous: [f64; 2], draw: &mut Draw) -> DrawnAxis {
         period_s: [2.5e-4, 5e-4][draw.index(2)],
         limit_n: round_to(6.0 * (mass * acceleration_m_s2 + dry + film * speed_m_s), 2),
         quantum_m: round_to(draw.log_between(8e-9, 3e-8), 2),
-        dead_time_s: draw.between(0.0, 8e-6),
-        lag_s: draw.between(1e-5, 4e-5),
-        force_gain: 1.0,
     };
+    let drive = Drive { set, dead_time_s: draw.between(0.0, 8e-6), lag_s: draw.between(1e-5, 4e-5), force_gain: 1.0 };
     let axis = Axis {
         masses_kg,
         coupling: Spring { stiffness_n_m: 1.3 * stiffness, damping_n_s_m: 1.3 * stiffness * loss },

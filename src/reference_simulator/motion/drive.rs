@@ -2,9 +2,9 @@
 
 use std::collections::VecDeque;
 
-/// Parameters of a drive.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Drive {
+/// Settings of a drive, which its engineer knows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
     /// Gain of the position loop, 1/s.
     pub position_gain_1_s: f64,
     /// Gain of the velocity loop, N·s/m.
@@ -21,6 +21,13 @@ pub struct Drive {
     pub limit_n: f64,
     /// Step of the motor encoder, m; 0 for a perfect one.
     pub quantum_m: f64,
+}
+
+/// Parameters of a drive.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drive {
+    /// Settings.
+    pub set: Settings,
     /// Time from a demand to its effect on the current, s.
     pub dead_time_s: f64,
     /// Time constant of the current's lag, s.
@@ -48,23 +55,24 @@ pub struct Loops {
 impl Loops {
     /// Creates the state at rest at a position.
     pub fn at_rest(drive: &Drive, position_m: f64) -> Self {
-        let reading_m = quantised(position_m, drive.quantum_m);
+        let reading_m = quantised(position_m, drive.set.quantum_m);
         Self { reading_m, reference_m: position_m, integral_m: 0.0, pending: VecDeque::new(), applied_demand_n: 0.0, current_n: 0.0 }
     }
 
     /// Samples both loops and returns the demand u = k_v (e + ∫ e dt / T_i) with e = k_p (r − x_o) + f ṙ − ẋ, speeds as differences over one period.
     /// x is the motor's position and x_o that of the outer encoder. The integral stands still while the demand is limited.
     pub fn sample(&mut self, drive: &Drive, time_s: f64, reference_m: f64, position_m: f64, table_m: f64) -> f64 {
-        let reading_m = quantised(position_m, drive.quantum_m);
-        let speed = (reading_m - self.reading_m) / drive.period_s;
-        let ahead = drive.feed_forward * (reference_m - self.reference_m) / drive.period_s;
+        let set = &drive.set;
+        let reading_m = quantised(position_m, set.quantum_m);
+        let speed = (reading_m - self.reading_m) / set.period_s;
+        let ahead = set.feed_forward * (reference_m - self.reference_m) / set.period_s;
         (self.reading_m, self.reference_m) = (reading_m, reference_m);
-        let outer_m = if drive.is_direct { quantised(table_m, drive.quantum_m) } else { reading_m };
-        let error = drive.position_gain_1_s * (reference_m - outer_m) + ahead - speed;
-        let wanted = drive.velocity_gain_n_s_m * (error + self.integral_m / drive.integral_time_s);
-        let demand = wanted.clamp(-drive.limit_n, drive.limit_n);
+        let outer_m = if set.is_direct { quantised(table_m, set.quantum_m) } else { reading_m };
+        let error = set.position_gain_1_s * (reference_m - outer_m) + ahead - speed;
+        let wanted = set.velocity_gain_n_s_m * (error + self.integral_m / set.integral_time_s);
+        let demand = wanted.clamp(-set.limit_n, set.limit_n);
         if demand == wanted {
-            self.integral_m += error * drive.period_s;
+            self.integral_m += error * set.period_s;
         }
         self.pending.push_back((time_s + drive.dead_time_s, demand));
         demand

@@ -1,26 +1,27 @@
 //! Layouts of driven axes: encoders, transmission, loops and commands beside those of the catalogue.
 
-use serde::{Deserialize, Serialize};
-
 use super::catalogue::{DrawnAxis, random_axis, stiffness_for};
 use super::effect::EffectKind;
 use crate::draw::Draw;
 use crate::machine::catalogue::round_to;
 
-/// A layout of a driven axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum MotionLayout {
-    /// A ball screw; the motor's encoder closes two proportional loops, as in the catalogue.
-    IndirectEncoder,
-    /// A ball screw; a scale at the table closes the position loop, the motor's encoder a proportional–integral velocity loop.
-    DirectEncoder,
-    /// A toothed belt with its natural frequency at a half to a quarter of that of a screw.
-    BeltDriven,
-    /// One PID loop on the motor's encoder: a cascade with full velocity feed-forward and an integral velocity loop has the same law.
-    PidLoop,
-    /// Two proportional loops with velocity feed-forward.
-    FeedForward,
+named! {
+    /// A layout of a driven axis.
+    pub enum MotionLayout {
+        /// All of them.
+        ALL {
+            /// A ball screw; the motor's encoder closes two proportional loops, as in the catalogue.
+            IndirectEncoder = "indirect-encoder",
+            /// A ball screw; a scale at the table closes the position loop, the motor's encoder a proportional–integral velocity loop.
+            DirectEncoder = "direct-encoder",
+            /// A toothed belt with its natural frequency at a half to a quarter of that of a screw.
+            BeltDriven = "belt-driven",
+            /// One PID loop on the motor's encoder: a cascade with full velocity feed-forward and an integral velocity loop has the same law.
+            PidLoop = "pid-loop",
+            /// Two proportional loops with velocity feed-forward.
+            FeedForward = "feed-forward",
+        }
+    }
 }
 
 /// Natural frequency of motor against table over a belt (Hz), and its damping ratio.
@@ -34,25 +35,6 @@ const INTEGRAL_S: [f64; 2] = [0.02, 0.1];
 const FEED_FORWARD: [f64; 2] = [0.3, 1.0];
 
 impl MotionLayout {
-    /// All layouts.
-    pub const ALL: [Self; 5] = [Self::IndirectEncoder, Self::DirectEncoder, Self::BeltDriven, Self::PidLoop, Self::FeedForward];
-
-    /// Returns the name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::IndirectEncoder => "indirect-encoder",
-            Self::DirectEncoder => "direct-encoder",
-            Self::BeltDriven => "belt-driven",
-            Self::PidLoop => "pid-loop",
-            Self::FeedForward => "feed-forward",
-        }
-    }
-
-    /// Returns the layout of a name.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|layout| layout.name() == name)
-    }
-
     /// Returns why an effect cannot be missing from the description of such an axis, or does not show in its records.
     pub fn refusal(self, effect: EffectKind) -> Option<&'static str> {
         use EffectKind::{Backlash, DriveFlexibility, LeadError, LeadGrowth};
@@ -74,8 +56,8 @@ impl MotionLayout {
         match self {
             Self::IndirectEncoder => {}
             Self::DirectEncoder => {
-                drive.is_direct = true;
-                drive.integral_time_s = integral_time_s(draw);
+                drive.set.is_direct = true;
+                drive.set.integral_time_s = integral_time_s(draw);
             }
             Self::BeltDriven => {
                 let frequency_hz = draw.between(BELT_HZ[0], BELT_HZ[1]);
@@ -86,10 +68,10 @@ impl MotionLayout {
                 (axis.nut.stiffness_n_m, axis.nut.damping_n_s_m) = (4.3 * stiffness, 4.3 * damping);
             }
             Self::PidLoop => {
-                drive.feed_forward = 1.0;
-                drive.integral_time_s = integral_time_s(draw);
+                drive.set.feed_forward = 1.0;
+                drive.set.integral_time_s = integral_time_s(draw);
             }
-            Self::FeedForward => drive.feed_forward = round_to(draw.between(FEED_FORWARD[0], FEED_FORWARD[1]), 2),
+            Self::FeedForward => drive.set.feed_forward = round_to(draw.between(FEED_FORWARD[0], FEED_FORWARD[1]), 2),
         }
         drawn
     }

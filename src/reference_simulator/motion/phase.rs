@@ -1,38 +1,22 @@
 //! Phases of a motion, from its reference alone.
 
-use serde::{Deserialize, Serialize};
-
-/// Phase of a motion.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Phase {
-    /// The reference has been at rest for a while.
-    Dwell,
-    /// The reference has just begun to move.
-    Breakaway,
-    /// The reference reverses.
-    Reversal,
-    /// The speed changes.
-    Acceleration,
-    /// The speed is constant.
-    ConstantSpeed,
-    /// The reference has just come to rest.
-    Settling,
-}
-
-impl Phase {
-    /// All phases.
-    pub const ALL: [Self; 6] = [Self::Dwell, Self::Breakaway, Self::Reversal, Self::Acceleration, Self::ConstantSpeed, Self::Settling];
-
-    /// Returns the name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Dwell => "dwell",
-            Self::Breakaway => "breakaway",
-            Self::Reversal => "reversal",
-            Self::Acceleration => "acceleration",
-            Self::ConstantSpeed => "constant-speed",
-            Self::Settling => "settling",
+named! {
+    /// Phase of a motion.
+    pub enum Phase {
+        /// All of them.
+        ALL {
+            /// The reference has been at rest for a while.
+            Dwell = "dwell",
+            /// The reference has just begun to move.
+            Breakaway = "breakaway",
+            /// The reference reverses.
+            Reversal = "reversal",
+            /// The speed changes.
+            Acceleration = "acceleration",
+            /// The speed is constant.
+            ConstantSpeed = "constant-speed",
+            /// The reference has just come to rest.
+            Settling = "settling",
         }
     }
 }

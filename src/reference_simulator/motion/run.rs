@@ -47,9 +47,9 @@ impl Machine {
     /// Moves along a path in steps of `step_s`, which must divide the periods of drive and record.
     pub fn run(&self, path: &Path, step_s: f64, mut motor_noise: MotorNoise) -> Track {
         let steps_per_record = (RECORD_S / step_s).round() as usize;
-        let steps_per_period = (self.drive.period_s / step_s).round() as usize;
+        let steps_per_period = (self.drive.set.period_s / step_s).round() as usize;
         let count = (path.duration_s() / RECORD_S).ceil() as usize + 1;
-        let reference = path.sampled(self.drive.period_s, (count - 1) * steps_per_record / steps_per_period + 2);
+        let reference = path.sampled(self.drive.set.period_s, (count - 1) * steps_per_record / steps_per_period + 2);
         let commands = path.sampled(RECORD_S, count);
         let mut chain = Chain::at_rest(&self.axis, path.start_m);
         let read = |position: f64| position + self.axis.reading_error_m(position);
@@ -61,7 +61,7 @@ impl Machine {
                 let (motor_m, table_m) = (read(chain.position_m[0]), read(self.axis.scale_m(chain.position_m[2], chain.time_s)));
                 demand = loops.sample(&self.drive, k as f64 * step_s, reference[k / steps_per_period], motor_m, table_m);
                 if let Some((sd, corner_hz, draw)) = &mut motor_noise {
-                    let keep = (-std::f64::consts::TAU * *corner_hz * self.drive.period_s).exp();
+                    let keep = (-std::f64::consts::TAU * *corner_hz * self.drive.set.period_s).exp();
                     motor_noise_n = keep * motor_noise_n + *sd * (1.0 - keep * keep).sqrt() * draw.normal();
                 }
             }
@@ -82,8 +82,7 @@ impl Machine {
 }
 
 /// Location of the position sensor of a record.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     /// The motor encoder, which closes the velocity loop.
     Motor,

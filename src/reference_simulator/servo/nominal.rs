@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::friction::Friction;
 use super::missing::Missing;
-use crate::SimulatorError;
+use crate::{Result, SimulatorError};
 
 /// Gains and times of the cascade. Current and velocity loops are digital PI, u = k (e + T/T_i Σe); the position loop is P.
 #[derive(Clone, Debug, PartialEq)]
@@ -169,7 +169,7 @@ impl Axis {
     /// Checks that every parameter is admissible.
     ///
     /// # Errors     `SimulatorError::Refused` names the first inadmissible parameter.
-    pub fn check(&self) -> Result<(), SimulatorError> {
+    pub fn check(&self) -> Result<()> {
         let (n, l, m) = (&self.nominal, &self.nominal.loops, &self.missing);
         let positive = [
             ("pole_pairs", n.pole_pairs),
@@ -228,11 +228,7 @@ impl Axis {
 }
 
 /// Returns an error for the first named value that is not finite or not admissible.
-pub(super) fn check_values(
-    numbers: &[(&'static str, f64)],
-    wanted: &'static str,
-    is_admissible: impl Fn(f64) -> bool,
-) -> Result<(), SimulatorError> {
+pub(super) fn check_values(numbers: &[(&'static str, f64)], wanted: &'static str, is_admissible: impl Fn(f64) -> bool) -> Result<()> {
     match numbers.iter().find(|(_, value)| !(value.is_finite() && is_admissible(*value))) {
         Some(&(key, found)) => Err(SimulatorError::Refused { key, found, wanted }),
         None => Ok(()),

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::nominal::check_values;
 use super::run::RECORD_S;
-use crate::SimulatorError;
+use crate::Result;
 
 /// Returns the angle after a time, rad: the speed rises as the smooth step s³ (10 − 15 s + 6 s²) over the ramp.
 fn angle_rad(speed_rad_s: f64, ramp_s: f64, time_s: f64) -> f64 {
@@ -61,7 +61,7 @@ impl Feed {
     /// Computes the commands, m, one for each millisecond from 0.
     ///
     /// # Errors     `SimulatorError::Refused` for a feed, an amplitude or a ramp that is not positive.
-    pub fn commands_m(&self) -> Result<Vec<f64>, SimulatorError> {
+    pub fn commands_m(&self) -> Result<Vec<f64>> {
         let numbers = [("feed_mm_min", self.feed_mm_min), ("amplitude_m", self.amplitude_m), ("ramp_s", self.ramp_s)];
         check_values(&numbers, "a positive number", |value| value > 0.0)?;
         let speed = self.speed_rad_s();
@@ -101,7 +101,7 @@ impl Circle {
     /// Computes the commands of x and y, m, one for each millisecond from 0.
     ///
     /// # Errors     `SimulatorError::Refused` for a radius, a speed or a ramp that is not positive.
-    pub fn commands_m(&self) -> Result<[Vec<f64>; 2], SimulatorError> {
+    pub fn commands_m(&self) -> Result<[Vec<f64>; 2]> {
         let numbers = [("radius_m", self.radius_m), ("speed_rad_min", self.speed_rad_min), ("ramp_s", self.ramp_s)];
         check_values(&numbers, "a positive number", |value| value > 0.0)?;
         let speed = self.speed_rad_min / 60.0;

@@ -6,8 +6,8 @@ use super::drive::{CURRENT_S, Drive, POSITION_TICKS};
 use super::nominal::Axis;
 use super::plant::Plant;
 use super::sensor::{Record, Sensors, quantised};
-use crate::SimulatorError;
 use crate::draw::Draw;
+use crate::{Result, SimulatorError};
 
 /// Sampling period of the records, s: that of the position loop.
 pub const RECORD_S: f64 = 1e-3;
@@ -50,12 +50,12 @@ impl<'a> Machine<'a> {
 /// Drives an axis along commands, one for each millisecond, from rest at zero, and records it. The seed determines the sensor noise.
 ///
 /// # Errors     `SimulatorError::Refused` for inadmissible parameters of axis or sensors, `SimulatorError::Diverged` for unstable loops.
-pub fn run(axis: &Axis, sensors: &Sensors, command_m: &[f64], seed: u64) -> Result<Record, SimulatorError> {
+pub fn run(axis: &Axis, sensors: &Sensors, command_m: &[f64], seed: u64) -> Result<Record> {
     run_in(axis, sensors, command_m, &mut Draw::new(seed), STEPS)
 }
 
 /// Runs as [`run`] with a given random source and number of steps in a current period.
-pub(super) fn run_in(axis: &Axis, sensors: &Sensors, command_m: &[f64], draw: &mut Draw, steps: usize) -> Result<Record, SimulatorError> {
+pub(super) fn run_in(axis: &Axis, sensors: &Sensors, command_m: &[f64], draw: &mut Draw, steps: usize) -> Result<Record> {
     axis.check()?;
     sensors.check()?;
     let mut machine = Machine::at_rest(axis, sensors);

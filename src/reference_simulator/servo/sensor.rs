@@ -1,7 +1,7 @@
 //! Sensors of an axis: scale, encoder and torque channel.
 
 use super::nominal::check_values;
-use crate::SimulatorError;
+use crate::Result;
 
 /// Sensors of an axis; each error is absent where its size is 0.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,7 +34,7 @@ impl Sensors {
     /// Checks that every parameter is admissible.
     ///
     /// # Errors     `SimulatorError::Refused` names the first inadmissible parameter.
-    pub fn check(&self) -> Result<(), SimulatorError> {
+    pub fn check(&self) -> Result<()> {
         let numbers = [
             ("encoder_steps", self.encoder_steps),
             ("scale_noise_m", self.scale_noise_m),

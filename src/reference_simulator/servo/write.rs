@@ -9,7 +9,7 @@ use super::nominal::Axis;
 use super::path::{Circle, Feed};
 use super::run::{STEPS, run_in};
 use super::sensor::{Record, Sensors};
-use crate::SimulatorError;
+use crate::Result;
 use crate::draw::Draw;
 use crate::file::{create_folder, quoted, write_text};
 
@@ -17,8 +17,8 @@ use crate::file::{create_folder, quoted, write_text};
 /// [`Feed::standard`], F1000 and F6000.
 ///
 /// # Errors     As [`run`](super::run()); `SimulatorError::Write` if a file cannot be written. All runs end before the first file is written.
-pub fn write_sines(folder: &Path, axis: &Axis, sensors: &Sensors, feeds: &[Feed], seed: u64) -> Result<(), SimulatorError> {
-    let commands = feeds.iter().map(|feed| Ok((feed.name(), feed.commands_m()?))).collect::<Result<Vec<_>, SimulatorError>>()?;
+pub fn write_sines(folder: &Path, axis: &Axis, sensors: &Sensors, feeds: &[Feed], seed: u64) -> Result<()> {
+    let commands = feeds.iter().map(|feed| Ok((feed.name(), feed.commands_m()?))).collect::<Result<Vec<_>>>()?;
     let records = drive(axis, sensors, &commands, &Draw::new(seed))?;
     write_set(folder, "ball-screw axis, sines", &records)
 }
@@ -27,7 +27,7 @@ pub fn write_sines(folder: &Path, axis: &Axis, sensors: &Sensors, feeds: &[Feed]
 /// circle are fitted: for [`Circle::standard`], the slowest and the fastest.
 ///
 /// # Errors     As [`write_sines`].
-pub fn write_circles(folder: &Path, axes: [&Axis; 2], sensors: &Sensors, circles: &[Circle], seed: u64) -> Result<(), SimulatorError> {
+pub fn write_circles(folder: &Path, axes: [&Axis; 2], sensors: &Sensors, circles: &[Circle], seed: u64) -> Result<()> {
     let mut commands: [Vec<(String, Vec<f64>)>; 2] = Default::default();
     for circle in circles {
         for (all, one) in commands.iter_mut().zip(circle.commands_m()?) {
@@ -42,7 +42,7 @@ pub fn write_circles(folder: &Path, axes: [&Axis; 2], sensors: &Sensors, circles
 }
 
 /// Records the runs along named commands, each with its own noise.
-fn drive(axis: &Axis, sensors: &Sensors, commands: &[(String, Vec<f64>)], draw: &Draw) -> Result<Vec<(String, Record)>, SimulatorError> {
+fn drive(axis: &Axis, sensors: &Sensors, commands: &[(String, Vec<f64>)], draw: &Draw) -> Result<Vec<(String, Record)>> {
     let one = |(number, (name, command)): (usize, &(String, Vec<f64>))| {
         let record = run_in(axis, sensors, command, &mut draw.branch(number as u64), STEPS)?;
         Ok((name.clone(), record))
@@ -50,7 +50,7 @@ fn drive(axis: &Axis, sensors: &Sensors, commands: &[(String, Vec<f64>)], draw: 
     commands.par_iter().enumerate().map(one).collect::<Vec<_>>().into_iter().collect()
 }
 
-fn write_set(folder: &Path, title: &str, records: &[(String, Record)]) -> Result<(), SimulatorError> {
+fn write_set(folder: &Path, title: &str, records: &[(String, Record)]) -> Result<()> {
     let motion = create_folder(folder, "motion")?;
     let ends: Vec<String> = records.first().into_iter().chain(records.last()).map(|(name, _)| name.clone()).collect();
     let mut manifest = format!("title = \"{title}\"\n\n[split]\nfit = [{}]\n", quoted(&ends));

@@ -61,7 +61,7 @@ fn cases_match_their_labels() {
         assert_eq!(label.band_hz.is_some(), !slot.effects.is_empty());
         assert_eq!(label.exact.len(), case.records.len());
         assert!(label.hammer.unwrap().estimator_bias < 0.01);
-        assert!(!label.effects.contains(&"rotor-hold".to_owned()) || !case.description.holds_rotor());
+        assert!(!label.effects.contains(&"rotor-hold".to_owned()) || !case.description.holds_rotor);
         if slot.strength == Some(Strength::Strong) {
             assert!(label.noncentrality[0] > 60.0, "{}: {:?}", label.case, label.noncentrality);
         }
@@ -99,7 +99,7 @@ fn nulls_have_no_strength_and_effects_reach_the_requested_strength() {
             let size = gauge.size_for(&alone, wanted).unwrap();
             let reached =
                 gauge.unexplained(&Subject { effects: vec![alone.effects[0].sized(size)], ..alone.clone() }).unwrap().noncentrality;
-            assert!((reached / wanted - 1.0).abs() < 0.03, "{}: {reached} for {wanted}", kind.id());
+            assert!((reached / wanted - 1.0).abs() < 0.03, "{}: {reached} for {wanted}", kind.name());
         }
     }
 }

@@ -36,7 +36,7 @@ fn mechanical_responses_are_reciprocal() {
         let subject = with(kind, 3, 1.0_f64.min(kind.largest()));
         let values = subject.receptances(1, 1.0, &channels, &lines()).unwrap();
         let worst = values[0].iter().zip(&values[1]).map(|(a, b)| (a / b - 1.0).norm()).fold(0.0, f64::max);
-        assert_eq!(worst < 1e-7, !one_way.contains(&kind), "{}: {worst}", kind.id());
+        assert_eq!(worst < 1e-7, !one_way.contains(&kind), "{}: {worst}", kind.name());
     }
 }
 
@@ -54,7 +54,7 @@ fn driving_points_of_passive_machines_absorb_power() {
             }
             for values in subject.receptances(2, 1.0, &[Channel::direct(Point::Table), Channel::direct(Point::Rotor)], &lines()).unwrap() {
                 let worst = values.iter().map(|value| value.im / value.norm()).fold(f64::NEG_INFINITY, f64::max);
-                assert!(worst <= 1e-9, "{} of machine {seed}: Im H / |H| = {worst}", kind.id());
+                assert!(worst <= 1e-9, "{} of machine {seed}: Im H / |H| = {worst}", kind.name());
             }
         }
     }
@@ -72,8 +72,8 @@ fn effects_vanish_at_size_zero() {
             pairs.map(|(a, b)| (a / b).ln().norm_sqr()).sum::<f64>().sqrt()
         };
         let (clear, tiny) = (change(1.0), change(1e-9));
-        assert!(clear > 1e-3, "{} of size 1 changes the response by {clear} only", kind.id());
-        assert!(tiny < 1e-2 * clear, "{} of size 1e-9 changes {tiny}, of size 1 {clear}", kind.id());
+        assert!(clear > 1e-3, "{} of size 1 changes the response by {clear} only", kind.name());
+        assert!(tiny < 1e-2 * clear, "{} of size 1e-9 changes {tiny}, of size 1 {clear}", kind.name());
     }
 }
 
@@ -97,7 +97,7 @@ fn locations_are_names_of_the_engineers_model() {
     for kind in all() {
         let place = with(kind, 4, 1.0).effects[0].place();
         assert_eq!(place.accepted[0], place.interface);
-        assert!(place.accepted.iter().all(|name| known.contains(&name.as_str())), "{}: {place:?}", kind.id());
+        assert!(place.accepted.iter().all(|name| known.contains(&name.as_str())), "{}: {place:?}", kind.name());
     }
 }
 

@@ -50,7 +50,8 @@ pub fn fitted(blocks: &Blocks, noise_n: &[f64], held_out: &[bool], belief: &Beli
     }
     let found = normal.cholesky().map_or(Vector4::zeros(), |factors| factors.solve(&right));
     let parameters: [f64; 4] = std::array::from_fn(|k| if free[k] { found[k] } else { kept[k] });
-    if let Some(weight) = belief.parameters.first().filter(|weight| belief.is_weighed && free[0] && frozen.is_none() && weight.id == IDS[0])
+    if let Some(weight) =
+        belief.parameters.first().filter(|weight| belief.is_weighed && free[0] && frozen.is_none() && weight.name == IDS[0])
     {
         let inside = parameters[0].clamp(weight.lower, weight.upper);
         if inside != parameters[0] {

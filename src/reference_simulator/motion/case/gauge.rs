@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::fit::{Blocks, Fitted, fitted};
 use super::rows::{Rows, rms, rows};
-use crate::SimulatorError;
+use crate::Result;
 use crate::draw::Draw;
 use crate::motion::belief::{Belief, IDS};
 use crate::motion::catalogue::{MotionLimits, directions};
@@ -74,7 +74,7 @@ impl Test {
     /// Simulates exact records of a machine with a perfect encoder.
     pub fn logs(&self, machine: &Machine) -> Vec<Log> {
         let mut perfect = machine.clone();
-        perfect.drive.quantum_m = 0.0;
+        perfect.drive.set.quantum_m = 0.0;
         self.paths.par_iter().map(|(_, path)| self.sensors.exact(&perfect.run(path, COARSE_S, None))).collect()
     }
 
@@ -131,7 +131,7 @@ impl Test {
 
 impl Gauge {
     /// Prepares the gauge for a machine without effects.
-    pub fn new(test: Test, machine: &Machine, limits: &MotionLimits, draw: &Draw) -> Result<Self, SimulatorError> {
+    pub fn new(test: Test, machine: &Machine, limits: &MotionLimits, draw: &Draw) -> Result<Self> {
         let logs = test.logs(machine);
         let base: Blocks = logs.iter().map(|log| rows(log, &test.belief)).collect();
         let rough = fitted(&base, &vec![1.0; base[0].len()], &test.held_out, &test.belief, None);
@@ -181,8 +181,8 @@ impl Gauge {
     }
 
     /// Finds the size at which an effect has a given non-centrality.
-    pub fn size_for(&self, effect: &Effect, machine: &Machine, limits: &MotionLimits, wanted: f64) -> Result<f64, SimulatorError> {
-        SIZING.size_for(effect.kind.id(), effect.kind.largest(), wanted, |size| {
+    pub fn size_for(&self, effect: &Effect, machine: &Machine, limits: &MotionLimits, wanted: f64) -> Result<f64> {
+        SIZING.size_for(effect.kind.name(), effect.kind.largest(), wanted, |size| {
             let mut with = machine.clone();
             effect.sized(size).apply_to(&mut with, limits);
             Ok(self.unexplained(&with).noncentrality)

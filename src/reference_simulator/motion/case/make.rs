@@ -10,7 +10,6 @@ use super::gauge::{Gauge, Test, Unexplained};
 use super::plan::{Plan, Slot};
 use super::record::{Case, Record};
 use super::tour::{HELD_OUT, Tour, tour};
-use crate::SimulatorError;
 use crate::attempt::first_accepted;
 use crate::case::{Gap, Kind, Label, Strength};
 use crate::draw::Draw;
@@ -23,19 +22,20 @@ use crate::motion::path::Path;
 use crate::motion::phase::Phase;
 use crate::motion::run::{Machine, STEP_S, Sensors, Side};
 use crate::sizing;
+use crate::{Result, SimulatorError};
 
 /// Generates all cases of a plan in order. A case depends only on seed, plan entry and number.
-pub fn generate(seed: u64, plan: &Plan) -> impl Iterator<Item = Result<(Case, Label), SimulatorError>> {
+pub fn generate(seed: u64, plan: &Plan) -> impl Iterator<Item = Result<(Case, Label)>> {
     (0..plan.len()).map(move |index| generate_one(seed, plan, index))
 }
 
 /// Generates one case of a plan.
-pub fn generate_one(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label), SimulatorError> {
+pub fn generate_one(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label)> {
     let slot = plan.slots.get(index).ok_or(SimulatorError::NoSuchCase { index, count: plan.len() })?;
     if let Some(layout) = slot.layout {
         let refused = slot.effects.iter().chain(&slot.partner).find_map(|effect| Some((*effect, layout.refusal(*effect)?)));
         if let Some((effect, reason)) = refused {
-            return Err(SimulatorError::NotOnLayout { index, effect: effect.id(), layout: layout.name(), reason });
+            return Err(SimulatorError::NotOnLayout { index, effect: effect.name(), layout: layout.name(), reason });
         }
     }
     let draw = Draw::new(seed).branch(0x6178_6973).branch(index as u64);
@@ -117,7 +117,7 @@ impl Test {
     }
 }
 
-fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Result<(Case, Label), SimulatorError> {
+fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Result<(Case, Label)> {
     let mut choice = Choice::random(slot, attempt, draw);
     let clean = choice.drawn.machine.clone();
     let ratio = draw.between(1.15, 1.6);
@@ -190,7 +190,7 @@ fn recorded(machine: &Machine, test: &Test, data_fault: Option<(usize, DataFault
 /// Simulates the held-out records without their random errors: exact encoder, no random motor force, but delayed sensors.
 fn quiet(machine: &Machine, test: &Test) -> Vec<Record> {
     let mut exact = machine.clone();
-    exact.drive.quantum_m = 0.0;
+    exact.drive.set.quantum_m = 0.0;
     let sensors = test.sensors.quiet();
     let one = |(name, path): &(&'static str, Path)| {
         let log = sensors.read(&exact.run(path, STEP_S, None), |_| {}, &mut Draw::new(0));
@@ -201,7 +201,7 @@ fn quiet(machine: &Machine, test: &Test) -> Vec<Record> {
 }
 
 /// Gives each effect the size for its required strength and returns the non-centrality of each effect alone.
-fn set_sizes(choice: &mut Choice, slot: &Slot, gauge: &Gauge, floor: f64, draw: &mut Draw) -> Result<Vec<f64>, SimulatorError> {
+fn set_sizes(choice: &mut Choice, slot: &Slot, gauge: &Gauge, floor: f64, draw: &mut Draw) -> Result<Vec<f64>> {
     let mut wanted = slot.strength.unwrap_or(Strength::Clear).noncentrality();
     let mut reached = Vec::new();
     for index in 0..choice.effects.len() {
@@ -229,7 +229,7 @@ fn set_sizes(choice: &mut Choice, slot: &Slot, gauge: &Gauge, floor: f64, draw: 
 ///
 /// In half of the cases it is a usual size of the kind. Otherwise the gap with noise of the refitted description is 1.3 to 3 times the
 /// gap without the effect.
-fn enlarged_size(choice: &Choice, effect: &Effect, least: f64, gauge: &Gauge, floor: f64, draw: &mut Draw) -> Result<f64, SimulatorError> {
+fn enlarged_size(choice: &Choice, effect: &Effect, least: f64, gauge: &Gauge, floor: f64, draw: &mut Draw) -> Result<f64> {
     let before = gauge.best.held_out.hypot(floor);
     let largest = effect.kind.largest();
     let (usual, ratio) = (draw.log_between(0.4, 1.5).min(largest), draw.between(1.3, 3.0));
@@ -263,8 +263,8 @@ fn labelled(slot: &Slot, index: usize, attempt: usize, choice: &Choice, gauge: &
     let known = IDS.into_iter().zip(gauge.best.parameters).filter(|(id, _)| choice.test.belief.has(id));
     let values = |effect: &Effect| -> BTreeMap<String, f64> { effect.values(&choice.drawn.machine, &choice.drawn.limits) };
     Label {
-        effects: slot.effects.iter().map(|effect| effect.id().to_owned()).collect(),
-        alternatives: slot.partner.into_iter().chain(alternatives).map(|effect| effect.id().to_owned()).collect(),
+        effects: slot.effects.iter().map(|effect| effect.name().to_owned()).collect(),
+        alternatives: slot.partner.into_iter().chain(alternatives).map(|effect| effect.name().to_owned()).collect(),
         values: choice.effects.iter().map(values).collect(),
         places: slot.effects.iter().map(|effect| effect.place()).collect(),
         joints: known.map(|(id, value)| (id.to_owned(), value)).collect(),

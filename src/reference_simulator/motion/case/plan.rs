@@ -1,7 +1,5 @@
 //! Plans: lists of the cases to generate.
 
-use serde::{Deserialize, Serialize};
-
 use super::tour::Tour;
 use crate::case::{Counts, Kind, Strength};
 use crate::draw::Draw;
@@ -34,7 +32,7 @@ pub const QUICK: Counts = Counts {
 };
 
 /// Specification of one case.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Slot {
     /// Kind.
     pub kind: Kind,
@@ -53,7 +51,7 @@ pub struct Slot {
 }
 
 /// Cases to generate, in random order.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Plan {
     /// The cases.
     pub slots: Vec<Slot>,

@@ -73,9 +73,11 @@ pub fn rows(log: &Log, belief: &Belief) -> Vec<Rows> {
         if compares_tracking {
             let error = apply(&kernels[0], &log.command_m, k) - apply(&kernels[0], &log.position_m, k);
             let windup_m = (measured_n - motor_kg * acceleration) / belief.nut[0];
-            let stiffness = belief.velocity_gain_n_s_m * belief.position_gain_1_s;
-            let ahead = belief.feed_forward * apply(&kernels[1], &log.command_m, k) / RECORD_S;
-            tracking.values.push(stiffness * (error - windup_m) + belief.velocity_gain_n_s_m * (ahead - speed) - motor_kg * acceleration);
+            let stiffness = belief.set.velocity_gain_n_s_m * belief.set.position_gain_1_s;
+            let ahead = belief.set.feed_forward * apply(&kernels[1], &log.command_m, k) / RECORD_S;
+            tracking
+                .values
+                .push(stiffness * (error - windup_m) + belief.set.velocity_gain_n_s_m * (ahead - speed) - motor_kg * acceleration);
             tracking.scale.push(stiffness * error);
             tracking.columns.push(columns);
             tracking.phases.push(phases[k]);

@@ -5,8 +5,7 @@ use crate::motion::catalogue::MotionLimits;
 use crate::motion::path::{Path, Piece};
 
 /// Set of motions of a test.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tour {
     /// Strokes at several speeds, reversals and sines; other strokes are held out.
     Usual,

@@ -4,13 +4,13 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use super::record::{Case, Record};
-use crate::SimulatorError;
+use crate::Result;
 use crate::file::{create_folder, quoted, write_text};
 use crate::motion::run::{RECORD_S, Side};
 
 /// Writes a case as a measurement set with its machine: `manifest.toml`, `motion/*.csv`, `machine.toml`. The files contain nothing of the
 /// label. A follow-up is a case of its own and needs its own call.
-pub fn write_case(folder: &Path, case: &Case) -> Result<(), SimulatorError> {
+pub fn write_case(folder: &Path, case: &Case) -> Result<()> {
     create_folder(folder, "motion")?;
     write_text(&folder.join("machine.toml"), &case.belief.to_toml())?;
     write_text(&folder.join("manifest.toml"), &manifest(case, &case.records, &case.fit))?;
@@ -18,13 +18,13 @@ pub fn write_case(folder: &Path, case: &Case) -> Result<(), SimulatorError> {
 }
 
 /// Writes the held-out records without noise as a set.
-pub fn write_quiet(folder: &Path, case: &Case) -> Result<(), SimulatorError> {
+pub fn write_quiet(folder: &Path, case: &Case) -> Result<()> {
     create_folder(folder, "motion")?;
     write_text(&folder.join("manifest.toml"), &manifest(case, &case.quiet, &[]))?;
     write_records(folder, &case.quiet)
 }
 
-fn write_records(folder: &Path, records: &[Record]) -> Result<(), SimulatorError> {
+fn write_records(folder: &Path, records: &[Record]) -> Result<()> {
     for record in records {
         let mut text = String::from("time_s,command_m,position_m,force_n\n");
         let log = &record.log;

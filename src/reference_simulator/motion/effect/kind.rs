@@ -2,59 +2,60 @@
 
 use crate::effect::Place;
 use crate::motion::run::Side;
-use crate::named::named_effects;
 
-named_effects! {
+named! {
     /// Kind of an effect.
-    pub enum Effect
-    LISTED {
-        /// Dry friction that the description omits.
-        CoulombFriction = "coulomb-friction",
-        /// Viscous friction that the description omits.
-        ViscousFriction = "viscous-friction",
-        /// Friction falls with speed.
-        StribeckFriction = "stribeck-friction",
-        /// Friction differs between forward and backward motion.
-        FrictionAsymmetry = "friction-asymmetry",
-        /// Friction rises over tens of micrometres.
-        PreslidingFriction = "presliding-friction",
-        /// Friction varies along the travel.
-        PositionFriction = "position-friction",
-        /// Friction grows with the force through the nut.
-        LoadFriction = "load-friction",
-        /// Backlash between screw and nut.
-        Backlash = "backlash",
-        /// A soft coupling.
-        DriveFlexibility = "drive-flexibility",
-        /// The force follows its demand late, and the scale's reading is late by the same time.
-        ControlDelay = "control-delay",
-        /// The true force differs from the recorded force.
-        ForceGain = "force-gain",
-        /// Cogging and ripple of the motor force over the angle.
-        TorqueRipple = "torque-ripple",
-        /// Error of the screw's lead.
-        LeadError = "lead-error",
-        /// Thermal expansion of the lead while the screw warms up.
-        LeadGrowth = "lead-growth",
-        /// The table is heavier or lighter than weighed.
-        MovingMass = "moving-mass",
-    }
-    OTHERS {}
-    UNLISTED {
-        /// A cable chain pulls towards one end.
-        CableChain = "cable-chain",
-        /// A body suspended at the table swings.
-        LoadPendulum = "load-pendulum",
-        /// Lumps of grease on the guide.
-        GreaseLumps = "grease-lumps",
-        /// The encoder's reading has a periodic error.
-        ScaleCogging = "scale-cogging",
-        /// The amplifier has a dead zone for small demands.
-        AmplifierDeadZone = "amplifier-dead-zone",
-        /// Friction decreases while the oil warms up.
-        RunningIn = "running-in",
-        /// Wipers creep.
-        WiperCreep = "wiper-creep",
+    pub enum Effect {
+        /// Effects that a diagnosis should name.
+        LISTED {
+            /// Dry friction that the description omits.
+            CoulombFriction = "coulomb-friction",
+            /// Viscous friction that the description omits.
+            ViscousFriction = "viscous-friction",
+            /// Friction falls with speed.
+            StribeckFriction = "stribeck-friction",
+            /// Friction differs between forward and backward motion.
+            FrictionAsymmetry = "friction-asymmetry",
+            /// Friction rises over tens of micrometres.
+            PreslidingFriction = "presliding-friction",
+            /// Friction varies along the travel.
+            PositionFriction = "position-friction",
+            /// Friction grows with the force through the nut.
+            LoadFriction = "load-friction",
+            /// Backlash between screw and nut.
+            Backlash = "backlash",
+            /// A soft coupling.
+            DriveFlexibility = "drive-flexibility",
+            /// The force follows its demand late, and the scale's reading is late by the same time.
+            ControlDelay = "control-delay",
+            /// The true force differs from the recorded force.
+            ForceGain = "force-gain",
+            /// Cogging and ripple of the motor force over the angle.
+            TorqueRipple = "torque-ripple",
+            /// Error of the screw's lead.
+            LeadError = "lead-error",
+            /// Thermal expansion of the lead while the screw warms up.
+            LeadGrowth = "lead-growth",
+            /// The table is heavier or lighter than weighed.
+            MovingMass = "moving-mass",
+        }
+        /// Effects outside the library of the diagnosis.
+        UNLISTED {
+            /// A cable chain pulls towards one end.
+            CableChain = "cable-chain",
+            /// A body suspended at the table swings.
+            LoadPendulum = "load-pendulum",
+            /// Lumps of grease on the guide.
+            GreaseLumps = "grease-lumps",
+            /// The encoder's reading has a periodic error.
+            ScaleCogging = "scale-cogging",
+            /// The amplifier has a dead zone for small demands.
+            AmplifierDeadZone = "amplifier-dead-zone",
+            /// Friction decreases while the oil warms up.
+            RunningIn = "running-in",
+            /// Wipers creep.
+            WiperCreep = "wiper-creep",
+        }
     }
 }
 
@@ -133,6 +134,6 @@ impl Effect {
             MovingMass | CableChain | LoadPendulum | GreaseLumps | WiperCreep | RunningIn => &["table", "guide", "friction"],
             ScaleCogging => &["measurement", "motor"],
         };
-        Place { interface: names[0].to_owned(), accepted: names.iter().map(|name| (*name).to_owned()).collect() }
+        Place::new(names)
     }
 }

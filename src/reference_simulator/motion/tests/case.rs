@@ -159,7 +159,7 @@ fn nulls_have_no_strength_and_effects_reach_the_requested_strength() {
         for wanted in [25.0, 100.0] {
             let size = gauge.size_for(&effect, &machine, &limits, wanted).unwrap();
             let reached = gauge.unexplained(&choice.with([&effect.sized(size)])).noncentrality;
-            assert!((reached / wanted - 1.0).abs() < 0.06, "{}: {reached} for {wanted}", kind.id());
+            assert!((reached / wanted - 1.0).abs() < 0.06, "{}: {reached} for {wanted}", kind.name());
         }
     }
 }
@@ -188,8 +188,8 @@ fn follow_up_distinguishes_look_alikes() {
         let first = Gauge::new(choice.test.clone(), &machine, &limits, &draw).unwrap();
         let more = Gauge::new(choice.test.with_more(&limits, &mut draw.branch(8)), &machine, &limits, &draw).unwrap();
         let (few, all) = (unexplained_share(&first, &choice, truth, partner), unexplained_share(&more, &choice, truth, partner));
-        println!("{} after {}: share not explained {few:.2}, {all:.2} with the follow-up", truth.id(), partner.id());
-        assert!(few < 0.5 && all > few + 0.25, "{} / {}: {few} then {all}", truth.id(), partner.id());
+        println!("{} after {}: share not explained {few:.2}, {all:.2} with the follow-up", truth.name(), partner.name());
+        assert!(few < 0.5 && all > few + 0.25, "{} / {}: {few} then {all}", truth.name(), partner.name());
     }
 }
 
@@ -213,7 +213,7 @@ fn effects_vanish_at_size_zero_and_have_a_location() {
             forces.chain(tables).fold(0.0, f64::max)
         };
         let (hardly, usual) = (moved(1e-4), moved(1.0));
-        assert!(usual > 0.5 && hardly < 0.1 * usual, "{}: {hardly} then {usual}", kind.id());
+        assert!(usual > 0.5 && hardly < 0.1 * usual, "{}: {hardly} then {usual}", kind.name());
         assert_eq!(kind.place().accepted[0], kind.place().interface);
         assert!(effect.values(&choice.drawn.machine, &limits)["size"] == 1.0);
     }

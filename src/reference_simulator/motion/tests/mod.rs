@@ -4,7 +4,7 @@ mod case;
 mod plant;
 mod servo;
 
-use super::drive::Drive;
+use super::drive::{Drive, Settings};
 use super::plant::{Axis, Contact, Friction, Spring, ThermalExpansion};
 use super::run::Machine;
 
@@ -28,7 +28,7 @@ fn ideal_axis() -> Axis {
 
 /// A drive of 1 kHz without errors.
 fn drive() -> Drive {
-    Drive {
+    let set = Settings {
         position_gain_1_s: 60.0,
         velocity_gain_n_s_m: 12_000.0,
         feed_forward: 0.0,
@@ -37,10 +37,8 @@ fn drive() -> Drive {
         period_s: 1e-3,
         limit_n: 1e6,
         quantum_m: 0.0,
-        dead_time_s: 0.0,
-        lag_s: 0.0,
-        force_gain: 1.0,
-    }
+    };
+    Drive { set, dead_time_s: 0.0, lag_s: 0.0, force_gain: 1.0 }
 }
 
 /// The ideal axis with friction and dashpots.

@@ -2,7 +2,7 @@
 
 use super::{drive, ideal_axis, machine};
 use crate::draw::Draw;
-use crate::motion::drive::{Drive, Loops, quantised};
+use crate::motion::drive::{Drive, Loops, Settings, quantised};
 use crate::motion::path::{Path, Piece};
 use crate::motion::plant::Friction;
 use crate::motion::run::{Machine, RECORD_S, STEP_S, Sensors, Side};
@@ -57,18 +57,18 @@ fn limit_following_error_is_speed_over_gain_and_friction_over_stiffness() {
 #[test]
 fn limit_cascade_with_feed_forward_and_integral_is_a_pid_controller() {
     let integral_time_s = 0.05;
-    let drive = Drive { feed_forward: 1.0, integral_time_s, ..drive() };
+    let drive = Drive { set: Settings { feed_forward: 1.0, integral_time_s, ..drive().set }, ..drive() };
     let (mut loops, mut draw) = (Loops::at_rest(&drive, 0.0), Draw::new(1));
     let (mut sum, mut before) = (0.0, 0.0);
     for k in 0..200 {
         let (reference, position) = (draw.within(1e-3), draw.within(1e-3));
         let error = reference - position;
         let found = loops.sample(&drive, 1e-3 * f64::from(k), reference, position, 0.0);
-        let proportional = drive.position_gain_1_s * error + before / integral_time_s;
-        let expected = drive.velocity_gain_n_s_m
-            * (proportional + (error - before) / drive.period_s + drive.position_gain_1_s / integral_time_s * sum);
-        assert!((found - expected).abs() < 1e-9 * drive.velocity_gain_n_s_m, "{found} for {expected}");
-        sum += error * drive.period_s;
+        let proportional = drive.set.position_gain_1_s * error + before / integral_time_s;
+        let expected = drive.set.velocity_gain_n_s_m
+            * (proportional + (error - before) / drive.set.period_s + drive.set.position_gain_1_s / integral_time_s * sum);
+        assert!((found - expected).abs() < 1e-9 * drive.set.velocity_gain_n_s_m, "{found} for {expected}");
+        sum += error * drive.set.period_s;
         before = error;
     }
 }
@@ -80,7 +80,8 @@ fn limit_a_scale_in_the_loop_removes_the_deflection_at_the_table() {
     axis.pull_n = 300.0;
     (axis.coupling.damping_n_s_m, axis.nut.damping_n_s_m) = (2e3, 2e3);
     let error_m = |is_direct: bool| {
-        let machine = Machine { axis: axis.clone(), drive: Drive { is_direct, integral_time_s: 0.05, ..drive() } };
+        let set = Settings { is_direct, integral_time_s: 0.05, ..drive().set };
+        let machine = Machine { axis: axis.clone(), drive: Drive { set, ..drive() } };
         let path = Path { start_m: 0.1, pieces: vec![Piece::Dwell(3.0)] };
         let track = machine.run(&path, STEP_S, None);
         track.command_m.last().unwrap() - track.table_m.last().unwrap()
