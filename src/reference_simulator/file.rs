@@ -29,6 +29,20 @@ pub fn write_text(path: &Path, text: &str) -> Result<()> {
         .map_err(|source| SimulatorError::Write { path: path.display().to_string(), source })
 }
 
+/// Writes motion records, each by its name and its rows, and their manifest: its head, the fitted records if any, and the files.
+pub fn write_motions<'r>(folder: &Path, head: &str, fit: &[String], records: impl Iterator<Item = (&'r str, String)>) -> Result<()> {
+    let motion = create_folder(folder, "motion")?;
+    let mut manifest = head.to_owned();
+    if !fit.is_empty() {
+        manifest += &format!("\n[split]\nfit = [{}]\n", quoted(fit));
+    }
+    for (name, rows) in records {
+        manifest += &format!("\n[[motion]]\nname = \"{name}\"\nfile = \"motion/{name}.csv\"\n");
+        write_text(&motion.join(format!("{name}.csv")), &rows)?;
+    }
+    write_text(&folder.join("manifest.toml"), &manifest)
+}
+
 /// Formats names as the elements of a TOML list.
 pub fn quoted(names: &[String]) -> String {
     names.iter().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ")

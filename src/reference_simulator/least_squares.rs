@@ -4,6 +4,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::Result;
+use super::parallel::in_order;
 
 /// Whitened residuals at a point.
 pub type Residuals<'r> = dyn Fn(&[f64]) -> Result<Vec<f64>> + Sync + 'r;
@@ -82,7 +83,5 @@ fn slopes_at(residuals: &Residuals<'_>, point: &[f64], here: &DVector<f64>) -> R
         moved[index] += STEP;
         Ok((DVector::from_vec(residuals(&moved)?) - here) / STEP)
     };
-    let columns: Vec<Result<DVector<f64>>> = (0..point.len()).into_par_iter().map(column).collect();
-    let columns: Result<Vec<DVector<f64>>> = columns.into_iter().collect();
-    Ok(DMatrix::from_columns(&columns?))
+    Ok(DMatrix::from_columns(&in_order((0..point.len()).into_par_iter().map(column))?))
 }

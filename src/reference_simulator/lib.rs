@@ -27,6 +27,7 @@ pub mod hammer;
 mod least_squares;
 pub mod machine;
 pub mod motion;
+mod parallel;
 pub mod parameter;
 mod projection;
 pub mod servo;

@@ -65,13 +65,10 @@ impl Choice {
             rate_hz: Setting::rate_for(drawn.band_hz),
             samples: 16384,
             band_hz: drawn.band_hz,
-            lowest_hz: 6.0,
             averages: 5 + draw.index(6),
             width_s: 1.1 / drawn.band_hz * draw.between(0.9, 1.1),
-            spread: 0.15,
             noise: draw.log_between(0.015, 0.05),
             noise_corner_hz: draw.between(1.0, 5.0),
-            bits: 20,
         };
         let spacing = 1.0 / draw.between(120.0, 220.0);
         let force_n = (500.0 * (drawn.description.table_mass_kg / 272.0).sqrt() / 50.0).round().max(1.0) * 50.0;

@@ -5,8 +5,9 @@ use rayon::prelude::*;
 
 use super::channel_set::Quantity;
 use super::fault::DataFault;
-use super::subject::{Subject, axis};
+use super::subject::{Curves, Subject, axis};
 use crate::draw::Draw;
+use crate::effect::EffectKind;
 use crate::hammer::block::Analyser;
 use crate::hammer::series::{Line, StructureResponse, noise_level, strike};
 use crate::hammer::setting::Setting;
@@ -37,13 +38,13 @@ pub struct TestRig {
     /// Frequencies of the kept lines, Hz.
     pub lines_hz: Vec<f64>,
     /// Noise-free accelerances on the imaginary axis: stations, channels, lines.
-    pub exact: Vec<Vec<Vec<Complex64>>>,
+    pub exact: Curves,
     /// Largest relative error of a noise-free H1 at a resonance.
     pub bias: f64,
     analyser: Analyser,
     responses: Vec<Vec<StructureResponse>>,
     /// Factor on each line from causal losses, which a simulation in time needs, to the subject's share of dispersion.
-    loss_correction: Vec<Vec<Vec<Complex64>>>,
+    loss_correction: Curves,
 }
 
 impl TestRig {
@@ -73,19 +74,13 @@ impl TestRig {
             if tried.2.accepted() && stations.len() > 1 {
                 tried = attempt(&stations)?;
             }
-            let (exact, responses, largest) = tried;
+            let (causal_lines, responses, largest) = tried;
             error = largest;
             if error.accepted() {
-                let mut loss_correction = on_lines(subject, channels, &stations, &axis(&lines_hz))?;
-                let causal_lines = exact.into_iter().flatten().flatten();
-                let kept_exact = loss_correction.clone();
-                loss_correction
-                    .iter_mut()
-                    .flatten()
-                    .flatten()
-                    .zip(causal_lines)
-                    .for_each(|(loss_correction, causal)| *loss_correction /= causal);
-                let (channels, exact) = (channels.to_vec(), kept_exact);
+                let exact = on_lines(subject, channels, &stations, &axis(&lines_hz))?;
+                let ratio = |(a, b): (&Vec<Complex64>, &Vec<Complex64>)| a.iter().zip(b).map(|(a, b)| a / b).collect();
+                let loss_correction = exact.iter().zip(&causal_lines).map(|(a, b)| a.iter().zip(b).map(ratio).collect()).collect();
+                let channels = channels.to_vec();
                 return Ok(Self { channels, stations, kept, lines_hz, exact, bias: error.bias, analyser, responses, loss_correction });
             }
         }
@@ -125,38 +120,31 @@ pub fn check_decay(subject: &Subject, setting: &Setting, channels: &[Channel], s
 }
 
 /// Computes accelerances at points of the Laplace plane.
-pub fn on_lines(subject: &Subject, channels: &[Channel], stations: &[Station], lines: &[Complex64]) -> Result<Vec<Vec<Vec<Complex64>>>> {
-    stations
-        .par_iter()
-        .map(|&(position, level)| {
-            let mut values = subject.receptances(position, level, channels, lines)?;
-            for value in values.iter_mut().flat_map(|values| values.iter_mut().zip(lines)) {
-                *value.0 *= value.1 * value.1;
-            }
-            Ok(values)
-        })
-        .collect::<Vec<_>>()
-        .into_iter()
-        .collect()
+pub fn on_lines(subject: &Subject, channels: &[Channel], stations: &[Station], lines: &[Complex64]) -> Result<Curves> {
+    let mut curves = subject.at_stations(stations, channels, lines)?;
+    for (value, s) in curves.iter_mut().flatten().flat_map(|values| values.iter_mut().zip(lines)) {
+        *value *= s * s;
+    }
+    Ok(curves)
 }
 
 /// Computes the responses on the contour, with their slope over ln(level) if the structure depends on the level.
 fn responses(subject: &Subject, channels: &[Channel], stations: &[Station], contour: &[Complex64]) -> Result<Vec<Vec<StructureResponse>>> {
     let here = on_lines(subject, channels, stations, contour)?;
-    if !subject.effects.iter().any(|effect| effect.kind == crate::effect::EffectKind::ContactLevel) {
-        return Ok(here
-            .into_iter()
-            .map(|station| station.into_iter().map(|accelerance| StructureResponse { accelerance, slope: None }).collect())
-            .collect());
-    }
     let step: f64 = 0.05;
-    let higher_level: Vec<Station> = stations.iter().map(|&(position, level)| (position, level * step.exp())).collect();
-    let there = on_lines(subject, channels, &higher_level, contour)?;
-    let joined = |(accelerance, higher_level): (Vec<Complex64>, Vec<Complex64>)| {
-        let slope = higher_level.iter().zip(&accelerance).map(|(a, b)| (a - b) / step).collect();
-        StructureResponse { accelerance, slope: Some(slope) }
+    let mut there = Vec::new();
+    if subject.effects.iter().any(|effect| effect.kind == EffectKind::ContactLevel) {
+        let higher_level: Vec<Station> = stations.iter().map(|&(position, level)| (position, level * step.exp())).collect();
+        there = on_lines(subject, channels, &higher_level, contour)?;
+    }
+    let of_record = |station: usize, channel: usize, accelerance: Vec<Complex64>| {
+        let slope = |there: &Vec<Vec<Complex64>>| there[channel].iter().zip(&accelerance).map(|(a, b)| (a - b) / step).collect();
+        StructureResponse { slope: there.get(station).map(slope), accelerance }
     };
-    Ok(here.into_iter().zip(there).map(|(a, b)| a.into_iter().zip(b).map(joined).collect()).collect())
+    let of_station = |(station, records): (usize, Vec<Vec<Complex64>>)| {
+        records.into_iter().enumerate().map(|(channel, accelerance)| of_record(station, channel, accelerance)).collect()
+    };
+    Ok(here.into_iter().enumerate().map(of_station).collect())
 }
 
 /// Error that a block causes in a noise-free H1.

@@ -14,6 +14,18 @@ pub struct Position {
     pub nut_m: f64,
 }
 
+impl Position {
+    /// Returns the name of a position by its number.
+    pub fn name_of(number: usize) -> String {
+        format!("l{}", number + 1)
+    }
+
+    /// Returns the nominal positions of a machine with their names.
+    pub fn all(nut_m: &[f64]) -> Vec<Self> {
+        nut_m.iter().enumerate().map(|(number, &nut_m)| Self { name: Self::name_of(number), nut_m }).collect()
+    }
+}
+
 /// How the files of a test state the scatter of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scatter {

@@ -37,15 +37,12 @@ pub(super) fn simulated_test(slot: &Slot, choice: &Choice, label: &mut Label, dr
     let data_fault = (slot.kind == Kind::HardNullBadChannel)
         .then(|| DataFault::random(test.stations.len(), test.channels.len(), choice.setting.band_hz, draw));
     let records = simulated_records(choice, &test, quantity, data_fault, &draw.branch(1), label)?;
+    let positions = Position::all(&choice.subject.drawn.nut_m);
     let mut case = Case {
         name: label.case.clone(),
         description: choice.subject.drawn.description.clone(),
-        positions: positions(choice),
-        fit: if choice.given.len() < choice.subject.drawn.nut_m.len() {
-            choice.given.iter().map(|at| position_name(*at)).collect()
-        } else {
-            Vec::new()
-        },
+        fit: choice.given.iter().filter(|_| choice.given.len() < positions.len()).map(|at| Position::name_of(*at)).collect(),
+        positions,
         scatter: choice.scatter,
         quantity,
         averages: choice.setting.averages,
@@ -59,15 +56,6 @@ pub(super) fn simulated_test(slot: &Slot, choice: &Choice, label: &mut Label, dr
         case.follow_up = Some(Box::new(Case { name: format!("{}-more", case.name), records, ..case.clone() }));
     }
     Ok(case)
-}
-
-/// Returns the name of a position by its number.
-fn position_name(position: usize) -> String {
-    format!("l{}", position + 1)
-}
-
-fn positions(choice: &Choice) -> Vec<Position> {
-    choice.subject.drawn.nut_m.iter().enumerate().map(|(position, &nut_m)| Position { name: position_name(position), nut_m }).collect()
 }
 
 /// Simulates the records of a test in the quantity of the manifest.
@@ -92,7 +80,7 @@ fn simulated_records(
         let (position, level) = test.stations[station];
         for (channel, lines) in of_station.iter().enumerate() {
             let record = Record {
-                position: position_name(position),
+                position: Position::name_of(position),
                 channel: test.channels[channel],
                 name: several.then(|| format!("level{}", station % choice.levels.len() + 1)),
                 // A blow on the rotor is a torque, so the level has no force value.
@@ -118,7 +106,7 @@ fn curves(choice: &Choice, test: &TestRig, quantity: Quantity) -> Result<Vec<Exa
     for (station, &(position, level)) in test.stations.iter().enumerate() {
         for (channel, &name) in test.channels.iter().enumerate() {
             out.push(Exact {
-                position: position_name(position),
+                position: Position::name_of(position),
                 channel: name,
                 level,
                 frequency_hz: test.lines_hz.clone(),

@@ -1,6 +1,7 @@
 //! The machine under test: numbers, nuisance parameters, effects, and its noise-free responses.
 
 use num_complex::Complex64;
+use rayon::prelude::*;
 
 use crate::Result;
 use crate::effect::{Effect, EffectKind};
@@ -8,6 +9,10 @@ use crate::machine::assembly::Assembly;
 use crate::machine::catalogue::DrawnMachine;
 use crate::machine::nuisance::Nuisance;
 use crate::machine::point::Channel;
+use crate::parallel::in_order;
+
+/// Complex values by station, channel and line.
+pub type Curves = Vec<Vec<Vec<Complex64>>>;
 
 /// A machine with its true parameters, nuisance parameters and effects.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,6 +41,11 @@ impl Subject {
     /// Returns the power of s between the values in the file and the stated quantity: +1 where a mobility is declared a receptance.
     pub fn misread_power(&self) -> f64 {
         self.effects.iter().filter(|effect| effect.kind == EffectKind::FrfQuantity).map(|effect| effect.sign).sum()
+    }
+
+    /// Computes the receptances of some channels at stations, each a position and a force level.
+    pub fn at_stations(&self, stations: &[(usize, f64)], channels: &[Channel], lines: &[Complex64]) -> Result<Curves> {
+        in_order(stations.par_iter().map(|&(position, level)| self.receptances(position, level, channels, lines)))
     }
 
     /// Computes the receptances of some channels at a position, including gain and delay of each channel.

@@ -1,7 +1,6 @@
 //! A thinned preview of a test: lines, noise-free logarithms and expected variance.
 
 use num_complex::Complex64;
-use rayon::prelude::*;
 
 use super::subject::{Subject, axis};
 use crate::Result;
@@ -84,18 +83,10 @@ fn all_positions(subject: &Subject) -> Vec<usize> {
 fn logarithms(subject: &Subject, positions: &[usize], lines_hz: &[f64], channels: &[Channel], levels: &[f64]) -> Result<Vec<Complex64>> {
     let axis = axis(lines_hz);
     let stations: Vec<(usize, f64)> = positions.iter().flat_map(|&position| levels.iter().map(move |&level| (position, level))).collect();
-    let parts: Result<Vec<Vec<Vec<Complex64>>>> = stations
-        .into_par_iter()
-        .map(|(position, level)| subject.receptances(position, level, channels, &axis))
-        .collect::<Vec<_>>()
-        .into_iter()
-        .collect();
+    let curves = subject.at_stations(&stations, channels, &axis)?;
     let misread: Vec<Complex64> = axis.iter().map(|s| s.ln() * subject.misread_power()).collect();
-    let mut out = Vec::with_capacity(positions.len() * levels.len() * channels.len() * lines_hz.len());
-    for values in parts?.into_iter().flatten() {
-        out.extend(values.into_iter().zip(&misread).map(|(value, misread)| value.ln() + misread));
-    }
-    Ok(out)
+    let logarithm = |(value, misread): (Complex64, &Complex64)| value.ln() + misread;
+    Ok(curves.into_iter().flatten().flat_map(|values| values.into_iter().zip(&misread).map(logarithm).collect::<Vec<_>>()).collect())
 }
 
 /// Computes the variances of the components of ln H; `records` is the number of records at each position.

@@ -99,9 +99,9 @@ impl Structure {
         let modulus = point.modulus(self.beam_loss);
         for (freedoms, beam) in &self.beams {
             let ends = beam.ends(s2, modulus);
-            for (row, values) in freedoms.iter().zip(&ends) {
-                for (column, value) in freedoms.iter().zip(values) {
-                    z.add(*row, *column, *value);
+            for (row, &at) in freedoms.iter().enumerate() {
+                for (column, &to) in freedoms.iter().enumerate() {
+                    z.add(at, to, ends[(row, column)]);
                 }
             }
         }

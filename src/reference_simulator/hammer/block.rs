@@ -3,7 +3,7 @@
 use num_complex::Complex64;
 
 use super::fft::Fft;
-use super::setting::Setting;
+use super::setting::{PRETRIGGER_S, Setting};
 
 /// Tables that the blocks of a test share.
 #[derive(Clone, Debug)]
@@ -73,7 +73,7 @@ impl Analyser {
 
 /// Returns the force window: 1 during the pulse and the ringing of the filter, then a cosine down to 0.
 fn force_window(setting: &Setting, time_s: f64) -> f64 {
-    let end = setting.pretrigger_s() + 3.0 * setting.width_s + 40.0 / setting.band_hz;
+    let end = PRETRIGGER_S + 3.0 * setting.width_s + 40.0 / setting.band_hz;
     let fall = 20.0 / setting.band_hz;
     if time_s <= end {
         1.0

@@ -2,7 +2,7 @@
 
 use num_complex::Complex64;
 
-use super::setting::Setting;
+use super::setting::{PRETRIGGER_S, SPREAD, Setting};
 use crate::draw::Draw;
 
 /// A half-sine pulse.
@@ -19,15 +19,15 @@ pub struct Pulse {
 impl Pulse {
     /// Returns the nominal pulse of a series.
     pub fn nominal(setting: &Setting) -> Self {
-        Self { height: 1.0, width_s: setting.width_s, start_s: setting.pretrigger_s() }
+        Self { height: 1.0, width_s: setting.width_s, start_s: PRETRIGGER_S }
     }
 
     /// Draws one blow with random height, width and start.
     pub fn random(setting: &Setting, draw: &mut Draw) -> Self {
         Self {
-            height: (setting.spread * draw.normal()).exp(),
+            height: (SPREAD * draw.normal()).exp(),
             width_s: setting.width_s * (1.0 + 0.04 * draw.within(1.0)),
-            start_s: setting.pretrigger_s() + draw.unit() / setting.rate_hz,
+            start_s: PRETRIGGER_S + draw.unit() / setting.rate_hz,
         }
     }
 

@@ -4,7 +4,7 @@ use num_complex::Complex64;
 
 use super::block::Analyser;
 use super::pulse::Pulse;
-use super::setting::Setting;
+use super::setting::{BITS, PRETRIGGER_S, Setting};
 use crate::draw::Draw;
 
 /// One line of a measured frequency response.
@@ -90,7 +90,7 @@ pub fn strike(
                 (2.2 * largest(|value| value.re), 2.2 * largest(|value| value.im))
             });
             for value in &mut samples {
-                *value = Complex64::new(converted(value.re, force_range, setting.bits), converted(value.im, response_range, setting.bits));
+                *value = Complex64::new(converted(value.re, force_range), converted(value.im, response_range));
             }
         }
         for (index, (force, response)) in analyser.spectra(samples, lines).into_iter().enumerate() {
@@ -117,7 +117,7 @@ fn disturb(samples: &mut [Complex64], setting: &Setting, noise: f64, fault: Opti
     let lost = match fault {
         Some(Fault::Dropouts { share }) => {
             let length = (share * samples.len() as f64) as usize;
-            let start = draw.index((samples.len() / 8).max(1)) + (setting.pretrigger_s() * setting.rate_hz) as usize;
+            let start = draw.index((samples.len() / 8).max(1)) + (PRETRIGGER_S * setting.rate_hz) as usize;
             start..start + length
         }
         _ => 0..0,
@@ -134,8 +134,8 @@ fn disturb(samples: &mut [Complex64], setting: &Setting, noise: f64, fault: Opti
     }
 }
 
-fn converted(value: f64, range: f64, bits: u32) -> f64 {
-    let step = range / f64::from(1u32 << (bits - 1));
+fn converted(value: f64, range: f64) -> f64 {
+    let step = range / f64::from(1u32 << (BITS - 1));
     (value.clamp(-range, range) / step).round() * step
 }
 

@@ -2,6 +2,15 @@
 
 use num_complex::Complex64;
 
+/// Lower end of the kept band, Hz.
+const LOWEST_HZ: f64 = 6.0;
+/// Standard deviation of the logarithm of the blow heights.
+pub const SPREAD: f64 = 0.15;
+/// Resolution of the converter, bits.
+pub const BITS: u32 = 20;
+/// Time before the blow, s.
+pub const PRETRIGGER_S: f64 = 0.02;
+
 /// Settings of one test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setting {
@@ -11,20 +20,14 @@ pub struct Setting {
     pub samples: usize,
     /// Upper end of the kept band, Hz.
     pub band_hz: f64,
-    /// Lower end of the kept band, Hz.
-    pub lowest_hz: f64,
     /// Number of averaged blows.
     pub averages: usize,
     /// Width of the pulse, s.
     pub width_s: f64,
-    /// Standard deviation of the logarithm of the blow heights.
-    pub spread: f64,
     /// Noise of the response over its spectrum, for one blow, at the line of median level.
     pub noise: f64,
     /// Corner frequency of the sensor's low-frequency noise, Hz.
     pub noise_corner_hz: f64,
-    /// Resolution of the converter, bits.
-    pub bits: u32,
 }
 
 impl Setting {
@@ -46,11 +49,6 @@ impl Setting {
     /// Returns the lowest analyser rate that is at least four times the band: the filtered pulse then vanishes at half the rate.
     pub fn rate_for(band_hz: f64) -> f64 {
         [4096.0, 5120.0, 6400.0].into_iter().find(|rate| *rate >= 4.0 * band_hz).unwrap_or(8192.0)
-    }
-
-    /// Returns the time before the blow, s.
-    pub fn pretrigger_s(&self) -> f64 {
-        0.02
     }
 
     /// Returns the shift of the inversion contour, 1/s: it reduces wrap-around in the block by e^{−7}.
@@ -82,7 +80,7 @@ impl Setting {
     pub fn kept_lines(&self, spacing: f64) -> Vec<usize> {
         let step_hz = 1.0 / self.duration_s();
         let mut out = Vec::new();
-        let mut line = (self.lowest_hz / step_hz).ceil() as usize;
+        let mut line = (LOWEST_HZ / step_hz).ceil() as usize;
         while line as f64 * step_hz <= self.band_hz {
             out.push(line);
             line += ((line as f64 * spacing).round() as usize).max((0.25 / step_hz).round() as usize).max(1);

@@ -200,7 +200,7 @@ pub(super) fn parameter(name: &'static str, start: f64, lower: f64, upper: f64, 
         _ if name.starts_with('k') => "N/m",
         _ => "N*s/m",
     };
-    Parameter { name, unit, start, lower, upper, further: None, source }
+    Parameter::new(name, unit, [start, lower, upper], source)
 }
 
 /// Returns the parameters of the drive's hold: start and limits of stiffness and damping.

@@ -40,26 +40,17 @@ impl Belief {
         let damping = round_to(series(axis.coupling.damping_n_s_m, axis.nut.damping_n_s_m), 1);
         let mass = axis.moving_mass_kg() - motor_kg.unwrap_or(0.0);
         let push = axis.moving_mass_kg() * drawn.limits.acceleration_m_s2;
-        let weighed = round_to(mass, 3);
-        let round = round_to(mass, 1);
-        let (start, lower, upper, source) = if is_weighed {
-            (weighed, 0.97 * weighed, 1.03 * weighed, "weighed, with an allowance of three per cent")
+        let (weighed, round) = (round_to(mass, 3), round_to(mass, 1));
+        let (range, source) = if is_weighed {
+            ([weighed, 0.97 * weighed, 1.03 * weighed], "weighed, with an allowance of three per cent")
         } else {
-            (round, 0.1 * round, 10.0 * round, "table and attached masses, within a decade")
+            ([round, 0.1 * round, 10.0 * round], "table and attached masses, within a decade")
         };
         let scale = round_to(push, 1);
-        let linear = |name, unit, [start, lower, upper]: [f64; 3], source| Parameter {
-            name,
-            unit,
-            start,
-            lower,
-            upper,
-            further: Some(("scale", "linear")),
-            source,
-        };
+        let linear = |id, unit, range, source| Parameter { further: Some(("scale", "linear")), ..Parameter::new(id, unit, range, source) };
         let film = scale / round_to(drawn.limits.speed_m_s, 1);
         let parameters = [
-            Parameter { name: IDS[0], unit: "kg", start, lower, upper, further: None, source },
+            Parameter::new(IDS[0], "kg", range, source),
             linear(
                 IDS[1],
                 "N*s/m",

@@ -5,8 +5,9 @@ use std::f64::consts::TAU;
 use super::drive::{CURRENT_S, Drive, POSITION_TICKS};
 use super::nominal::Axis;
 use super::plant::Plant;
-use super::sensor::{Record, Sensors, quantised};
+use super::sensor::{Record, Sensors};
 use crate::draw::Draw;
+use crate::motion::drive::quantised;
 use crate::{Result, SimulatorError};
 
 /// Sampling period of the records, s: that of the position loop.

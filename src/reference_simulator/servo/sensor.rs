@@ -46,11 +46,6 @@ impl Sensors {
     }
 }
 
-/// Rounds a value to a grid; a step of 0 leaves it unchanged.
-pub(super) fn quantised(value: f64, step: f64) -> f64 {
-    if step > 0.0 { (value / step).round() * step } else { value }
-}
-
 /// A recorded run, one row for each millisecond.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Record {

@@ -11,7 +11,8 @@ use super::run::{STEPS, run_in};
 use super::sensor::{Record, Sensors};
 use crate::Result;
 use crate::draw::Draw;
-use crate::file::{create_folder, quoted, write_text};
+use crate::file::write_motions;
+use crate::parallel::in_order;
 
 /// Runs an axis along sines and writes the records as a measurement set. The first and the last record are fitted: for
 /// [`Feed::standard`], F1000 and F6000.
@@ -47,18 +48,13 @@ fn drive(axis: &Axis, sensors: &Sensors, commands: &[(String, Vec<f64>)], draw: 
         let record = run_in(axis, sensors, command, &mut draw.branch(number as u64), STEPS)?;
         Ok((name.clone(), record))
     };
-    commands.par_iter().enumerate().map(one).collect::<Vec<_>>().into_iter().collect()
+    in_order(commands.par_iter().enumerate().map(one))
 }
 
 fn write_set(folder: &Path, title: &str, records: &[(String, Record)]) -> Result<()> {
-    let motion = create_folder(folder, "motion")?;
     let ends: Vec<String> = records.first().into_iter().chain(records.last()).map(|(name, _)| name.clone()).collect();
-    let mut manifest = format!("title = \"{title}\"\n\n[split]\nfit = [{}]\n", quoted(&ends));
-    for (name, record) in records {
-        let _ = writeln!(manifest, "\n[[motion]]\nname = \"{name}\"\nfile = \"motion/{name}.csv\"");
-        write_text(&motion.join(format!("{name}.csv")), &rows(record))?;
-    }
-    write_text(&folder.join("manifest.toml"), &manifest)
+    let rows = records.iter().map(|(name, record)| (name.as_str(), rows(record)));
+    write_motions(folder, &format!("title = \"{title}\"\n"), &ends, rows)
 }
 
 fn rows(record: &Record) -> String {

@@ -30,13 +30,10 @@ fn setting(band_hz: f64) -> Setting {
         rate_hz: Setting::rate_for(band_hz),
         samples: 16384,
         band_hz,
-        lowest_hz: 6.0,
         averages: 8,
         width_s: 1.1 / band_hz,
-        spread: 0.15,
         noise: 0.03,
         noise_corner_hz: 2.0,
-        bits: 20,
     }
 }
 
