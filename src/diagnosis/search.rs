@@ -287,15 +287,8 @@ impl Search<'_, '_> {
         let fitted = all.filter_map(|(hypothesis, fit)| Some((hypothesis, fit.ok()?)));
         let mut located: Vec<Candidate> = fitted
             .map(|(hypothesis, fitted)| {
-                let gain = (base.chi_square - fitted.chi_square).max(0.0);
-                Candidate {
-                    id: hypothesis.id(),
-                    status: Status::Tried,
-                    fitted: Some((hypothesis, fitted)),
-                    gain,
-                    left_out: None,
-                    is_limit: false,
-                }
+                let (id, gain) = (hypothesis.id(), (base.chi_square - fitted.chi_square).max(0.0));
+                Candidate { fitted: Some((hypothesis, fitted)), gain, ..Candidate::without_fit(&id, Status::Tried) }
             })
             .collect();
         located.sort_by(|a, b| b.gain.total_cmp(&a.gain));
@@ -337,7 +330,7 @@ impl Candidate {
             Ok(fitted) => {
                 let gain = if is_plausible(&hypothesis, &fitted) { (base.chi_square - fitted.chi_square).max(0.0) } else { 0.0 };
                 let is_limit = band_hz.is_some_and(|band_hz| !relaxes_within(&hypothesis, &fitted, band_hz));
-                Candidate { id, status: Status::Tried, fitted: Some((hypothesis, fitted)), gain, left_out: None, is_limit }
+                Candidate { fitted: Some((hypothesis, fitted)), gain, is_limit, ..Candidate::without_fit(&id, Status::Tried) }
             }
             Err(error) => Candidate::without_fit(&id, Status::Failed(error.to_string())),
         }

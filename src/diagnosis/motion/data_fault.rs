@@ -109,7 +109,7 @@ fn shift(model: Model<'_>, motion: &MotionSignal, covariance: Option<&Covariance
     let change: Vec<f64> = shifted.iter().zip(&force).map(|(there, here)| factor * there - here).collect();
     let applied = &left - DVector::from_vec(motion.thinned(&change)?);
     taken = taken.min(left.norm_squared() - applied.norm_squared());
-    let scale = predicted.recorded.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let scale = square(&predicted.recorded).sqrt();
     Some(RecordShift {
         name: motion.name.clone(),
         delay_s,

@@ -1,6 +1,6 @@
 //! Map of the misfit over phase of the motion, speed, position and direction.
 
-use super::gap::MotionPart;
+use super::gap::{MotionPart, square};
 use dynamics::inverse_dynamics::{MotionSignal, Phase, phases};
 use numeric::statistics::extremes;
 
@@ -54,8 +54,8 @@ fn cells_of(motion: &MotionSignal, part: &MotionPart, (column, counts, weight): 
     let kept: Vec<usize> = motion.kept().collect();
     let all = phases(motion);
     let moving = counts.iter().filter(|m| **m).count();
-    let force = (part.recorded.iter().map(|x| x * x).sum::<f64>() / moving.max(1) as f64).sqrt();
-    let total: f64 = part.residual.iter().map(|e| e * e).sum();
+    let force = (square(&part.recorded) / moving.max(1) as f64).sqrt();
+    let total = square(&part.residual);
     let cell = |kind: MisfitAxis, direction: i8, inside: &dyn Fn(usize) -> bool| {
         let own: Vec<f64> = kept
             .iter()
@@ -66,7 +66,7 @@ fn cells_of(motion: &MotionSignal, part: &MotionPart, (column, counts, weight): 
             })
             .map(|((_, e), _)| *e)
             .collect();
-        let square: f64 = own.iter().map(|e| e * e).sum();
+        let square = square(&own);
         (!own.is_empty()).then(|| MisfitCell {
             record: motion.name.clone(),
             column: column.cloned(),
