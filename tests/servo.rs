@@ -7,9 +7,9 @@ use assert_cmd::Command;
 use config::{embedded_config, read_machine_text};
 use dynamics::model::{RodModel, Structure, matrices};
 use dynamics::motion::{
-    Circle, Course, GainCycle, GainRow, LinearLoops, SCurve, ServoImpedance, SimulationSettings, Trace, contour_error, gain_study,
-    simulate, sine_response, smooth,
+    Circle, Course, LinearLoops, SCurve, ServoImpedance, SimulationSettings, Trace, contour_error, simulate, sine_response, smooth,
 };
+use lab::simulation::{GainCycle, GainRow, gain_study};
 use machine::{Machine, Operating};
 use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};

@@ -17,7 +17,6 @@ mod bode;
 mod control;
 mod error;
 mod force_element;
-mod gain;
 mod inverter;
 mod linear;
 mod plant;
@@ -34,7 +33,6 @@ mod trace;
 
 pub use bode::{SineResponse, sine_response};
 pub use error::MotionError;
-pub use gain::{GainCycle, GainRow, gain_study};
 pub use linear::{LinearLoops, Pole, smooth};
 pub use record::{RecordGap, simulate_record};
 pub use reference::{Circle, Course, SCurve, Sine, contour_error};

@@ -2,9 +2,9 @@
 
 use super::figure::{FigureSource, first_hz, read_published};
 use crate::document::published::PublishedFigure;
-use crate::simulation::{GainRequest, mode_energy};
+use crate::simulation::{GainCycle, GainRequest, GainRow, gain_study, mode_energy};
 use dynamics::model::RodModel;
-use dynamics::motion::{GainCycle, GainRow, SimulationSettings, gain_study};
+use dynamics::motion::SimulationSettings;
 use identification::objective::Excitation;
 use machine::{Machine, Operating};
 use numeric::unit::omega_rad_s;

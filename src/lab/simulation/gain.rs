@@ -1,6 +1,7 @@
 //! Cycles with different gains of the position loop.
 
-use dynamics::motion::{GainCycle, GainRow, SimulationSettings, gain_study};
+use super::gain_study::{GainCycle, GainRow, gain_study};
+use dynamics::motion::SimulationSettings;
 use report::loops::{GainStudyDocument, GainStudyRow};
 use study::simulation::TravelProfile;
 use study::simulation::{Load, Place, find_operating, require_count};

@@ -2,12 +2,14 @@
 
 mod circle;
 mod gain;
+mod gain_study;
 mod matrices;
 mod sensitivity;
 mod servo_machine;
 
 pub use circle::{CircleRequest, circle};
 pub use gain::{GainRequest, gain};
+pub use gain_study::{GainCycle, GainRow, gain_study};
 pub use matrices::{MatricesRequest, matrices};
 pub(crate) use sensitivity::mode_energy;
 pub use sensitivity::{SensitivityRequest, sensitivity};

@@ -1,10 +1,8 @@
 //! Effect of the position loop's gain: duration, accuracy and energy of a cycle.
 
-use super::linear::LinearLoops;
-use super::reference::Course;
-use super::run::simulate;
-use super::trace::Trace;
-use super::{MotionError, SimulationSettings};
+use rayon::prelude::*;
+
+use dynamics::motion::{Course, LinearLoops, MotionError, SimulationSettings, Trace, TraceSample, simulate};
 use machine::{Machine, Value};
 use numeric::parallel::OrFirstError;
 
@@ -66,7 +64,6 @@ pub fn gain_study(
     settings: &SimulationSettings,
     go_on: &(dyn Fn() -> bool + Sync),
 ) -> Result<Vec<GainRow>, MotionError> {
-    use rayon::prelude::*;
     let row = |gain_per_s: &f64| -> Result<GainRow, MotionError> {
         let mut machine = machine.clone();
         let drive = machine.drive.as_mut().ok_or(MotionError::NoDrive)?;
@@ -131,7 +128,7 @@ fn of(none: GainRow, trace: &Trace, cycle: &GainCycle<'_>, point: Option<(usize,
     let course = cycle.course;
     let (first, last) = (course.command[0], course.command[course.command.len() - 1]);
     let zero = point.map_or(0.0, |(at, travel)| trace.samples[0].points[at] * travel);
-    let position = |s: &super::TraceSample| point.map_or(s.position, |(at, travel)| first + s.points[at] * travel - zero);
+    let position = |s: &TraceSample| point.map_or(s.position, |(at, travel)| first + s.points[at] * travel - zero);
     let passed = trace.samples.iter().find(|s| (position(s) - first) / (last - first) >= ARRIVED);
     let from_s = course.duration_s() - RESTING * cycle.rest_s;
     let resting = || trace.samples.iter().filter(|s| s.time_s >= from_s);
