@@ -4,7 +4,8 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::{exit_code, terminal};
+use crate::outcome::exit_code;
+use crate::terminal;
 
 /// The laboratory's package and program.
 const PROGRAM: &str = "jointid-lab";

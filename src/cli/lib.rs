@@ -37,9 +37,8 @@ use std::process::ExitCode;
 use clap::FromArgMatches;
 
 use command_line::{Arguments, Command, command};
-use outcome::{CommandResult, Outcome};
-
 pub use command_line::{Group, grouped};
+pub use outcome::exit_code;
 
 /// Runs the command of this process.
 pub fn run() -> ExitCode {
@@ -83,17 +82,4 @@ pub fn begun<A: FromArgMatches>(command: clap::Command, arguments: impl IntoIter
     long_work::watch_ctrl_c();
     long_work::start_threads();
     arguments
-}
-
-/// Returns the exit code of a command, and prints the message why it could not run.
-pub fn exit_code(outcome: CommandResult) -> u8 {
-    match outcome {
-        Ok(Outcome::Done) => 0,
-        Ok(Outcome::LimitNotMet) => 1,
-        Ok(Outcome::Stopped) => 3,
-        Err(message) => {
-            terminal::failed(&message);
-            2
-        }
-    }
 }

@@ -100,3 +100,16 @@ pub fn warn(output: &OutputArguments, warnings: &[String]) {
         warnings.iter().for_each(|w| terminal::warning(w));
     }
 }
+
+/// Returns the exit code of a command, and prints the message why it could not run.
+pub fn exit_code(outcome: CommandResult) -> u8 {
+    match outcome {
+        Ok(Outcome::Done) => 0,
+        Ok(Outcome::LimitNotMet) => 1,
+        Ok(Outcome::Stopped) => 3,
+        Err(message) => {
+            terminal::failed(&message);
+            2
+        }
+    }
+}

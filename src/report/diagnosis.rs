@@ -239,8 +239,7 @@ pub struct EffectRow {
     pub closed95: Option<[f64; 2]>,
     /// Share of null simulations with a statistic as large (1).
     pub p_value: Option<f64>,
-    /// Reduction of χ² over its scale in null simulations (1); of motion records −ln of the share of the squared prediction error that it leaves, over the
-    /// scale of this logarithm in null simulations.
+    /// Reduction of χ², for motion records −ln of the share of the squared prediction error that it leaves, over its scale in null simulations (1).
     #[serde(default)]
     pub statistic: f64,
     /// Reduction of χ² (motion: of the squared prediction error) over its value without it (1).

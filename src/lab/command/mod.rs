@@ -17,9 +17,6 @@ use clap::{CommandFactory, Parser, Subcommand};
 use cli::manual::{self, CompletionsArguments, ManArguments};
 use cli::{Group, grouped};
 
-/// Word before the words of the product's command line.
-const PRODUCT: &str = "jointid";
-
 /// Examines the method of jointid, and repeats what the papers print
 #[derive(Debug, Parser)]
 #[command(
@@ -101,7 +98,7 @@ fn command() -> clap::Command {
 pub fn run() -> ExitCode {
     let mut words = std::env::args_os().peekable();
     let own = words.next().unwrap_or_default();
-    if words.peek().is_some_and(|word| word == PRODUCT) {
+    if words.peek().is_some_and(|word| word == withheld::PRODUCT) {
         return cli::run_with(words).into();
     }
     let outcome = match cli::begun::<Arguments>(command(), std::iter::once(own).chain(words)).command {

@@ -17,6 +17,9 @@ use cli::terminal;
 use report::to_json;
 use study::{Control, StudyResult};
 
+/// Word before the words of the product's command line, which the blind check runs as a process of its own.
+pub(super) const PRODUCT: &str = "jointid";
+
 /// Runs the command.
 pub fn run(given: &WithheldArguments) -> CommandResult {
     if !given.page.is_empty() {
@@ -72,7 +75,7 @@ fn scored(check: &BlindCheck, program: &Program, seal: &Seal, control: &Control)
 /// Returns the product's command, which this program contains: all that is examined is of one build.
 fn program() -> Result<Program, String> {
     let file = std::env::current_exe().map_err(|e| format!("this program's own file cannot be found: {e}"))?;
-    Ok(Program { command: vec![file.clone().into(), super::PRODUCT.into()], file })
+    Ok(Program { command: vec![file.clone().into(), PRODUCT.into()], file })
 }
 
 /// Does work with a progress bar of its own, so that nothing is printed beside a bar.
