@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::check::{MachineError, fault, listing};
+use super::error::{MachineError, fault, listing};
 use super::source::{ContactNumber, SegmentNumber};
 use super::{Base, LoadedPair, Machine, Modifier, NumberSource, Operating, Segment, Value};
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::check::{MachineError, fault};
+use super::error::{MachineError, fault};
 use super::{NumberSource, Value};
 
 /// A periodic function of the travel: c·cos(2π·x/p) + s·sin(2π·x/p), of amplitude √(c² + s²).

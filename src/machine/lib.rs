@@ -5,6 +5,7 @@
 //! plausible range and source. Joints may have friction and backlash, and a **drive** may move the machine; both affect motion, not
 //! frequency responses. An **effect** is a patch of such a description: additional points, joints and parameters, or modifiers of values.
 
+mod added_part;
 mod bending;
 mod check;
 mod compose;
@@ -15,6 +16,7 @@ mod description;
 mod drive;
 mod effect;
 mod effect_ids;
+mod error;
 mod friction;
 mod joint;
 mod loaded_pair;
@@ -36,16 +38,18 @@ mod shaft;
 mod source;
 mod state;
 mod target;
+mod target_kind;
 mod tolerance;
 mod value;
 
+pub use added_part::{JointPatch, LeverFile, PointPatch, ShaftFile};
 pub use bending::{Bending, BendingFile};
-pub use check::MachineError;
 pub use coordinates::{ParameterValues, UnitValues};
 pub use derived::{Derivation, Derived, DerivedPatch};
 pub use drive::{Drive, DriveFile, Encoder, PositionLoop, Tachometry, VelocityLoop};
-pub use effect::{AttachFile, Data, Effect, JointPatch, LeverFile, Patch, PointPatch, ReattachFile, ShaftFile};
+pub use effect::{AttachFile, Data, Effect, Patch, ReattachFile};
 pub use effect_ids::EffectIds;
+pub use error::MachineError;
 pub use friction::{Friction, FrictionForceFile, FrictionTable, LeadError, LeadErrorFile, Wave, WaveFile};
 pub use joint::Joint;
 pub use loaded_pair::{LoadedPair, PairState, ScrewEnd};
@@ -62,7 +66,8 @@ pub use segment::{Segment, SegmentEnd, Twist};
 pub use shaft::{Shaft, Station, StationPlace};
 pub use source::NumberSource;
 pub use state::State;
-pub use target::{Rescale, Target, TargetKind};
+pub use target::{Rescale, Target};
+pub use target_kind::TargetKind;
 pub use tolerance::Tolerance;
 pub use value::{Base, Modifier, Value};
 

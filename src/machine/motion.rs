@@ -1,6 +1,6 @@
 //! Resolution and checks of the patches that only motion uses: friction, backlash, lead error and drive.
 
-use super::check::{MachineError, fault, listing};
+use super::error::{MachineError, fault, listing};
 use super::number::{CURRENT, DRIVE, JOINT, MOTOR, Number, Reach, check_ranges, numbers_of};
 use super::{
     CurrentLoop, Drive, DriveFile, Encoder, Inverter, Joint, Machine, Motor, Operating, PointMotion, PositionLoop, Tachometry, Value,

@@ -1,6 +1,6 @@
 //! The table of a machine's numbers: each stands once, with key, meaning, plausible magnitude, range and use.
 
-use super::check::{MachineError, fault};
+use super::error::{MachineError, fault};
 use super::quantity::{
     ALONG_MOTOR, ALONG_TRAVEL, BALL_DIAMETER, CURRENT_GAIN, DAMPING, DELAY, DENSITY, DIAMETER, DISPLACEMENT, DRIVE_CONSTANT, ENCODER_STEP,
     EXPANSION, EXPONENT, FEED_FORWARD, FORCE, FRICTION, GAP, GRAVITY, INDUCTANCE, INERTIA, LEAD, LENGTH, LOAD, LOSS, MASS, OTHER, OUTPUT,

@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::check::{MachineError, check_parameter, fault, listing};
-use super::effect::{AttachFile, LeverFile, ReattachFile};
+use super::added_part::LeverFile;
+use super::check::check_parameter;
+use super::effect::{AttachFile, ReattachFile};
+use super::error::{MachineError, fault, listing};
 use super::number::{BENDING, JOINT, LEVER, Reach, SHAFT};
 use super::{
     Bending, BendingFile, Derivation, Derived, DerivedPatch, Effect, FrictionTable, GROUND, Joint, JointPatch, Lever, Machine,

@@ -1,6 +1,6 @@
 //! Operating states in which a machine can be measured.
 
-use super::check::fault;
+use super::error::fault;
 use super::{Joint, Machine, MachineError, Modifier, OperatingVariable, PointMotion, Value};
 
 /// A state in which a measurement can be made.

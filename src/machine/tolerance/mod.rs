@@ -10,7 +10,7 @@ mod number;
 mod nut;
 
 use self::number::{MARK, STOP, loss, relative, size, tolerance};
-use super::check::fault;
+use super::error::fault;
 use super::{
     Joint, Machine, MachineError, Mechanism, Parameter, Patch, PointMotion, Prior, Rescale, Role, Shaft, StationPlace, Target, TargetKind,
     Value,
