@@ -29,6 +29,14 @@ pub fn size_for_gap_ratio(
     Ok((size, value))
 }
 
+/// Returns the size for a wanted strength. The second of two effects may be weaker than drawn.
+pub fn size_or_weaker(is_second: bool, wanted: f64, size_for: impl Fn(f64) -> Result<f64>) -> Result<f64> {
+    match size_for(wanted) {
+        Err(SimulatorError::TooWeak { reached, .. }) if is_second && reached > 0.2 * wanted => size_for(0.9 * reached),
+        other => other,
+    }
+}
+
 /// Settings of the search for a size, on a logarithmic scale.
 #[derive(Clone, Copy, Debug)]
 pub struct Sizing {

@@ -23,7 +23,7 @@ pub struct Fit<'a> {
     /// Lines and their noise.
     pub survey: &'a Survey,
     /// A frozen joint and its value.
-    pub frozen: Option<(String, f64)>,
+    pub frozen: Option<(&'static str, f64)>,
 }
 
 /// Result of a refit.

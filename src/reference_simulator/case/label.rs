@@ -37,6 +37,32 @@ impl Gap {
     }
 }
 
+/// A wrong start value of one parameter, by up to a factor of three; in half of the cases the value is also declared known.
+pub struct WrongParameter {
+    /// Name.
+    pub name: &'static str,
+    /// Wrong start value.
+    pub start: f64,
+    /// Factor of its error.
+    pub factor: f64,
+    /// Whether the case declares the value known.
+    pub is_frozen: bool,
+}
+
+impl WrongParameter {
+    /// Returns name and value if the case declares it known.
+    pub fn frozen(&self) -> Option<(&'static str, f64)> {
+        self.is_frozen.then_some((self.name, self.start))
+    }
+
+    /// States it in the label and in the case's list of known parameters.
+    pub fn state(&self, freeze: &mut Vec<String>, label: &mut Label) {
+        freeze.extend(self.frozen().map(|(name, _)| name.to_owned()));
+        label.frozen.clone_from(freeze);
+        label.wrong_parameter = Some((self.name.to_owned(), self.factor));
+    }
+}
+
 /// Noise-free curves of one record, in the quantity that the manifest states.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Exact {

@@ -6,7 +6,7 @@ use super::fit::Fit;
 use super::fitted::FittedGauge;
 use super::gauge::Gauge;
 use super::imitation::{Imitation, imitation};
-use super::label::{Gap, Label};
+use super::label::{Gap, Label, WrongParameter};
 use super::measure::check_decay;
 use super::plan::{Kind, Plan, Slot, Strength};
 use super::record::Case;
@@ -24,14 +24,9 @@ use crate::{Result, SimulatorError};
 /// Branch of the random numbers of a search for imitations.
 const IMITATION: u64 = 0x696d;
 
-/// Generates all cases of a plan in order. A case depends only on seed, plan entry and number.
-pub fn generate(seed: u64, plan: &Plan) -> impl Iterator<Item = Result<(Case, Label)>> {
-    (0..plan.len()).map(move |index| generate_one(seed, plan, index))
-}
-
-/// Generates one case of a plan.
+/// Generates one case of a plan. It depends only on seed, plan entry and number.
 pub fn generate_one(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label)> {
-    let slot = plan.slots.get(index).ok_or(SimulatorError::NoSuchCase { index, count: plan.len() })?;
+    let slot = plan.slots.get(index).ok_or(SimulatorError::NoSuchCase { index, count: plan.slots.len() })?;
     if let Some(layout) = slot.layout {
         let refused = slot.effects.iter().chain(&slot.partner).find_map(|effect| Some((*effect, layout.refusal(*effect)?)));
         if let Some((effect, reason)) = refused {
@@ -75,14 +70,11 @@ fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Resu
         band_hz = shortest_band(&survey.lines_hz, &gauge.unexplained(&choice.subject)?.by_line, 0.7);
     }
     let fit = Fit::of_chain(&clean.drawn, &survey);
-    let wrong = (slot.kind == Kind::HardNullWrongParameter).then(|| WrongParameter::random(&clean, draw));
-    let with = match &wrong {
-        Some(wrong) if wrong.frozen => {
-            let frozen = Some((wrong.name.to_owned(), wrong.start));
-            Fit { frozen, ..Fit::of_chain(&clean.drawn, &survey) }.run(&survey.base, &without.point)?
-        }
-        _ if choice.subject.effects.is_empty() => without.clone(),
-        _ => fit.run(&survey.of(&choice.subject)?, &without.point)?,
+    let wrong = (slot.kind == Kind::HardNullWrongParameter).then(|| wrong_parameter(&clean, draw));
+    let with = match wrong.as_ref().and_then(WrongParameter::frozen) {
+        Some(frozen) => Fit { frozen: Some(frozen), ..fit }.run(&survey.base, &without.point)?,
+        None if choice.subject.effects.is_empty() => without.clone(),
+        None => fit.run(&survey.of(&choice.subject)?, &without.point)?,
     };
     let mut label = labelled(slot, index, attempt, &choice);
     label.noncentrality = noncentrality;
@@ -93,7 +85,8 @@ fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Resu
     label.gap = Gap::new(survey.floor(), [without.fit, without.held_out], [with.fit, with.held_out]);
     let mut case = simulated_test(slot, &choice, &mut label, draw)?;
     if let Some(wrong) = wrong {
-        wrong.write(&mut case, &mut label);
+        case.description.parameters.iter_mut().filter(|parameter| parameter.name == wrong.name).for_each(|one| one.start = wrong.start);
+        wrong.state(&mut case.freeze, &mut label);
     }
     Ok((case, label))
 }
@@ -153,34 +146,13 @@ fn labelled(slot: &Slot, index: usize, attempt: usize, choice: &Choice) -> Label
     }
 }
 
-/// A wrong start value of one joint, by up to a factor of three; in half of the cases the value is also declared known.
-struct WrongParameter {
-    name: &'static str,
-    start: f64,
-    factor: f64,
-    frozen: bool,
-}
-
-impl WrongParameter {
-    fn random(subject: &Subject, draw: &mut Draw) -> Self {
-        // A bearing that floats has no stiffness.
-        let names: Vec<&str> = ["k_al", "k_ar", "k_n", "k_m"].into_iter().filter(|name| subject.drawn.joints.contains_key(*name)).collect();
-        let name = names[draw.index(names.len())];
-        let factor = draw.factor(1.6, 3.0);
-        let (lower, upper) =
-            subject.drawn.description.parameter(name).map_or((0.0, f64::INFINITY), |parameter| (parameter.lower, parameter.upper));
-        let start = round_to(subject.drawn.joints[name] * factor, 2).clamp(lower, upper);
-        Self { name, start, factor, frozen: draw.chance(0.5) }
-    }
-
-    fn write(&self, case: &mut Case, label: &mut Label) {
-        for parameter in case.description.parameters.iter_mut().filter(|parameter| parameter.name == self.name) {
-            parameter.start = self.start;
-        }
-        if self.frozen {
-            case.freeze.push(self.name.to_owned());
-            label.frozen.push(self.name.to_owned());
-        }
-        label.wrong_parameter = Some((self.name.to_owned(), self.factor));
-    }
+/// Draws a wrong start value of one joint.
+fn wrong_parameter(subject: &Subject, draw: &mut Draw) -> WrongParameter {
+    // A bearing that floats has no stiffness.
+    let names: Vec<&str> = ["k_al", "k_ar", "k_n", "k_m"].into_iter().filter(|name| subject.drawn.joints.contains_key(*name)).collect();
+    let name = names[draw.index(names.len())];
+    let factor = draw.factor(1.6, 3.0);
+    let range = subject.drawn.description.parameter(name).map_or([0.0, f64::INFINITY], |parameter| [parameter.lower, parameter.upper]);
+    let start = round_to(subject.drawn.joints[name] * factor, 2).clamp(range[0], range[1]);
+    WrongParameter { name, start, factor, is_frozen: draw.chance(0.5) }
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use num_complex::Complex64;
 
 use super::channel_set::Quantity;
+use super::fit::fitted_of;
 use super::record::{Case, Position, Record, Scatter};
 use super::subject::axis;
 use crate::draw::Draw;
@@ -77,7 +78,7 @@ pub fn ordinary_on_guide(seed: u64, number: usize) -> Result<Ordinary> {
 /// Generates a machine, perhaps on a guide, and its measurement: the first, or a later one with a factor on the stiffness of the nut.
 fn simulated(seed: u64, number: usize, (has_guide, again): (bool, Option<f64>)) -> Result<Ordinary> {
     let draw = &mut Draw::new(seed).branch(number as u64);
-    let (size, drawn) = match number % 3 {
+    let (size, mut drawn) = match number % 3 {
         0 => {
             let table_kg = round_to(draw.log_between(50.0, 180.0), 2);
             let lead_mm = [5.0, 10.0, 16.0][draw.index(3)];
@@ -95,23 +96,18 @@ fn simulated(seed: u64, number: usize, (has_guide, again): (bool, Option<f64>)) 
         1 => 1.0,
         _ => draw.unit(),
     };
-    let drawn = with_usual_spread(drawn);
+    drawn.description.spread = Spread::USUAL;
     let mut nuisance = usual(&drawn, loss_dispersion, draw);
-    let mut machine = nuisance.applied(drawn.with_true_joints());
-    machine.screw.diameter_m *= 1.0 + 0.002 * draw.normal();
-    let losses: [f64; 4] = std::array::from_fn(|_| (0.01 * draw.normal().exp()).clamp(1e-3, 0.07));
-    let [nut, left, right, coupling] = losses;
-    machine.nut.joint.loss = nut;
-    machine.bearing_left.loss = left;
-    machine.bearing_right.loss = right;
-    machine.coupling.loss = coupling;
+    nuisance.diameter = 0.002 * draw.normal();
+    nuisance.joint_losses = std::array::from_fn(|_| (0.01 * draw.normal().exp()).clamp(1e-3, 0.07));
     if has_guide {
-        machine.guide_damping_ns_per_m = machine.table_mass_kg * draw.log_between(0.5, 5.0);
+        nuisance.guide_per_s = draw.log_between(0.5, 5.0);
     }
-    let mut joints = drawn.joints.clone();
+    let mut machine = nuisance.applied(drawn.with_true_joints());
+    let mut truth = drawn.joints.clone();
     if let Some(factor) = again {
         machine.nut.joint.stiffness *= factor;
-        joints.entry("k_n".into()).and_modify(|k| *k *= factor);
+        truth.entry("k_n".into()).and_modify(|k| *k *= factor);
         *draw = Draw::new(seed).branch(number as u64).branch(AGAIN);
         nuisance = Nuisance { offsets_m: offsets(&drawn, draw), channels: channels(draw), ..nuisance };
     }
@@ -119,32 +115,34 @@ fn simulated(seed: u64, number: usize, (has_guide, again): (bool, Option<f64>)) 
         let ratio: f64 = 200.0 * std::f64::consts::PI / REFERENCE_RAD_S;
         1.0 + loss * loss_dispersion * std::f64::consts::FRAC_2_PI * ratio.ln()
     };
-    let mut truth = joints;
-    for (name, loss) in [("k_n", nut), ("k_al", left), ("k_ar", right), ("k_m", coupling)] {
+    for (name, loss) in ["k_n", "k_al", "k_ar", "k_m"].into_iter().zip(nuisance.joint_losses) {
         truth.entry(name.to_owned()).and_modify(|k| *k *= at_100_hz(loss));
     }
-    let guide_per_s = machine.guide_damping_ns_per_m / machine.table_mass_kg;
-    let Simulated { records, peaks, noise_free, natural } = simulated_frfs(&drawn, &nuisance, &machine, draw)?;
-    let step_hz = records[0].lines[1].frequency_hz - records[0].lines[0].frequency_hz;
-    let position = |(at, nut_m): (usize, &f64)| Position { name: format!("l{}", at + 1), nut_m: *nut_m };
     let case = Case {
         name: format!("ordinary-{seed}-{number}"),
-        positions: drawn.nut_m.iter().enumerate().map(position).collect(),
-        description: drawn.description,
-        fit: ["l1", "l3", "l5"].map(str::to_owned).to_vec(),
+        positions: Position::all(&drawn.nut_m),
+        description: drawn.description.clone(),
+        fit: fitted_of(drawn.nut_m.len()).into_iter().map(Position::name_of).collect(),
         scatter: Scatter::Coherence,
         quantity: Quantity::Receptance,
         averages: AVERAGES,
-        records,
+        records: Vec::new(),
         freeze: Vec::new(),
         follow_up: None,
     };
-    Ok(Ordinary { case, truth, size, loss_dispersion, guide_per_s, peaks, noise_free, natural, step_hz })
-}
-
-fn with_usual_spread(mut drawn: DrawnMachine) -> DrawnMachine {
-    drawn.description.spread = Spread::USUAL;
-    drawn
+    let mut ordinary = Ordinary {
+        case,
+        truth,
+        size,
+        loss_dispersion,
+        guide_per_s: machine.guide_damping_ns_per_m / machine.table_mass_kg,
+        peaks: Vec::new(),
+        noise_free: Vec::new(),
+        natural: Vec::new(),
+        step_hz: 0.0,
+    };
+    ordinary.measure(&drawn, &nuisance, &machine, draw)?;
+    Ok(ordinary)
 }
 
 /// Draws the nuisance parameters from normal distributions with the spread of the description.
@@ -155,8 +153,6 @@ fn usual(drawn: &DrawnMachine, loss_dispersion: f64, draw: &mut Draw) -> Nuisanc
         youngs: modulus * draw.normal(),
         shear: modulus * draw.normal(),
         screw_loss: draw.log_between(3e-4, 3e-3),
-        diameter: 0.0,
-        joint_losses: [0.0; 4],
         loss_dispersion,
         left_ratio: draw.between(0.85, 0.95),
         right_ratio: draw.between(0.85, 0.95),
@@ -166,12 +162,9 @@ fn usual(drawn: &DrawnMachine, loss_dispersion: f64, draw: &mut Draw) -> Nuisanc
         skew: draw.within(0.3),
         masses: [mass * draw.normal(), 0.02 * draw.normal(), 0.0, 0.0, 0.0],
         integral_per_s: draw.between(0.0, 2.0),
-        lag_share: 0.0,
-        guide_per_s: 0.0,
-        guide_hz: 0.0,
         offsets_m: offsets(drawn, draw),
         channels: channels(draw),
-        sensor: None,
+        ..Nuisance::default()
     }
 }
 
@@ -186,44 +179,39 @@ fn channels(draw: &mut Draw) -> BTreeMap<Channel, (f64, f64)> {
     BTreeMap::from([(Channel::direct(Point::Table), (gain * draw.normal(), delay_s * draw.normal()))])
 }
 
-/// Measured and true table FRFs at all positions.
-struct Simulated {
-    records: Vec<Record>,
-    peaks: Vec<Peaks>,
-    noise_free: Vec<Vec<Complex64>>,
-    natural: Vec<Peaks>,
-}
-
-/// Simulates the table FRFs at all positions. Each line has noise and the coherence of so many blows.
-fn simulated_frfs(drawn: &DrawnMachine, nuisance: &Nuisance, machine: &Machine, draw: &mut Draw) -> Result<Simulated> {
-    let channel = Channel::direct(Point::Table);
-    let (gain, delay_s) = nuisance.channel(channel);
-    let lowest_hz = drawn.band_hz / 130.0;
-    let step_hz = (drawn.band_hz - lowest_hz) / (LINES - 1) as f64;
-    let lines_hz: Vec<f64> = (0..LINES).map(|at| lowest_hz + step_hz * at as f64).collect();
-    let lines_s = axis(&lines_hz);
-    let (mut records, mut peaks, mut noise_free, mut natural) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    for (at, nut_m) in drawn.nut_m.iter().enumerate() {
-        let assembly = Assembly::new(machine, &[], nut_m + nuisance.offsets_m[at], 1.0);
-        let mut exact = assembly.structure.receptances(&[assembly.port(channel)], &lines_s)?.remove(0);
-        noise_free.push(exact.clone());
-        natural.push(refined(&assembly, channel, &lines_hz, &exact)?);
-        exact.iter_mut().zip(&lines_s).for_each(|(h, s)| *h *= (-s * delay_s).exp() * (1.0 + gain));
-        peaks.push(peaks_of(&lines_hz, &exact.iter().map(|h| h.norm()).collect::<Vec<f64>>()));
-        let mut levels: Vec<f64> = exact.iter().zip(&lines_s).map(|(h, s)| (h * s).norm()).collect();
-        levels.sort_by(f64::total_cmp);
-        let floor = NOISE.1 * levels[LINES / 2];
-        let lines = exact.iter().zip(&lines_s).zip(&lines_hz).map(|((h, s), hz)| {
-            let sd = NOISE.0.hypot(floor / (h * s).norm());
-            let noise = Complex64::new(sd * draw.normal(), sd * draw.normal());
-            // The coherence follows from a sample variance over the averaged blows.
-            let freedom = 2 * (AVERAGES - 1);
-            let seen = sd * sd * (0..freedom).map(|_| draw.normal().powi(2)).sum::<f64>() / freedom as f64;
-            Line { frequency_hz: *hz, response: h * (1.0 + noise), coherence: 1.0 / (1.0 + 2.0 * AVERAGES as f64 * seen) }
-        });
-        records.push(Record { position: format!("l{}", at + 1), channel, name: None, force_n: None, lines: lines.collect() });
+impl Ordinary {
+    /// Simulates the table FRFs at all positions. Each line has noise and the coherence of so many blows.
+    fn measure(&mut self, drawn: &DrawnMachine, nuisance: &Nuisance, machine: &Machine, draw: &mut Draw) -> Result<()> {
+        let channel = Channel::direct(Point::Table);
+        let (gain, delay_s) = nuisance.channel(channel);
+        let lowest_hz = drawn.band_hz / 130.0;
+        let step_hz = (drawn.band_hz - lowest_hz) / (LINES - 1) as f64;
+        let lines_hz: Vec<f64> = (0..LINES).map(|at| lowest_hz + step_hz * at as f64).collect();
+        let lines_s = axis(&lines_hz);
+        self.step_hz = lines_hz[1] - lines_hz[0];
+        for (at, nut_m) in drawn.nut_m.iter().enumerate() {
+            let assembly = Assembly::new(machine, &[], nut_m + nuisance.offsets_m[at], 1.0);
+            let mut exact = assembly.structure.receptances(&[assembly.port(channel)], &lines_s)?.remove(0);
+            self.noise_free.push(exact.clone());
+            self.natural.push(refined(&assembly, channel, &lines_hz, &exact)?);
+            exact.iter_mut().zip(&lines_s).for_each(|(h, s)| *h *= (-s * delay_s).exp() * (1.0 + gain));
+            self.peaks.push(peaks_of(&lines_hz, &exact));
+            let mut levels: Vec<f64> = exact.iter().zip(&lines_s).map(|(h, s)| (h * s).norm()).collect();
+            levels.sort_by(f64::total_cmp);
+            let floor = NOISE.1 * levels[LINES / 2];
+            let lines = exact.iter().zip(&lines_s).zip(&lines_hz).map(|((h, s), hz)| {
+                let sd = NOISE.0.hypot(floor / (h * s).norm());
+                let noise = Complex64::new(sd * draw.normal(), sd * draw.normal());
+                // The coherence follows from a sample variance over the averaged blows.
+                let freedom = 2 * (AVERAGES - 1);
+                let seen = sd * sd * (0..freedom).map(|_| draw.normal().powi(2)).sum::<f64>() / freedom as f64;
+                Line { frequency_hz: *hz, response: h * (1.0 + noise), coherence: 1.0 / (1.0 + 2.0 * AVERAGES as f64 * seen) }
+            });
+            let (position, lines) = (Position::name_of(at), lines.collect());
+            self.case.records.push(Record { position, channel, name: None, force_n: None, lines });
+        }
+        Ok(())
     }
-    Ok(Simulated { records, peaks, noise_free, natural })
 }
 
 /// Refines the peaks of a receptance between the adjacent lines by golden-section search.
@@ -233,7 +221,7 @@ fn refined(assembly: &Assembly, channel: Channel, lines_hz: &[f64], exact: &[Com
     let step_hz = lines_hz[1] - lines_hz[0];
     let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
     let mut found = Vec::new();
-    for (hz, _) in peaks_of(lines_hz, &exact.iter().map(|h| h.norm()).collect::<Vec<f64>>()) {
+    for (hz, _) in peaks_of(lines_hz, exact) {
         let (mut low, mut high) = (hz - step_hz, hz + step_hz);
         // Each step leaves 62 % of the interval: 40 steps reach 1e-8 of it.
         for _ in 0..40 {
@@ -250,7 +238,8 @@ fn refined(assembly: &Assembly, channel: Channel, lines_hz: &[f64], exact: &[Com
 pub const PROMINENCE: f64 = 1.25;
 
 /// Returns the peaks of sufficient prominence.
-fn peaks_of(lines_hz: &[f64], magnitude: &[f64]) -> Peaks {
+fn peaks_of(lines_hz: &[f64], curve: &[Complex64]) -> Peaks {
+    let magnitude: Vec<f64> = curve.iter().map(|h| h.norm()).collect();
     let top = |at: &usize| magnitude[*at] > magnitude[at - 1] && magnitude[*at] >= magnitude[at + 1];
     let tops: Vec<usize> = (1..magnitude.len() - 1).filter(top).collect();
     let least = |from: usize, to: usize| magnitude[from..=to].iter().copied().fold(f64::INFINITY, f64::min);

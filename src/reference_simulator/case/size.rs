@@ -8,7 +8,7 @@ use super::survey::Survey;
 use crate::draw::Draw;
 use crate::effect::EffectKind;
 use crate::hammer::setting::Setting;
-use crate::sizing::size_for_gap_ratio;
+use crate::sizing::{size_for_gap_ratio, size_or_weaker};
 use crate::{Result, SimulatorError};
 
 /// Number of attempts after which a barely visible effect is accepted.
@@ -29,14 +29,7 @@ pub fn set_sizes(subject: &mut Subject, slot: &Slot, gauge: &Gauge, start: &[f64
     for index in 0..subject.effects.len() {
         let mut alone = Subject { effects: vec![subject.effects[index].clone()], ..subject.clone() };
         if alone.effects[0].kind != EffectKind::FrfQuantity {
-            alone.effects[0].size = match gauge.size_for(&alone, wanted) {
-                // The second of two effects may be weaker than drawn.
-                Err(SimulatorError::TooWeak { reached, .. }) if index > 0 && reached > 0.2 * wanted => {
-                    wanted = 0.9 * reached;
-                    gauge.size_for(&alone, wanted)?
-                }
-                other => other?,
-            };
+            alone.effects[0].size = size_or_weaker(index > 0, wanted, |wanted| gauge.size_for(&alone, wanted))?;
             if index == 0 && slot.strength == Some(Strength::Strong) {
                 enlarge(&mut alone, gauge, start, attempt, draw)?;
             }

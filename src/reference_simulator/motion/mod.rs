@@ -27,7 +27,7 @@ pub mod phase;
 pub mod plant;
 pub mod run;
 
-pub use case::{Case, FULL, Plan, QUICK, generate, generate_one, write_case, write_quiet};
+pub use case::{Case, FULL, Plan, QUICK, generate_one, write_case, write_quiet};
 pub use layout::MotionLayout;
 
 #[cfg(test)]

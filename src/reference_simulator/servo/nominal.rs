@@ -6,6 +6,12 @@ use super::friction::Friction;
 use super::missing::Missing;
 use crate::{Result, SimulatorError};
 
+/// Pairs fields with their names.
+macro_rules! with_names {
+    ($($of:ident.$field:ident $([$at:literal])?),*) => { [$((stringify!($field), $of.$field$([$at])?)),*] };
+}
+pub(super) use with_names;
+
 /// Gains and times of the cascade. Current and velocity loops are digital PI, u = k (e + T/T_i Σe); the position loop is P.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loops {
@@ -171,57 +177,23 @@ impl Axis {
     /// # Errors     `SimulatorError::Refused` names the first inadmissible parameter.
     pub fn check(&self) -> Result<()> {
         let (n, l, m) = (&self.nominal, &self.nominal.loops, &self.missing);
-        let positive = [
-            ("pole_pairs", n.pole_pairs),
-            ("inductance_h", n.inductance_h[0]),
-            ("inductance_h", n.inductance_h[1]),
-            ("torque_constant_nm_a", n.torque_constant_nm_a),
-            ("link_v", n.link_v),
-            ("current_limit_a", n.current_limit_a),
-            ("rotor_kg_m2", n.rotor_kg_m2),
-            ("screw_kg_m2", n.screw_kg_m2),
-            ("lead_m", n.lead_m),
-            ("table_kg", n.table_kg),
-            ("torsion_nm_rad", n.torsion_nm_rad),
-            ("axial_n_m", n.axial_n_m),
-            ("stribeck_m_s", n.table_friction.stribeck_m_s),
-            ("stribeck_m_s", n.screw_friction.stribeck_m_s),
-            ("current_time_s", l.current_time_s),
-            ("velocity_time_s", l.velocity_time_s),
-            ("speed_periods", l.speed_periods as f64),
-        ];
-        let not_negative = [
-            ("resistance_ohm", n.resistance_ohm),
-            ("coupling_kg_m2", n.coupling_kg_m2),
-            ("torsion_nm_s_rad", n.torsion_nm_s_rad),
-            ("axial_n_s_m", n.axial_n_s_m),
-            ("backlash_m", n.backlash_m),
-            ("coulomb_n", n.table_friction.coulomb_n),
-            ("excess_n", n.table_friction.excess_n),
-            ("viscous_n_s_m", n.table_friction.viscous_n_s_m),
-            ("coulomb_n", n.screw_friction.coulomb_n),
-            ("excess_n", n.screw_friction.excess_n),
-            ("viscous_n_s_m", n.screw_friction.viscous_n_s_m),
-            ("lead_error_m", m.lead_error_m),
-            ("ripple_nm", m.ripple_nm[0]),
-            ("ripple_nm", m.ripple_nm[1]),
-            ("presliding_m", m.presliding_m),
-            ("growth_time_s", m.growth_time_s),
-            ("extra_kg", m.extra_kg),
-            ("lag_s", m.lag_s),
-        ];
-        let finite = [
-            ("current_gain_v_a", l.current_gain_v_a),
-            ("velocity_gain_a_s_rad", l.velocity_gain_a_s_rad),
-            ("position_gain_1_s", l.position_gain_1_s),
-            ("feed_forward", l.feed_forward),
-            ("growth", m.growth),
-            ("anchor_m", m.anchor_m),
-            ("lead_phase_rad", m.lead_phase_rad),
-            ("ripple_phase_rad", m.ripple_phase_rad[0]),
-            ("ripple_phase_rad", m.ripple_phase_rad[1]),
-        ];
+        let (table, screw) = (&n.table_friction, &n.screw_friction);
+        let positive = with_names! {
+            n.pole_pairs, n.inductance_h[0], n.inductance_h[1], n.torque_constant_nm_a, n.link_v, n.current_limit_a, n.rotor_kg_m2,
+            n.screw_kg_m2, n.lead_m, n.table_kg, n.torsion_nm_rad, n.axial_n_m, table.stribeck_m_s, screw.stribeck_m_s, l.current_time_s,
+            l.velocity_time_s
+        };
+        let not_negative = with_names! {
+            n.resistance_ohm, n.coupling_kg_m2, n.torsion_nm_s_rad, n.axial_n_s_m, n.backlash_m, table.coulomb_n, table.excess_n,
+            table.viscous_n_s_m, screw.coulomb_n, screw.excess_n, screw.viscous_n_s_m, m.lead_error_m, m.ripple_nm[0], m.ripple_nm[1],
+            m.presliding_m, m.growth_time_s, m.extra_kg, m.lag_s
+        };
+        let finite = with_names! {
+            l.current_gain_v_a, l.velocity_gain_a_s_rad, l.position_gain_1_s, l.feed_forward, m.growth, m.anchor_m, m.lead_phase_rad,
+            m.ripple_phase_rad[0], m.ripple_phase_rad[1]
+        };
         check_values(&positive, "a positive number", |value| value > 0.0)?;
+        check_values(&[("speed_periods", l.speed_periods as f64)], "a positive number", |value| value > 0.0)?;
         check_values(&not_negative, "zero or a positive number", |value| value >= 0.0)?;
         check_values(&finite, "a finite number", |_| true)
     }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::nominal::check_values;
+use super::nominal::{check_values, with_names};
 use super::run::RECORD_S;
 use crate::Result;
 
@@ -62,7 +62,7 @@ impl Feed {
     ///
     /// # Errors     `SimulatorError::Refused` for a feed, an amplitude or a ramp that is not positive.
     pub fn commands_m(&self) -> Result<Vec<f64>> {
-        let numbers = [("feed_mm_min", self.feed_mm_min), ("amplitude_m", self.amplitude_m), ("ramp_s", self.ramp_s)];
+        let numbers = with_names! { self.feed_mm_min, self.amplitude_m, self.ramp_s };
         check_values(&numbers, "a positive number", |value| value > 0.0)?;
         let speed = self.speed_rad_s();
         Ok(times(speed, self.ramp_s, self.periods).map(|time| self.amplitude_m * angle_rad(speed, self.ramp_s, time).sin()).collect())
@@ -102,7 +102,7 @@ impl Circle {
     ///
     /// # Errors     `SimulatorError::Refused` for a radius, a speed or a ramp that is not positive.
     pub fn commands_m(&self) -> Result<[Vec<f64>; 2]> {
-        let numbers = [("radius_m", self.radius_m), ("speed_rad_min", self.speed_rad_min), ("ramp_s", self.ramp_s)];
+        let numbers = with_names! { self.radius_m, self.speed_rad_min, self.ramp_s };
         check_values(&numbers, "a positive number", |value| value > 0.0)?;
         let speed = self.speed_rad_min / 60.0;
         let angles: Vec<f64> = times(speed, self.ramp_s, self.revolutions).map(|time| angle_rad(speed, self.ramp_s, time)).collect();

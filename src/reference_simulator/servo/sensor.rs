@@ -1,6 +1,6 @@
 //! Sensors of an axis: scale, encoder and torque channel.
 
-use super::nominal::check_values;
+use super::nominal::{check_values, with_names};
 use crate::Result;
 
 /// Sensors of an axis; each error is absent where its size is 0.
@@ -35,13 +35,9 @@ impl Sensors {
     ///
     /// # Errors     `SimulatorError::Refused` names the first inadmissible parameter.
     pub fn check(&self) -> Result<()> {
-        let numbers = [
-            ("encoder_steps", self.encoder_steps),
-            ("scale_noise_m", self.scale_noise_m),
-            ("scale_step_m", self.scale_step_m),
-            ("scale_delay_s", self.scale_delay_s),
-            ("torque_noise_nm", self.torque_noise_nm),
-        ];
+        let numbers = with_names! {
+            self.encoder_steps, self.scale_noise_m, self.scale_step_m, self.scale_delay_s, self.torque_noise_nm
+        };
         check_values(&numbers, "zero or a positive number", |value| value >= 0.0)
     }
 }

@@ -6,7 +6,11 @@ use super::{check_folder, check_label, setting, subject};
 use crate::case::{ChannelSet, Counts, Fit, Gauge, Kind, LOOK_ALIKES, Plan, Quantity, Slot, Strength, Subject, Survey};
 use crate::draw::Draw;
 use crate::effect::{Effect, EffectKind};
-use crate::{generate, generate_one, write_case};
+use crate::{Case, Label, Result, generate_one, write_case};
+
+fn generate(seed: u64, plan: &Plan) -> impl Iterator<Item = Result<(Case, Label)>> {
+    (0..plan.slots.len()).map(move |index| generate_one(seed, plan, index))
+}
 
 fn small() -> Plan {
     let unknown = Slot { kind: Kind::Unknown, ..Slot::single(EffectKind::HoseResonator, Strength::Strong, ChannelSet::Table) };

@@ -2,11 +2,8 @@
 
 use nalgebra::{Matrix4, Vector4};
 
-use super::rows::{Rows, rms};
+use super::rows::{Blocks, Row, rms, scales};
 use crate::motion::belief::{Belief, IDS};
-
-/// Rows of all records, by record and kind.
-pub type Blocks = Vec<Vec<Rows>>;
 
 /// Fitted parameters and gaps.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,17 +17,14 @@ pub struct Fitted {
 }
 
 /// Fits the records that are not held out by least squares. The noise of each kind of rows is its weight; `frozen` fixes a parameter.
-pub fn fitted(blocks: &Blocks, noise_n: &[f64], held_out: &[bool], belief: &Belief, frozen: Option<(usize, f64)>) -> Fitted {
-    let free: [bool; 4] = std::array::from_fn(|k| belief.has(IDS[k]) && frozen.is_none_or(|(at, _)| at != k));
-    let mut kept = [0.0; 4];
-    if let Some((at, value)) = frozen {
-        kept[at] = value;
-    }
+pub fn fitted(blocks: &Blocks, noise_n: &[f64], held_out: &[bool], belief: &Belief, frozen: Option<(&str, f64)>) -> Fitted {
+    let free: [bool; 4] = std::array::from_fn(|k| belief.has(IDS[k]) && frozen.is_none_or(|(id, _)| id != IDS[k]));
+    let kept = IDS.map(|id| frozen.filter(|(frozen, _)| *frozen == id).map_or(0.0, |(_, value)| value));
     let (mut normal, mut right) = (Matrix4::<f64>::zeros(), Vector4::<f64>::zeros());
     for (record, _) in blocks.iter().zip(held_out).filter(|(_, out)| !**out) {
         for (rows, noise) in record.iter().zip(noise_n) {
-            for (columns, value) in rows.columns.iter().zip(rows.residual(&kept)).filter_map(|(columns, value)| Some((columns, value?))) {
-                let columns = Vector4::from_fn(|k, _| if free[k] { columns[k] / noise } else { 0.0 });
+            for (row, value) in rows.iter().filter_map(|row| Some((row, row.residual(&kept)?))) {
+                let columns = Vector4::from_fn(|k, _| if free[k] { row.columns[k] / noise } else { 0.0 });
                 normal += columns * columns.transpose();
                 right += columns * (value / noise);
             }
@@ -55,7 +49,7 @@ pub fn fitted(blocks: &Blocks, noise_n: &[f64], held_out: &[bool], belief: &Beli
     {
         let inside = parameters[0].clamp(weight.lower, weight.upper);
         if inside != parameters[0] {
-            return fitted(blocks, noise_n, held_out, belief, Some((0, inside)));
+            return fitted(blocks, noise_n, held_out, belief, Some((IDS[0], inside)));
         }
     }
     let gap = |out: bool| gap(blocks, &parameters, held_out, out);
@@ -64,9 +58,9 @@ pub fn fitted(blocks: &Blocks, noise_n: &[f64], held_out: &[bool], belief: &Beli
 
 /// Returns the rms residual over the rms scale of the last kind of rows: force, or tracking error if a scale measures the table.
 pub fn gap(blocks: &Blocks, parameters: &[f64; 4], held_out: &[bool], out: bool) -> f64 {
-    let chosen: Vec<&Rows> =
+    let chosen: Vec<&Vec<Row>> =
         blocks.iter().zip(held_out).filter(|(_, is_out)| **is_out == out).filter_map(|(record, _)| record.last()).collect();
-    let residual: Vec<f64> = chosen.iter().flat_map(|rows| rows.residual(parameters)).flatten().collect();
-    let scale: Vec<f64> = chosen.iter().flat_map(|rows| rows.scales()).collect();
+    let residual: Vec<f64> = chosen.iter().copied().flatten().filter_map(|row| row.residual(parameters)).collect();
+    let scale: Vec<f64> = chosen.iter().flat_map(|rows| scales(rows)).collect();
     rms(&residual) / rms(&scale)
 }

@@ -6,8 +6,8 @@
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-use super::fit::{Blocks, Fitted, fitted};
-use super::rows::{Rows, rms, rows};
+use super::fit::{Fitted, fitted, gap};
+use super::rows::{Blocks, Row, rms, rows, scales};
 use crate::Result;
 use crate::draw::Draw;
 use crate::motion::belief::{Belief, IDS};
@@ -89,12 +89,8 @@ impl Test {
             let mut noisy = log.clone();
             self.sensors.disturb(&mut noisy, &mut draw.branch(k as u64));
             let (with, without) = (rows(&noisy, &self.belief), rows(log, &self.belief));
-            let less = |(a, b): (Rows, &Rows)| Rows {
-                values: differ(&a.residual(parameters), &b.residual(parameters)),
-                columns: vec![[0.0; 4]; a.values.len()],
-                ..a
-            };
-            with.into_iter().zip(&without).map(less).collect()
+            let less = |(a, b): (Row, Row)| Row { value: differ(&a, &b, parameters), columns: [0.0; 4], ..a };
+            with.into_iter().zip(without).map(|(a, b)| a.into_iter().zip(b).map(less).collect()).collect()
         };
         logs.iter().enumerate().map(one).collect()
     }
@@ -109,11 +105,11 @@ impl Test {
             let only: Blocks = base.iter().map(|record| vec![record[kind].clone()]).collect();
             let null = fitted(&only, &[1.0], &self.held_out, &self.belief, None);
             let wanted = null.held_out / (ratio * ratio - 1.0).sqrt();
-            let force = rms(&base.iter().flat_map(|record| record[0].scales()).collect::<Vec<f64>>());
+            let force = rms(&base.iter().flat_map(|record| scales(&record[0])).collect::<Vec<f64>>());
             for _ in 0..3 {
                 let noise = self.noise_rows(&logs, &null.parameters, draw);
                 let only: Blocks = noise.into_iter().map(|mut record| vec![record.swap_remove(kind)]).collect();
-                let factor = wanted / super::fit::gap(&only, &[0.0; 4], &self.held_out, true);
+                let factor = wanted / gap(&only, &[0.0; 4], &self.held_out, true);
                 if kind == 0 {
                     self.sensors.noise_n = (self.sensors.noise_n * factor).clamp(0.005 * force, 0.3 * force);
                 } else {
@@ -125,7 +121,7 @@ impl Test {
 
     /// Returns the gap due to noise alone on the held-out records.
     pub fn floor(&self, logs: &[Log], parameters: &[f64; 4], draw: &Draw) -> f64 {
-        super::fit::gap(&self.noise_rows(logs, parameters, draw), &[0.0; 4], &self.held_out, true)
+        gap(&self.noise_rows(logs, parameters, draw), &[0.0; 4], &self.held_out, true)
     }
 }
 
@@ -146,15 +142,11 @@ impl Gauge {
                 "viscous_friction" => 100.0 * best.parameters[1].abs().max(1.0),
                 _ => 100.0 * best.parameters[2].abs().max(best.parameters[3].abs()).max(10.0),
             };
-            let of = |rows: &Rows| {
-                rows.columns.iter().zip(&rows.moves).map(|(columns, moves)| if *moves { sd * columns[k] } else { 0.0 }).collect()
-            };
+            let of = |rows: &Vec<Row>| rows.iter().map(|row| if row.moves { sd * row.columns[k] } else { 0.0 }).collect();
             columns.push(whitened(base.iter().map(|record| record.iter().map(of).collect()), &noise));
         }
-        let untouched = residuals(&base, &best.parameters);
         for moved in directions(machine, limits.stroke_m) {
-            let there = residuals(&test.blocks(&moved), &best.parameters);
-            columns.push(whitened(differences(there, &untouched), &noise));
+            columns.push(whitened(differences(&test.blocks(&moved), &base, &best.parameters), &noise));
         }
         let explained = Projection::new(&columns)?;
         Ok(Self { test, base, best, noise, explained })
@@ -167,15 +159,14 @@ impl Gauge {
 
     /// Returns the whitened change of the rows from the machine without effects to the given machine.
     pub fn change(&self, machine: &Machine) -> DVector<f64> {
-        let there = residuals(&self.test.blocks(machine), &self.best.parameters);
-        DVector::from_vec(whitened(differences(there, &residuals(&self.base, &self.best.parameters)), &self.noise))
+        DVector::from_vec(whitened(differences(&self.test.blocks(machine), &self.base, &self.best.parameters), &self.noise))
     }
 
     /// Returns the part of a machine's effects that parameters and nuisance parameters cannot explain.
     pub fn unexplained(&self, machine: &Machine) -> Unexplained {
         let change = self.change(machine);
         let residual = self.explained.residual(&change);
-        let phases = self.base.iter().flatten().flat_map(|rows| rows.phases.iter().copied());
+        let phases = self.base.iter().flatten().flatten().map(|row| row.phase);
         let by_row = phases.zip(residual.iter().map(|value| value * value)).collect();
         Unexplained { noncentrality: change.dot(&residual).max(0.0), by_row }
     }
@@ -194,25 +185,20 @@ fn sd_of(noise: &[Noise]) -> Vec<f64> {
     noise.iter().map(|noise| noise.sd_n).collect()
 }
 
-/// Residuals by record and kind.
-type Values = Vec<Vec<Vec<Option<f64>>>>;
-
-fn residuals(blocks: &Blocks, parameters: &[f64; 4]) -> Values {
-    blocks.iter().map(|record| record.iter().map(|rows| rows.residual(parameters)).collect()).collect()
+/// Returns the differences of the residuals of two sets of records, by record and kind.
+fn differences(there: &Blocks, here: &Blocks, parameters: &[f64; 4]) -> impl Iterator<Item = Vec<Vec<f64>>> {
+    let of_kind = |(a, b): (&Vec<Row>, &Vec<Row>)| a.iter().zip(b).map(|(a, b)| differ(a, b, parameters)).collect();
+    there.iter().zip(here).map(move |(a, b)| a.iter().zip(b).map(of_kind).collect())
 }
 
-fn differences(there: Values, here: &Values) -> impl Iterator<Item = Vec<Vec<f64>>> {
-    there.into_iter().zip(here).map(|(a, b)| a.iter().zip(b).map(|(a, b)| differ(a, b)).collect())
-}
-
-/// Returns the differences of rows that are in motion in both records; 0 for the others.
-fn differ(there: &[Option<f64>], here: &[Option<f64>]) -> Vec<f64> {
-    there.iter().zip(here).map(|(a, b)| a.zip(*b).map_or(0.0, |(a, b)| a - b)).collect()
+/// Returns the difference of the residuals of a row that is in motion in both records; else 0.
+fn differ(there: &Row, here: &Row, parameters: &[f64; 4]) -> f64 {
+    there.residual(parameters).zip(here.residual(parameters)).map_or(0.0, |(a, b)| a - b)
 }
 
 fn noise(base: &Blocks, drawn: &Blocks) -> Vec<Noise> {
     let of_kind = |kind: usize| {
-        let all = |blocks: &Blocks| -> Vec<f64> { blocks.iter().flat_map(|record| record[kind].values.iter().copied()).collect() };
+        let all = |blocks: &Blocks| -> Vec<f64> { blocks.iter().flat_map(|record| &record[kind]).map(|row| row.value).collect() };
         let values = all(drawn);
         let model = REPRODUCED * rms(&all(base));
         let (sd, neighbours) = (rms(&values), values.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>() / values.len() as f64);

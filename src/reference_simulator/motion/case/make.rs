@@ -5,13 +5,14 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::fault::DataFault;
-use super::fit::{Blocks, fitted};
+use super::fit::fitted;
 use super::gauge::{Gauge, Test, Unexplained};
 use super::plan::{Plan, Slot};
 use super::record::{Case, Record};
+use super::rows::Blocks;
 use super::tour::{HELD_OUT, Tour, tour};
 use crate::attempt::first_accepted;
-use crate::case::{Gap, Kind, Label, Strength};
+use crate::case::{Gap, Kind, Label, Strength, WrongParameter};
 use crate::draw::Draw;
 use crate::machine::catalogue::round_to;
 use crate::motion::belief::{Belief, IDS};
@@ -24,14 +25,9 @@ use crate::motion::run::{Machine, STEP_S, Sensors, Side};
 use crate::sizing;
 use crate::{Result, SimulatorError};
 
-/// Generates all cases of a plan in order. A case depends only on seed, plan entry and number.
-pub fn generate(seed: u64, plan: &Plan) -> impl Iterator<Item = Result<(Case, Label)>> {
-    (0..plan.len()).map(move |index| generate_one(seed, plan, index))
-}
-
-/// Generates one case of a plan.
+/// Generates one case of a plan. It depends only on seed, plan entry and number.
 pub fn generate_one(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label)> {
-    let slot = plan.slots.get(index).ok_or(SimulatorError::NoSuchCase { index, count: plan.len() })?;
+    let slot = plan.slots.get(index).ok_or(SimulatorError::NoSuchCase { index, count: plan.slots.len() })?;
     if let Some(layout) = slot.layout {
         let refused = slot.effects.iter().chain(&slot.partner).find_map(|effect| Some((*effect, layout.refusal(*effect)?)));
         if let Some((effect, reason)) = refused {
@@ -133,9 +129,9 @@ fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Resu
     }
     let noncentrality = set_sizes(&mut choice, slot, &gauge, floor, draw)?;
     let machine = choice.with(&choice.effects);
-    let wrong = (slot.kind == Kind::HardNullWrongParameter).then(|| WrongParameter::random(&gauge, draw));
+    let wrong = (slot.kind == Kind::HardNullWrongParameter).then(|| wrong_parameter(&gauge, draw));
     let with_rows: Blocks = if choice.effects.is_empty() { gauge.base.clone() } else { choice.test.blocks(&machine) };
-    let frozen = wrong.as_ref().filter(|wrong| wrong.is_frozen).map(|wrong| (wrong.at, wrong.start));
+    let frozen = wrong.as_ref().and_then(WrongParameter::frozen);
     let with = fitted(&with_rows, &gauge.noise_n(), &choice.test.held_out, &choice.test.belief, frozen);
     let mut label = labelled(slot, index, attempt, &choice, &gauge);
     label.noncentrality = noncentrality;
@@ -146,7 +142,7 @@ fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Resu
         name: label.case.clone(),
         belief: choice.test.belief.clone(),
         records: recorded(&machine, &choice.test, data_fault, &draw.branch(1)),
-        fit: names(&choice.test, false),
+        fit: fitted_names(&choice.test),
         quiet: quiet(&machine, &choice.test),
         freeze: Vec::new(),
         follow_up: None,
@@ -158,17 +154,22 @@ fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Resu
     if slot.kind == Kind::LookAlike {
         let test = choice.test.with_more(&choice.drawn.limits, &mut draw.branch(8));
         let records = recorded(&machine, &test, None, &draw.branch(2));
-        let (name, fit) = (format!("{}-more", case.name), names(&test, false));
+        let (name, fit) = (format!("{}-more", case.name), fitted_names(&test));
         case.follow_up = Some(Box::new(Case { name, records, fit, quiet: quiet(&machine, &test), ..case.clone() }));
     }
     if let Some(wrong) = wrong {
-        wrong.write(&mut case, &mut label);
+        if let Some(parameter) = case.belief.parameter_mut(wrong.name) {
+            parameter.start = wrong.start;
+            parameter.lower = parameter.lower.min(0.5 * wrong.start);
+            parameter.upper = parameter.upper.max(2.0 * wrong.start);
+        }
+        wrong.state(&mut case.freeze, &mut label);
     }
     Ok((case, label))
 }
 
-fn names(test: &Test, held_out: bool) -> Vec<String> {
-    test.paths.iter().zip(&test.held_out).filter(|(_, out)| **out == held_out).map(|((name, _), _)| (*name).to_owned()).collect()
+fn fitted_names(test: &Test) -> Vec<String> {
+    test.paths.iter().zip(&test.held_out).filter(|(_, out)| !**out).map(|((name, _), _)| (*name).to_owned()).collect()
 }
 
 /// Simulates the records: rounded encoders, a random motor force of 0.3 times the force noise, and noise of each record from its own
@@ -207,13 +208,7 @@ fn set_sizes(choice: &mut Choice, slot: &Slot, gauge: &Gauge, floor: f64, draw: 
     for index in 0..choice.effects.len() {
         let effect = choice.effects[index].clone();
         let (machine, limits) = (&choice.drawn.machine, &choice.drawn.limits);
-        let mut size = match gauge.size_for(&effect, machine, limits, wanted) {
-            // The second of two effects may be weaker than drawn.
-            Err(SimulatorError::TooWeak { reached, .. }) if index > 0 && reached > 0.2 * wanted => {
-                gauge.size_for(&effect, machine, limits, 0.9 * reached)?
-            }
-            other => other?,
-        };
+        let mut size = sizing::size_or_weaker(index > 0, wanted, |wanted| gauge.size_for(&effect, machine, limits, wanted))?;
         if index == 0 && slot.strength == Some(Strength::Strong) {
             size = enlarged_size(choice, &effect, size, gauge, floor, draw)?;
         }
@@ -273,32 +268,10 @@ fn labelled(slot: &Slot, index: usize, attempt: usize, choice: &Choice, gauge: &
     }
 }
 
-/// A wrong start value of one parameter, by up to a factor of three; in half of the cases the value is also declared known.
-struct WrongParameter {
-    at: usize,
-    start: f64,
-    factor: f64,
-    is_frozen: bool,
-}
-
-impl WrongParameter {
-    fn random(gauge: &Gauge, draw: &mut Draw) -> Self {
-        let at = draw.index(3);
-        let factor = draw.factor(1.6, 3.0);
-        Self { at, start: round_to(gauge.best.parameters[at] * factor, 2), factor, is_frozen: draw.chance(0.5) }
-    }
-
-    fn write(&self, case: &mut Case, label: &mut Label) {
-        let id = IDS[self.at];
-        if let Some(parameter) = case.belief.parameter_mut(id) {
-            parameter.start = self.start;
-            parameter.lower = parameter.lower.min(0.5 * self.start);
-            parameter.upper = parameter.upper.max(2.0 * self.start);
-        }
-        if self.is_frozen {
-            case.freeze.push(id.to_owned());
-            label.frozen.push(id.to_owned());
-        }
-        label.wrong_parameter = Some((id.to_owned(), self.factor));
-    }
+/// Draws a wrong start value of one parameter.
+fn wrong_parameter(gauge: &Gauge, draw: &mut Draw) -> WrongParameter {
+    let at = draw.index(3);
+    let factor = draw.factor(1.6, 3.0);
+    let start = round_to(gauge.best.parameters[at] * factor, 2);
+    WrongParameter { name: IDS[at], start, factor, is_frozen: draw.chance(0.5) }
 }

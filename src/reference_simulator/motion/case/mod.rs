@@ -10,7 +10,7 @@ mod rows;
 mod tour;
 mod write;
 
-pub use make::{generate, generate_one};
+pub use make::generate_one;
 pub use plan::{FULL, Plan, QUICK, Slot};
 pub use record::{Case, Record};
 pub use write::{write_case, write_quiet};

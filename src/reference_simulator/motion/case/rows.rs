@@ -16,20 +16,23 @@ const THIN: usize = 8;
 /// Speed below which the axis counts as at rest, over the largest speed of the record.
 const STILL: f64 = 0.005;
 
-/// Rows of one kind of one record: value = Σ columns · parameters.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Rows {
+/// A row of a record: value = Σ columns · parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Row {
     /// Force that the parameters must explain, N.
-    pub values: Vec<f64>,
+    pub value: f64,
     /// Acceleration, speed, direction of motion, 1.
-    pub columns: Vec<[f64; 4]>,
+    pub columns: [f64; 4],
     /// Reference of the gap, N.
-    pub scale: Vec<f64>,
-    /// Phase of each row.
-    pub phases: Vec<Phase>,
+    pub scale: f64,
+    /// Phase.
+    pub phase: Phase,
     /// Whether the axis moves. At rest, static friction balances the force, and inverse dynamics does not apply.
-    pub moves: Vec<bool>,
+    pub moves: bool,
 }
+
+/// Rows of all records, by record and kind.
+pub type Blocks = Vec<Vec<Vec<Row>>>;
 
 /// Returns the smoothing kernel and its first two derivatives over the samples.
 fn kernels() -> [Vec<f64>; 3] {
@@ -47,7 +50,7 @@ fn kernels() -> [Vec<f64>; 3] {
 
 /// Computes the rows of the recorded force. For a scale at the table it adds, where the loops are proportional, rows of the force that the drive gives
 /// for the scale's reading: k_v (k_p (r − x) + f ṙ − ẋ), with x transferred to the motor by the stiffness of the described nut.
-pub fn rows(log: &Log, belief: &Belief) -> Vec<Rows> {
+pub fn rows(log: &Log, belief: &Belief) -> Vec<Vec<Row>> {
     let kernels = kernels();
     let count = log.command_m.len();
     let apply =
@@ -59,45 +62,37 @@ pub fn rows(log: &Log, belief: &Belief) -> Vec<Rows> {
     let phases = phases(&log.command_m, RECORD_S);
     let motor_kg = belief.motor_kg.unwrap_or(0.0);
     let compares_tracking = belief.side == Side::Table && belief.gives_encoder();
-    let (mut force, mut tracking) = (Rows::default(), Rows::default());
+    let (mut force, mut tracking) = (Vec::new(), Vec::new());
     for k in (2 * REACH..count.saturating_sub(2 * REACH)).step_by(THIN) {
         let acceleration = apply(&kernels[2], &log.position_m, k) / (RECORD_S * RECORD_S);
         let speed = apply(&kernels[0], &speeds, k);
         let measured_n = apply(&kernels[0], &log.force_n, k);
         let columns = [acceleration, speed, apply(&kernels[0], &directions, k), 1.0];
-        force.values.push(measured_n - motor_kg * acceleration);
-        force.scale.push(measured_n);
-        force.columns.push(columns);
-        force.phases.push(phases[k]);
-        force.moves.push(directions[k] != 0.0);
+        let value = measured_n - motor_kg * acceleration;
+        let row = Row { value, columns, scale: measured_n, phase: phases[k], moves: directions[k] != 0.0 };
+        force.push(row);
         if compares_tracking {
             let error = apply(&kernels[0], &log.command_m, k) - apply(&kernels[0], &log.position_m, k);
             let windup_m = (measured_n - motor_kg * acceleration) / belief.nut[0];
             let stiffness = belief.set.velocity_gain_n_s_m * belief.set.position_gain_1_s;
             let ahead = belief.set.feed_forward * apply(&kernels[1], &log.command_m, k) / RECORD_S;
-            tracking
-                .values
-                .push(stiffness * (error - windup_m) + belief.set.velocity_gain_n_s_m * (ahead - speed) - motor_kg * acceleration);
-            tracking.scale.push(stiffness * error);
-            tracking.columns.push(columns);
-            tracking.phases.push(phases[k]);
-            tracking.moves.push(directions[k] != 0.0);
+            let value = stiffness * (error - windup_m) + belief.set.velocity_gain_n_s_m * (ahead - speed) - motor_kg * acceleration;
+            tracking.push(Row { value, scale: stiffness * error, ..row });
         }
     }
     if compares_tracking { vec![force, tracking] } else { vec![force] }
 }
 
-impl Rows {
-    /// Returns the residuals of the rows in motion; `None` for rows at rest.
-    pub fn residual(&self, parameters: &[f64; 4]) -> Vec<Option<f64>> {
-        let of = |(value, columns): (&f64, &[f64; 4])| value - columns.iter().zip(parameters).map(|(a, b)| a * b).sum::<f64>();
-        self.values.iter().zip(&self.columns).map(of).zip(&self.moves).map(|(value, moves)| moves.then_some(value)).collect()
+impl Row {
+    /// Returns the residual of a row in motion; `None` at rest.
+    pub fn residual(&self, parameters: &[f64; 4]) -> Option<f64> {
+        self.moves.then(|| self.value - self.columns.iter().zip(parameters).map(|(a, b)| a * b).sum::<f64>())
     }
+}
 
-    /// Returns the reference of the gap for the rows in motion.
-    pub fn scales(&self) -> impl Iterator<Item = f64> {
-        self.scale.iter().zip(&self.moves).filter(|(_, moves)| **moves).map(|(value, _)| *value)
-    }
+/// Returns the references of the gap for the rows in motion.
+pub fn scales(rows: &[Row]) -> impl Iterator<Item = f64> {
+    rows.iter().filter(|row| row.moves).map(|row| row.scale)
 }
 
 /// Returns the root mean square.

@@ -108,6 +108,7 @@ impl Chain {
     }
 
     /// Returns the kinetic energy and the energy of the chain's springs, J.
+    #[cfg(test)]
     pub fn energy_j(&self, axis: &Axis) -> f64 {
         let moving: f64 = axis.masses_kg.iter().zip(self.speed_m_s).map(|(mass, speed)| 0.5 * mass * speed * speed).sum();
         let twist = self.position_m[0] - self.position_m[1];

@@ -29,6 +29,7 @@ impl Contact {
     }
 
     /// Returns the elastic energy at a relative displacement, by the trapezoidal rule from the middle of the backlash.
+    #[cfg(test)]
     pub fn energy(&self, shift_m: f64) -> f64 {
         let parts = 2000;
         let step = shift_m / f64::from(parts);

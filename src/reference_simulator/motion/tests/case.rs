@@ -4,13 +4,18 @@ use std::collections::BTreeSet;
 
 use nalgebra::{Matrix4, Vector4};
 
-use crate::case::{Kind, Strength};
+use crate::Result;
+use crate::case::{Kind, Label, Strength};
 use crate::draw::Draw;
-use crate::motion::case::{Case, Choice, FULL, Gauge, Plan, QUICK, Slot, generate, generate_one, write_case};
+use crate::motion::case::{Case, Choice, FULL, Gauge, Plan, QUICK, Slot, generate_one, write_case};
 use crate::motion::effect::{Effect, EffectKind};
 use crate::motion::phase::{Phase, phases};
 use crate::motion::run::{RECORD_S, Side};
 use crate::tests::{check_folder, check_label};
+
+fn generate(seed: u64, plan: &Plan) -> impl Iterator<Item = Result<(Case, Label)>> {
+    (0..plan.slots.len()).map(move |index| generate_one(seed, plan, index))
+}
 
 fn small() -> Plan {
     let single = |effect, side| Slot::single(effect, Strength::Strong, side);
