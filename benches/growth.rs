@@ -21,7 +21,6 @@ use identification::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSe
 use identification::{IdentificationSettings, identify};
 use long_work::Control;
 use machine::{Machine, Operating};
-use measurement::universal::{Abscissa, ByteOrder, Encoding, NodeLocation, RecordAxis, UniversalRecord, UniversalWriter, read};
 use measurement::{Gain, MeasurementSet, ModeObservation, ModeTable, Quantity, read_set};
 use num_complex::Complex64;
 use numeric::random::normal;
@@ -30,6 +29,7 @@ use optimizer::{Cost, LeastSquares, SearchSettings, search};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use support::simulated_frfs;
+use universal_files::{Abscissa, ByteOrder, Encoding, NodeLocation, RecordAxis, UniversalRecord, UniversalWriter, read};
 
 /// Limits of the runs of a size: total time, and number of runs.
 const RUN_LIMITS: (Duration, usize) = (Duration::from_millis(100), 1000);
@@ -373,7 +373,7 @@ fn files(table: &Table) {
     for (name, encoding) in [("text", Encoding::Ascii), ("binary", Encoding::Binary(ByteOrder::Little))] {
         let reading = |records, lines| {
             let bytes = universal(records, lines, encoding);
-            least_seconds(|| read(black_box(&bytes)).expect("the universal file is valid"))
+            least_seconds(|| read(Cursor::new(black_box(&bytes))).expect("the universal file is valid"))
         };
         table.row(&format!("universal file, {name}, 1,000 lines"), "records", &[1, 4, 16, 64], |n| reading(n, 1000));
         table.row(&format!("universal file, {name}, one record"), "lines", &[100, 1000, 10_000, 100_000], |n| reading(1, n));

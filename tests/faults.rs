@@ -7,8 +7,9 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use measurement::universal::{UniversalError, read_path_where};
+use file_access::{MOST_STREAM_BYTES, ReadFault, read_unchanged};
 use measurement::{Quantity, read_set};
+use universal_files::read_where;
 
 fn jointid() -> Command {
     Command::new(env!("CARGO_BIN_EXE_jointid"))
@@ -217,12 +218,14 @@ fn refuse_files_that_change_while_read_and_warn_of_later_changes() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     universal_file(&at("taps.uff"), 2, 5);
-    assert_eq!(read_path_where(at("taps.uff"), |_| true).unwrap().functions.len(), 2);
-    let growing = read_path_where(at("taps.uff"), |_| {
-        fs::OpenOptions::new().append(true).open(at("taps.uff")).unwrap().write_all(b"    -1\n").unwrap();
-        true
+    assert_eq!(read_where(fs::File::open(at("taps.uff")).unwrap(), |_| true).unwrap().functions.len(), 2);
+    let growing = read_unchanged(&at("taps.uff"), MOST_STREAM_BYTES, |input| {
+        read_where(input, |_| {
+            fs::OpenOptions::new().append(true).open(at("taps.uff")).unwrap().write_all(b"    -1\n").unwrap();
+            true
+        })
     });
-    assert!(matches!(growing, Err(UniversalError::Changed)), "{growing:?}");
+    assert!(matches!(growing, Err(ReadFault::Changed)), "{growing:?}");
 
     fs::create_dir(at("set")).unwrap();
     for file in ["manifest.toml", "modes.csv", "published.csv"] {

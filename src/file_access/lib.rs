@@ -10,4 +10,5 @@ pub use number::{LARGEST_NUMBER, SMALLEST_NUMBER, is_physical, unfilled};
 pub use printable::{escape_json, is_hidden, one_line, printable, shortened};
 pub use read::{
     MOST_DOCUMENT_BYTES, MOST_STREAM_BYTES, MOST_TABLE_BYTES, MOST_TEXT_BYTES, ReadFault, is_inside, open_file, read_file, read_text,
+    read_unchanged,
 };

@@ -30,6 +30,8 @@ pub enum ReadFault {
     },
     /// The content is not UTF-8.
     NoText,
+    /// The file changed between its first and its last byte.
+    Changed,
 }
 
 impl ReadFault {
@@ -58,6 +60,7 @@ impl fmt::Display for ReadFault {
             ReadFault::TooLarge { most_bytes } => {
                 write!(f, "is larger than {} MiB, the limit for files of this kind", most_bytes >> 20)
             }
+            ReadFault::Changed => write!(f, "the file changed while it was read; read it again when it is complete"),
             ReadFault::NoText => write!(f, "is not text in UTF-8; save it as UTF-8"),
         }
     }
@@ -109,6 +112,17 @@ pub fn read_file(path: &Path, most_bytes: u64) -> Result<Vec<u8>, ReadFault> {
         return Err(ReadFault::TooLarge { most_bytes });
     }
     Ok(bytes)
+}
+
+/// Opens a regular file of at most `most_bytes` and has it read; one that is still being written would otherwise be read in part without notice.
+///
+/// # Errors  as [`open_file`]; the file changes meanwhile.
+pub fn read_unchanged<T>(path: &Path, most_bytes: u64, read: impl FnOnce(File) -> T) -> Result<T, ReadFault> {
+    let file = open_file(path, most_bytes)?;
+    let state = || std::fs::metadata(path).and_then(|found| Ok((found.len(), found.modified()?)));
+    let before = state()?;
+    let found = read(file);
+    if state()? == before { Ok(found) } else { Err(ReadFault::Changed) }
 }
 
 /// Reads a regular file of at most `most_bytes` as text.

@@ -21,7 +21,6 @@ mod source;
 mod split;
 mod table;
 mod template;
-pub mod universal;
 
 pub use arrays::{FrfArrays, MotionArrays, SetArrays};
 pub use embedded::BENCH;

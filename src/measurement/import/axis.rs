@@ -3,8 +3,8 @@
 use numeric::unit::{Unit, parse};
 
 use super::unit::{Fault, Measures, measures, of_frf, to_hz};
-use crate::universal::{RecordAxis, RecordHeader, data_type};
 use crate::{MeasurementError, Quantity};
+use universal_files::{RecordAxis, RecordHeader, data_type};
 
 /// Relative difference of two factors that counts as a contradiction (1).
 const CONTRADICTION: f64 = 2e-3;

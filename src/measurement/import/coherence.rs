@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::place::point;
-use crate::universal::{NodeLocation, Ordinate, RecordHeader, UniversalRecord};
+use universal_files::{NodeLocation, Ordinate, RecordHeader, UniversalRecord};
 
 /// Largest relative difference of two abscissa values that count as equal (1).
 const ABSCISSA_TOLERANCE: f64 = 1e-6;

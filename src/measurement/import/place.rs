@@ -1,6 +1,6 @@
 //! Names of points and directions of universal files.
 
-use crate::universal::NodeLocation;
+use universal_files::NodeLocation;
 
 /// Names a direction: `+X` for 1, `-RZ` for −6; empty for 0 and unknown codes.
 pub(super) fn direction_name(direction: i64) -> String {

@@ -6,8 +6,8 @@ use super::ImportedFrf;
 use super::axis::{Ordinates, abscissa_to_hz, ordinates, shown_unit};
 use super::coherence::{self, coherence_of, paired};
 use super::place::point;
-use crate::universal::{NodeLocation, Ordinate, RecordHeader, UniversalFile, UniversalRecord, function_type};
 use crate::{MeasurementError, Quantity};
+use universal_files::{NodeLocation, Ordinate, RecordHeader, UniversalFile, UniversalRecord, function_type};
 
 /// Whether a record is an FRF or the coherence of one.
 pub fn is_of_frf(header: &RecordHeader) -> bool {

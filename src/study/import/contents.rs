@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use super::source::{is_table, table_text};
+use super::source::{is_table, open_universal, table_text};
 use crate::{StudyError, StudyResult};
 use measurement::import::{TableRequest, described, described_table};
-use measurement::universal::read_headers_path;
+use universal_files::read_headers;
 
 /// Contents of a file, from its headers.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -33,7 +33,7 @@ pub fn list_contents(files: &[PathBuf]) -> StudyResult<Vec<FileContents>> {
             all.push(FileContents { text: format!("{source}: {described}\n"), warnings });
             continue;
         }
-        let file = read_headers_path(path).map_err(|e| StudyError::input(&source, e.to_string()))?;
+        let file = read_headers(open_universal(path)?).map_err(|e| StudyError::input(&source, e.to_string()))?;
         let counted = |count: usize, noun: &str| format!("{count} {noun}{}", if count == 1 { "" } else { "s" });
         let (functions, nodes) = (counted(file.functions.len(), "function"), counted(file.nodes.len(), "node"));
         text += &format!("{source}: {functions}, {nodes}, {}\n", counted(file.units.len(), "unit set"));

@@ -1,10 +1,10 @@
 //! Measurement sets as universal files.
 
 use crate::{StudyError, StudyResult};
-use measurement::universal::{
-    Abscissa, ByteOrder, Encoding, FileHeader, NodeLocation, RecordAxis, Units, UniversalRecord, UniversalWriter, data_type,
-};
 use measurement::{Frf, MeasurementSet, Quantity};
+use universal_files::{
+    Abscissa, ByteOrder, Encoding, FileHeader, NodeLocation, RecordAxis, Units, UniversalRecord, UniversalWriter, WriteError, data_type,
+};
 
 /// A measurement set as a universal file.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,7 +33,7 @@ pub fn export(set: &MeasurementSet, binary: bool) -> StudyResult<ExportedSet> {
         }
     };
     let mut writer = UniversalWriter::new(Vec::new());
-    let fault = |e: measurement::universal::WriteError| StudyError::input(&set.path, e.to_string());
+    let fault = |e: WriteError| StudyError::input(&set.path, e.to_string());
     writer.header(&FileHeader { model_name: set.title.clone(), ..FileHeader::default() }).map_err(fault)?;
     writer.units(&Units::si()).map_err(fault)?;
     let encoding = if binary { Encoding::Binary(ByteOrder::Little) } else { Encoding::Ascii };

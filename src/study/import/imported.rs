@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 
 use super::place::place;
 use super::request::ImportRequest;
-use super::source::{is_table, table_text};
+use super::source::{is_table, read_universal, table_text};
 use crate::{StudyError, StudyResult};
 use measurement::import::{ImportedFrf, Placement, TableRequest, frfs_from_table, frfs_from_universal, is_of_frf, left_behind, set_files};
-use measurement::universal::function_type::FREQUENCY_RESPONSE;
-use measurement::universal::{Warning, read_path_sound, read_path_where};
+use universal_files::function_type::FREQUENCY_RESPONSE;
+use universal_files::{UniversalRecord, Warning, read_sound, read_where};
 
 /// An imported measurement set.
 #[derive(Debug, Clone)]
@@ -84,14 +84,12 @@ pub fn import(request: &ImportRequest) -> StudyResult<ImportedSet> {
 
 /// Reads the FRFs of a universal file, with notes on what is left out.
 fn universal(path: &Path, source: &str, stem: &str, request: &ImportRequest) -> StudyResult<(Vec<ImportedFrf>, Vec<String>)> {
-    let unreadable = |e: measurement::universal::UniversalError| StudyError::input(source, e.to_string());
-    let (mut file, refused) = if request.strict {
-        (read_path_where(path, is_of_frf).map_err(unreadable)?, Vec::new())
-    } else {
-        read_path_sound(path, is_of_frf).map_err(unreadable)?
-    };
+    let (mut file, refused) = read_universal(path, |input| match request.strict {
+        true => Ok((read_where(input, is_of_frf)?, Vec::new())),
+        false => read_sound(input, is_of_frf),
+    })?;
     let mut notes: Vec<String> = refused.iter().map(|fault| format!("{source}: {fault}; this part is left out")).collect();
-    let cut = |f: &measurement::universal::UniversalRecord| f.header.warnings.iter().any(|w| matches!(w, Warning::Truncated { .. }));
+    let cut = |f: &UniversalRecord| f.header.warnings.iter().any(|w| matches!(w, Warning::Truncated { .. }));
     if !request.accept_truncated
         && let Some(record) = file.functions.iter().find(|f| cut(f))
     {

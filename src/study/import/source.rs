@@ -1,12 +1,14 @@
 //! Files to import: tables or universal files.
 
+use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use file_access::{MOST_TABLE_BYTES, open_file, read_file};
+use file_access::{MOST_STREAM_BYTES, MOST_TABLE_BYTES, open_file, read_file, read_unchanged};
 
 use crate::{StudyError, StudyResult};
 use measurement::import::decoded;
+use universal_files::UniversalError;
 
 /// Extensions of tables, and of files that are tables unless their first line is that of a universal file.
 const OF_TABLES: [&str; 2] = ["csv", "tsv"];
@@ -28,4 +30,15 @@ fn first_line(path: &Path) -> Option<String> {
 /// Reads the text of a table.
 pub(super) fn table_text(path: &Path) -> StudyResult<String> {
     read_file(path, MOST_TABLE_BYTES).map(decoded).map_err(|fault| StudyError::input(path.display(), fault.to_string()))
+}
+
+/// Opens a universal file.
+pub(super) fn open_universal(path: &Path) -> StudyResult<File> {
+    open_file(path, MOST_STREAM_BYTES).map_err(|fault| StudyError::input(path.display(), fault.to_string()))
+}
+
+/// Reads a universal file that does not change meanwhile.
+pub(super) fn read_universal<T>(path: &Path, read: impl FnOnce(File) -> Result<T, UniversalError>) -> StudyResult<T> {
+    let refused = |fault: String| StudyError::input(path.display(), fault);
+    read_unchanged(path, MOST_STREAM_BYTES, read).map_err(|fault| refused(fault.to_string()))?.map_err(|fault| refused(fault.to_string()))
 }

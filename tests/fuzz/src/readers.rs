@@ -1,18 +1,18 @@
 //! Every reader of the program as a function of bytes: it reads or refuses them, and a result that it reads is consistent.
 
 use std::collections::BTreeMap;
-use std::io::{Error, ErrorKind};
+use std::io::{Cursor, Error, ErrorKind};
 
 use config::{ConfigError, MachineConfig, read_machine_text};
 use lab::withheld::{Run, Seal};
 use measurement::import::{
     ImportedFrf, Placement, TableRequest, decoded, described, described_table, frfs_from_table, frfs_from_universal, set_files,
 };
-use measurement::universal::{read, read_headers, read_sound};
 use measurement::{FrictionTable, MeasurementError, MeasurementSet, Quantity, Reference, SourceFile, read_motion, read_set_with};
 use reference_simulator::Label;
 use report::page::{Page, html};
 use serde_json::{Value, from_slice};
+use universal_files::{read, read_headers, read_sound};
 
 /// Reads bytes; panics where the reader panics or its result is inconsistent.
 pub type Reader = fn(&[u8]);
@@ -36,7 +36,7 @@ pub const ACCEPTANCE: [(&str, Accepts); 5] = [
             .any(|q| frfs_from_table("table.csv", "table", text, &of_quantity(*q)).is_ok());
         frf || Reference::of(file.clone()).is_ok() || FrictionTable::of(file).is_ok()
     }),
-    ("universal", |bytes| read(bytes).is_ok() && read_headers(bytes).is_ok()),
+    ("universal", |bytes| read(Cursor::new(bytes)).is_ok() && read_headers(Cursor::new(bytes)).is_ok()),
     ("documents", |bytes| document_of(bytes).is_some()),
 ];
 
@@ -113,15 +113,15 @@ fn of_quantity(quantity: Quantity) -> TableRequest {
 
 /// Reads a universal file: the whole file, its headers, its FRFs.
 fn universal(bytes: &[u8]) {
-    if let Ok(file) = read_headers(bytes) {
+    if let Ok(file) = read_headers(Cursor::new(bytes)) {
         file.functions.iter().for_each(|header| _ = described(header));
     }
-    if let Ok((file, _)) = read_sound(bytes)
+    if let Ok((file, _)) = read_sound(Cursor::new(bytes), |_| true)
         && let Ok((frfs, _)) = frfs_from_universal("file.uff", "file", file, Some(Quantity::Receptance), false)
     {
         check_written_set(frfs);
     }
-    let Ok(file) = read(bytes) else { return };
+    let Ok(file) = read(Cursor::new(bytes)) else { return };
     for record in &file.functions {
         assert_eq!(record.header.count, record.ordinate.len());
         assert_eq!(record.abscissa.len(), record.ordinate.len());

@@ -1,0 +1,114 @@
+//! Inputs with right values from `../shared/cases`, read by the library alone.
+
+mod real_files;
+
+use std::fs::File;
+
+use num_complex::Complex64;
+
+use super::*;
+use crate::Quantity;
+use universal_files::read_sound;
+
+/// Accelerance of 10 kg on 100 Hz with 2 % damping, the truth of all cases.
+fn truth(frequency_hz: f64) -> Complex64 {
+    let (omega, natural) = (std::f64::consts::TAU * frequency_hz, std::f64::consts::TAU * 100.0);
+    -omega * omega / (10.0 * Complex64::new(natural * natural - omega * omega, 0.04 * natural * omega))
+}
+
+/// Returns the line of the cases, 0.5 Hz apart, that a frequency stands for.
+fn nearest_line(frequency_hz: f64) -> f64 {
+    let line = (2.0 * frequency_hz).round() / 2.0;
+    assert!((frequency_hz - line).abs() < 2e-6 * line, "{frequency_hz}");
+    line
+}
+
+/// Reads a case: FRFs and all that is said, or the refusal.
+fn read(case: &str) -> Option<Result<(Vec<ImportedFrf>, String), String>> {
+    let path = test_data::shared(&format!("cases/{case}"))?;
+    if path.extension().is_some_and(|e| e == "csv") {
+        let quantity = if case.contains("mixed") { Quantity::Receptance } else { Quantity::Accelerance };
+        let request = TableRequest { quantity: Some(quantity), ..TableRequest::default() };
+        let frfs = frfs_from_table(case, "a", &decoded(std::fs::read(path).unwrap()), &request).map_err(|e| e.to_string());
+        return Some(frfs.map(|frfs| {
+            let said = frfs.iter().flat_map(|f| f.warnings.clone()).collect::<Vec<_>>().join("\n");
+            (frfs, said)
+        }));
+    }
+    let (file, refused) = read_sound(File::open(path).unwrap(), is_of_frf).unwrap();
+    let of_file = frfs_from_universal(case, "a", file, None, false).map_err(|e| e.to_string());
+    Some(of_file.map(|(frfs, notes)| {
+        let left_out = refused.iter().map(ToString::to_string);
+        let said = left_out.chain(notes).chain(frfs.iter().flat_map(|f| f.warnings.clone())).collect::<Vec<_>>().join("\n");
+        (frfs, said)
+    }))
+}
+
+#[test]
+fn limit_cases_give_their_right_values() {
+    for (case, factor, word) in [
+        ("uff-negative-direction-mapped/tap.uff", -1.0, ""),
+        ("uff-abscissa-unit/rad.uff", 1.0, ""),
+        ("uff-abscissa-unit/rpm.uff", 1.0, ""),
+        ("uff-unit-not-understood/gs.uff", 1.0, ""),
+        ("uff-unit-not-understood/g-per-n.uff", 1.0, "«g/N» contains the denominator"),
+        ("uff-unit-not-understood/meganewton.uff", 1.0, ""),
+        ("uff-164-against-label/mm-164-label-m.uff", 1e-3, "dataset 164 is used"),
+        ("uff-force-over-response/apparent-mass.uff", 1.0, "reciprocal"),
+        ("uff-broken-neighbour-blocks-import/nodes-2411-one-line.uff", 1.0, "dataset 2411"),
+        ("uff-broken-neighbour-blocks-import/time-record-of-type-0.uff", 1.0, "ordinate data type"),
+        ("uff-broken-neighbour-blocks-import/units-164-blank.uff", 1.0, "unit factors is `blank`"),
+        ("uff-coherence-of-another-record/node0.uff", 1.0, "paired in spite of"),
+        ("uff-coherence-of-another-record/repeats.uff", 1.0, ""),
+        ("nan-at-0-hz/frf.uff", 1.0, ""),
+        ("nan-at-0-hz/frf.csv", 1.0, ""),
+        // The excess is at 0 Hz, a line that is dropped.
+        ("nan-at-0-hz/coherence-1.00001.uff", 1.0, ""),
+        ("csv-unit-in-column-name/rad.csv", 1.0, ""),
+        ("csv-units-of-real-and-imag-differ/mixed.csv", 1.0, ""),
+        ("csv-several-frfs-in-one-table/two.csv", 1.0, ""),
+    ] {
+        let Some(found) = read(case) else { return };
+        let (frfs, said) = found.unwrap_or_else(|fault| panic!("{case}: {fault}"));
+        assert!(said.contains(word), "{case}: {said}");
+        for (at, frf) in frfs.iter().enumerate() {
+            assert_eq!(frf.frequency_hz.len(), 400, "{case}");
+            for (f, value) in frf.frequency_hz.iter().zip(&frf.values) {
+                // Headers state steps with six digits.
+                let f = &nearest_line(*f);
+                let omega = std::f64::consts::TAU * f;
+                let of_quantity = if frf.quantity == Quantity::Receptance { -omega * omega } else { 1.0 };
+                // The second FRF of these files is a multiple of the first.
+                let multiple = if case.contains("two.csv") {
+                    2.0
+                } else if case.contains("repeats") {
+                    1.1
+                } else {
+                    1.0
+                };
+                let several = if at == 1 { multiple } else { 1.0 };
+                let expected = truth(*f) * factor * several / of_quantity;
+                assert!((value - expected).norm() < 2e-5 * expected.norm(), "{case}, {f} Hz: {value} for {expected}; {said}");
+            }
+        }
+    }
+}
+
+#[test]
+fn limit_repeats_have_their_own_coherences() {
+    let Some(found) = read("uff-coherence-of-another-record/repeats.uff") else { return };
+    let (frfs, _) = found.unwrap();
+    let first: Vec<f64> = frfs.iter().map(|f| f.coherence.as_ref().unwrap()[0]).collect();
+    assert_eq!(first, [0.97, 0.485]);
+}
+
+#[test]
+fn cases_without_force_or_frequency_are_refused() {
+    for (case, word) in
+        [("uff-abscissa-unit/time.uff", "not a frequency"), ("uff-force-over-response/transmissibility.uff", "transmissibility")]
+    {
+        let Some(found) = read(case) else { return };
+        let fault = found.unwrap_err();
+        assert!(fault.contains(word), "{case}: {fault}");
+    }
+}
