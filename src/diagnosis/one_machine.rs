@@ -4,15 +4,12 @@ use rayon::prelude::*;
 
 use super::fit::{Fitted, values_of};
 use super::hypothesis::Hypothesis;
-use measurement::modal::{CurveOptions, ModalFit, TrackOptions, TrackRecord, fit_curve, track, with_curve_of};
-use measurement::{Frf, MeasurementSet};
-use numeric::unit::omega_rad_s;
+use measurement::modal::{CurveOptions, ModalFit, TrackRecord, fit_curve, track, with_curve_of};
+use measurement::{Activity, Frf, MeasurementSet};
 
 /// Least number of records at different nut positions over which a mode can be regular.
 const LEAST_RECORDS: usize = 3;
-/// Largest share of Σ(Im H)² of a passive driving point where Im H > 0 (1): errors of phase reach little of it, since Im H is largest at resonances.
-const ACTIVE: f64 = 0.1;
-/// Least number of driving points with a larger share, and least share of all of them, that are no fault of single records.
+/// Least number of driving points that are active beyond errors of phase, and least share of all of them, that are no fault of single records.
 const ACTIVE_RECORDS: (usize, f64) = (2, 1.0 / 3.0);
 
 /// Deviation of a number of the machine, in standard deviations of its tolerance, with which it is another machine (1).
@@ -59,8 +56,8 @@ impl Mismatch {
 /// Returns why FRFs do not belong to one passive machine; `None` where nothing speaks against it.
 pub(super) fn mismatch(set: &MeasurementSet, frfs: &[usize]) -> Option<Mismatch> {
     let records: Vec<&Frf> = frfs.iter().map(|at| &set.frfs[*at]).collect();
-    let driving: Vec<f64> = records.iter().filter(|frf| frf.response == frf.excitation).map(|frf| active_share(frf)).collect();
-    let active = driving.iter().filter(|share| **share > ACTIVE).count();
+    let driving: Vec<Activity> = records.iter().filter_map(|frf| frf.activity()).collect();
+    let active = driving.iter().filter(|activity| activity.exceeds_phase_errors()).count();
     if active >= ACTIVE_RECORDS.0 && active as f64 >= ACTIVE_RECORDS.1 * driving.len() as f64 {
         return Some(Mismatch::ActiveDrivingPoints { active, all: driving.len() });
     }
@@ -74,15 +71,6 @@ pub(super) fn impossible_number((hypothesis, fitted): &(Hypothesis, Fitted)) -> 
     let deviations = numbers.filter_map(|(parameter, value)| Some((parameter.name(), parameter.prior?.deviation(parameter.start, value))));
     let (name, deviation) = deviations.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
     (deviation.abs() > IMPOSSIBLE).then(|| (name.to_string(), deviation))
-}
-
-/// Computes the share of Σ(Im H)² where Im H > 0, of the receptance.
-///
-/// # Source  a passive structure takes up power: Re(mobility) ≥ 0 and Im(receptance) ≤ 0 at a driving point; Ewins, Modal Testing (2000), section 2.4.
-fn active_share(frf: &Frf) -> f64 {
-    let imaginary = frf.lines.iter().map(|line| (line.value / frf.quantity.from_receptance(omega_rad_s(line.frequency_hz))).im);
-    let (active, all) = imaginary.fold((0.0, 0.0), |(active, all), x| (active + if x > 0.0 { x * x } else { 0.0 }, all + x * x));
-    if all > 0.0 { active / all } else { 0.0 }
 }
 
 /// Returns the number of modes that continue over the nut positions; `None` where there are too few records or one has too few lines.
@@ -104,14 +92,13 @@ fn regular_modes(set: &MeasurementSet, records: &[&Frf]) -> Option<usize> {
         .zip(&fits)
         .zip(&series)
         .map(|((frf, fit), series)| TrackRecord {
-            name: &frf.source,
             nut_m: nut_m(frf),
             series,
             band_hz: (end_hz(frf.lines.first()), end_hz(frf.lines.last())),
             modes: &fit.modes,
         })
         .collect();
-    Some(track(&tracked, &TrackOptions::default()).ok()?.iter().filter(|mode| mode.regular).count())
+    Some(track(&tracked).iter().filter(|mode| mode.regular).count())
 }
 
 #[cfg(test)]

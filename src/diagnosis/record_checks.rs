@@ -59,16 +59,8 @@ fn follows_a_power(frf: &Frf) -> bool {
         return false;
     }
     let omegas: Vec<f64> = frf.lines.iter().map(|line| omega_rad_s(line.frequency_hz)).collect();
-    let values: Vec<Complex64> =
-        frf.lines.iter().zip(&omegas).map(|(line, omega)| line.value / frf.quantity.from_receptance(*omega)).collect();
-    let steps = values.windows(2).map(|pair| (pair[1] * pair[0].conj()).arg());
-    let phases: Vec<f64> = std::iter::once(values[0].arg())
-        .chain(steps.scan(values[0].arg(), |phase, step| {
-            *phase += step;
-            Some(*phase)
-        }))
-        .collect();
-    let magnitudes: Vec<f64> = values.iter().map(|h| h.norm().ln()).collect();
+    // The factors iω of the quantity change ln|H| by a line, too, and the phase by a constant.
+    let (magnitudes, phases): (Vec<f64>, Vec<f64>) = frf.logarithms().iter().map(|log| (log.re, log.im)).unzip();
     let log_omegas: Vec<f64> = omegas.iter().map(|omega| omega.ln()).collect();
     let (re, im) = (beyond_a_line(&log_omegas, &magnitudes), beyond_a_line(&omegas, &phases));
     let residuals: Vec<Complex64> = re.zip(im).map(|(re, im)| Complex64::new(re, im)).collect();

@@ -163,8 +163,8 @@ fn predict_axis(
         return Err(StudyError::input(&set.path, "holds no [[motion]] record; name a set that does"));
     }
     let hold_out = if request.hold_out.is_empty() { study.held_out() } else { &request.hold_out };
-    let split = set.split_motions(request.fit.as_deref().or(study.fitted()), hold_out)?;
-    let fit = split.fit();
+    let (fit, _) = set.split_motions(request.fit.as_deref().or(study.fitted()), hold_out)?;
+    let fit = &fit[..];
     let column = |p: &&Point| set.motions.iter().all(|m| m.others.contains_key(&format!("{}_m", p.name)));
     let point = machine.points.iter().find(column).ok_or_else(|| {
         let names: Vec<String> = machine.points.iter().filter(|p| !p.fixed).map(|p| format!("{}_m", p.name)).collect();

@@ -1,5 +1,7 @@
 //! Measured frequency response functions with their noise.
 
+use std::f64::consts::TAU;
+
 use num_complex::Complex64;
 
 use super::table::Table;
@@ -115,6 +117,19 @@ impl Frf {
             FrfNoise::RelativeSd(sd) => Some(sd / std::f64::consts::SQRT_2),
             FrfNoise::Repeats(sd) | FrfNoise::Neighbours(sd) => Some(sd),
         }
+    }
+
+    /// Returns ln H of all lines with the phase unwrapped from line to line.
+    pub fn logarithms(&self) -> Vec<Complex64> {
+        let mut unwrapped: Vec<Complex64> = Vec::with_capacity(self.lines.len());
+        for line in &self.lines {
+            let mut log = line.value.ln();
+            if let Some(last) = unwrapped.last() {
+                log.im += ((last.im - log.im) / TAU).round() * TAU;
+            }
+            unwrapped.push(log);
+        }
+        unwrapped
     }
 
     /// Returns the value of a line as it was recorded under the window, without the sensor's mount.

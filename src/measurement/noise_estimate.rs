@@ -1,6 +1,6 @@
 //! Noise of FRFs that state none, estimated from neighbouring lines or from repeated measurements.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use num_complex::Complex64;
 
@@ -99,19 +99,6 @@ fn is_repeat(a: &Frf, b: &Frf) -> bool {
     key(a) == key(b) && a.response == b.response && a.excitation == b.excitation
 }
 
-/// Returns ln H of all lines with the phase unwrapped from line to line.
-fn logarithms(frf: &Frf) -> Vec<Complex64> {
-    let mut unwrapped: Vec<Complex64> = Vec::with_capacity(frf.lines.len());
-    for line in &frf.lines {
-        let mut log = line.value.ln();
-        if let Some(last) = unwrapped.last() {
-            log.im += ((last.im - log.im) / TAU).round() * TAU;
-        }
-        unwrapped.push(log);
-    }
-    unwrapped
-}
-
 /// Returns |H|⁻² of each line over its geometric mean: the shape of the variance by noise of the response.
 fn response_shape(frf: &Frf) -> Vec<f64> {
     let mean = frf.lines.iter().map(|line| line.value.norm().ln()).sum::<f64>() / frf.lines.len() as f64;
@@ -120,7 +107,7 @@ fn response_shape(frf: &Frf) -> Vec<f64> {
 
 /// Returns the squared third differences of ln H over four neighbouring lines, unevenly spaced ones included.
 fn third_differences(frf: &Frf) -> Vec<Sample> {
-    let (logs, shape) = (logarithms(frf), response_shape(frf));
+    let (logs, shape) = (frf.logarithms(), response_shape(frf));
     let frequency = |at: usize| frf.lines[at].frequency_hz;
     (0..frf.lines.len().saturating_sub(3))
         .map(|first| {

@@ -1,8 +1,10 @@
 //! Split of a set into fitted and held-out data, as two types that cannot be mixed up.
 
+use std::marker::PhantomData;
+
 use super::{Frf, MeasurementError, MeasurementSet};
 
-/// Positions and FRFs (by index) whose data may be fitted.
+/// Data that may be fitted.
 ///
 /// Only [`MeasurementSet::split`] makes one, and a part of one is again data to fit. Nothing turns held-out data into data to fit: the fields are
 /// private.
@@ -23,6 +25,7 @@ use super::{Frf, MeasurementError, MeasurementSet};
 ///         set: held_out.set(),
 ///         positions: held_out.positions().to_vec(),
 ///         frfs: held_out.frfs().to_vec(),
+///         role: std::marker::PhantomData,
 ///     }
 /// }
 /// ```
@@ -34,41 +37,33 @@ use super::{Frf, MeasurementError, MeasurementSet};
 ///     held_out
 /// }
 /// ```
+pub type FitSet<'s> = DataPart<'s, Fitted>;
+
+/// Data to predict: those held out for validation, or data chosen for a prediction alone.
+pub type HoldOutSet<'s> = DataPart<'s, HeldOut>;
+
+/// Marks data that may be fitted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Fitted {}
+
+/// Marks data to predict.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum HeldOut {}
+
+/// Positions and FRFs of a set (by index) in one role.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FitSet<'s> {
+pub struct DataPart<'s, Role> {
     set: &'s MeasurementSet,
     positions: Vec<usize>,
     frfs: Vec<usize>,
+    role: PhantomData<Role>,
 }
 
-/// Positions and FRFs (by index) to predict: those held out for validation, or data chosen for a prediction alone.
-#[derive(Debug, Clone, PartialEq)]
-pub struct HoldOutSet<'s> {
-    set: &'s MeasurementSet,
-    positions: Vec<usize>,
-    frfs: Vec<usize>,
-}
-
-/// Motion records (by index) to fit, and those held out for validation. Only [`MeasurementSet::split_motions`] makes one.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct MotionSplit {
-    fit: Vec<usize>,
-    held_out: Vec<usize>,
-}
-
-impl MotionSplit {
-    /// Returns the indices of the records to fit.
-    pub fn fit(&self) -> &[usize] {
-        &self.fit
+impl<'s, Role> DataPart<'s, Role> {
+    fn new(set: &'s MeasurementSet, positions: Vec<usize>, frfs: Vec<usize>) -> Self {
+        Self { set, positions, frfs, role: PhantomData }
     }
 
-    /// Returns the indices of the held-out records.
-    pub fn held_out(&self) -> &[usize] {
-        &self.held_out
-    }
-}
-
-impl<'s> HoldOutSet<'s> {
     /// Returns the set.
     pub fn set(&self) -> &'s MeasurementSet {
         self.set
@@ -91,62 +86,35 @@ impl<'s> HoldOutSet<'s> {
 
     /// Returns the same positions and FRFs of another version of the set: simulated, or with corrected data.
     #[must_use]
-    pub fn in_version<'o>(&self, set: &'o MeasurementSet) -> HoldOutSet<'o> {
-        HoldOutSet { set, positions: self.positions.clone(), frfs: self.frfs.clone() }
+    pub fn in_version<'o>(&self, set: &'o MeasurementSet) -> DataPart<'o, Role> {
+        DataPart::new(set, self.positions.clone(), self.frfs.clone())
     }
 
     /// Returns its positions with only those FRFs whose index satisfies a condition.
     #[must_use]
-    pub fn with_frfs(&self, keep: impl Fn(usize) -> bool) -> HoldOutSet<'s> {
-        HoldOutSet { frfs: self.frfs.iter().copied().filter(|frf| keep(*frf)).collect(), ..self.clone() }
+    pub fn with_frfs(&self, keep: impl Fn(usize) -> bool) -> Self {
+        Self::new(self.set, self.positions.clone(), self.frfs.iter().copied().filter(|frf| keep(*frf)).collect())
     }
 }
 
 impl<'s> FitSet<'s> {
-    /// Returns the set.
-    pub fn set(&self) -> &'s MeasurementSet {
-        self.set
-    }
-
-    /// Returns the indices of the positions.
-    pub fn positions(&self) -> &[usize] {
-        &self.positions
-    }
-
-    /// Returns the indices of the FRFs.
-    pub fn frfs(&self) -> &[usize] {
-        &self.frfs
-    }
-
-    /// Returns the same positions and FRFs of another version of the set: simulated, or with corrected data.
-    #[must_use]
-    pub fn in_version<'o>(&self, set: &'o MeasurementSet) -> FitSet<'o> {
-        FitSet { set, positions: self.positions.clone(), frfs: self.frfs.clone() }
-    }
-
-    /// Returns its positions with only those FRFs whose index satisfies a condition.
-    #[must_use]
-    pub fn with_frfs(&self, keep: impl Fn(usize) -> bool) -> FitSet<'s> {
-        FitSet { frfs: self.frfs.iter().copied().filter(|frf| keep(*frf)).collect(), ..self.clone() }
-    }
-
     /// Returns its FRFs with only those positions whose index satisfies a condition.
     #[must_use]
     pub fn with_positions(&self, keep: impl Fn(usize) -> bool) -> FitSet<'s> {
-        FitSet { positions: self.positions.iter().copied().filter(|position| keep(*position)).collect(), ..self.clone() }
+        FitSet::new(self.set, self.positions.iter().copied().filter(|position| keep(*position)).collect(), self.frfs.clone())
     }
 
     /// Returns the fitted data themselves as data to predict: the residuals of a fit.
     #[must_use]
     pub fn to_predict(&self) -> HoldOutSet<'s> {
-        HoldOutSet { set: self.set, positions: self.positions.clone(), frfs: self.frfs.clone() }
+        HoldOutSet::new(self.set, self.positions.clone(), self.frfs.clone())
     }
 
     /// Returns fitted and held-out data, in this order, as data to predict: a map of residuals over all data.
     #[must_use]
     pub fn both(&self, held_out: &HoldOutSet<'s>) -> HoldOutSet<'s> {
         let joined = |own: &[usize], other: &[usize]| [own, other].concat();
-        HoldOutSet { set: self.set, positions: joined(&self.positions, &held_out.positions), frfs: joined(&self.frfs, &held_out.frfs) }
+        HoldOutSet::new(self.set, joined(&self.positions, &held_out.positions), joined(&self.frfs, &held_out.frfs))
     }
 
     /// Returns the folds of leave-one-out cross-validation: data to fit and to predict of each, see [`FitSet::blocks`].
@@ -167,8 +135,8 @@ impl<'s> FitSet<'s> {
         };
         let without = |all: &[usize], left: &[usize]| all.iter().copied().filter(|i| !left.contains(i)).collect();
         let fold = |(positions, frfs): (Vec<usize>, Vec<usize>)| {
-            let kept = FitSet { set: self.set, positions: without(&self.positions, &positions), frfs: without(&self.frfs, &frfs) };
-            (kept, FitSet { set: self.set, positions, frfs })
+            let kept = FitSet::new(self.set, without(&self.positions, &positions), without(&self.frfs, &frfs));
+            (kept, FitSet::new(self.set, positions, frfs))
         };
         groups.into_iter().map(fold).collect()
     }
@@ -188,23 +156,21 @@ impl<'s> FitSet<'s> {
 }
 
 impl MeasurementSet {
-    /// Returns the indices of positions by name.
+    /// Returns the index of a position by its name.
     ///
-    /// # Errors  a name is unknown (the message lists the known ones) or is given twice.
-    pub fn positions_named(&self, names: &[String]) -> Result<Vec<usize>, MeasurementError> {
-        let mut indices = Vec::new();
-        for name in names.iter().map(|n| n.trim()) {
-            let index = self.positions.iter().position(|p| p.name == *name).ok_or_else(|| {
-                let known: Vec<&str> = self.positions.iter().map(|p| p.name.as_str()).collect();
-                let known = if known.is_empty() { "it has none".into() } else { format!("it has {}", known.join(", ")) };
-                MeasurementError::file(&self.path, format!("the set has no position «{name}»; {known}"))
-            })?;
-            if indices.contains(&index) {
-                return Err(MeasurementError::file(&self.path, format!("position «{name}» is named twice; name it once")));
-            }
-            indices.push(index);
-        }
-        Ok(indices)
+    /// # Errors  the name is unknown; the message lists the known ones.
+    pub fn position_named(&self, name: &str) -> Result<usize, MeasurementError> {
+        let name = name.trim();
+        self.positions.iter().position(|p| p.name == name).ok_or_else(|| {
+            let known: Vec<&str> = self.positions.iter().map(|p| p.name.as_str()).collect();
+            self.unknown_name("position", name, &known)
+        })
+    }
+
+    /// Creates the fault of a name that the set does not have.
+    fn unknown_name(&self, of: &str, name: &str, known: &[&str]) -> MeasurementError {
+        let known = if known.is_empty() { "it has none".into() } else { format!("it has {}", known.join(", ")) };
+        MeasurementError::file(&self.path, format!("the set has no {of} «{name}»; {known}"))
     }
 
     /// Splits the set into fitted and held-out data.
@@ -227,12 +193,12 @@ impl MeasurementSet {
         if positions.is_empty() && frfs.is_empty() {
             return Err(MeasurementError::file(&self.path, "nothing is left to fit; name fewer records to hold out, or others to fit"));
         }
-        Ok((FitSet { set: self, positions, frfs }, HoldOutSet { set: self, positions: other_positions, frfs: other_frfs }))
+        Ok((FitSet::new(self, positions, frfs), HoldOutSet::new(self, other_positions, other_frfs)))
     }
 
     /// Returns all positions and FRFs of the set as data to predict: to draw them, or to check a model that was fitted to another set.
     pub fn everything_to_predict(&self) -> HoldOutSet<'_> {
-        HoldOutSet { set: self, positions: (0..self.positions.len()).collect(), frfs: (0..self.frfs.len()).collect() }
+        HoldOutSet::new(self, (0..self.positions.len()).collect(), (0..self.frfs.len()).collect())
     }
 
     /// Returns the named positions and records as data to predict.
@@ -242,12 +208,12 @@ impl MeasurementSet {
         Ok(self.split(Some(names), &[])?.0.to_predict())
     }
 
-    /// Splits the time records (by index) into fitted and held-out ones.
+    /// Splits the time records into fitted and held-out ones (by index).
     ///
     /// The records in `named` are fitted, else those of the set's `[split]`, else all. The others and those in `hold_out` are held out.
     ///
     /// # Errors  a name is not a record, or is given twice; nothing is left to fit.
-    pub fn split_motions(&self, named: Option<&[String]>, hold_out: &[String]) -> Result<MotionSplit, MeasurementError> {
+    pub fn split_motions(&self, named: Option<&[String]>, hold_out: &[String]) -> Result<(Vec<usize>, Vec<usize>), MeasurementError> {
         let named = named.or(self.split.as_deref()).map(|names| self.resolve(names)).transpose()?;
         let excluded = self.resolve(hold_out)?;
         let among = |list: &[Name], at: usize| list.contains(&Name::Record(self.motions[at].name.clone()));
@@ -259,7 +225,7 @@ impl MeasurementSet {
                 "no [[motion]] record is left to fit; name fewer to hold out, or others to fit",
             ));
         }
-        Ok(MotionSplit { fit, held_out })
+        Ok((fit, held_out))
     }
 
     /// Resolves names to positions and records.
@@ -276,8 +242,7 @@ impl MeasurementSet {
                         known.push(record);
                     }
                 }
-                let known = if known.is_empty() { "it has none".into() } else { format!("it has {}", known.join(", ")) };
-                MeasurementError::file(&self.path, format!("the set has no position or record «{name}»; {known}"))
+                self.unknown_name("position or record", name, &known)
             })?;
             if found.contains(&this) {
                 return Err(MeasurementError::file(&self.path, format!("«{name}» is named twice; name it once")));

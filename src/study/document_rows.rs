@@ -6,9 +6,8 @@ use crate::Study;
 use identification::objective::{FrfGap, GAIN_RANGE, MISSING, PositionPrediction};
 use identification::{Combination, CombinationKind, Coordinate, Drawn, Estimate, Identification, Posterior, ToleranceEstimate};
 use machine::{Machine, Prior};
-use measurement::{Frf, FrfLine, MeasurementSet, NoiseSource};
+use measurement::{Frf, MeasurementSet, NoiseSource};
 use numeric::statistics::{median, root_mean_square, root_mean_square_of_parts, root_sum_square};
-use numeric::unit::omega_rad_s;
 use report::certainty::{BasinRow, BootstrapRow, CombinationRow, CoordinateRow, PosteriorRow, PriorRow, ToleranceRow};
 use report::document::{FrfRow, LonePeak, OrderRow, ParameterRow, PositionRow};
 
@@ -286,12 +285,7 @@ pub(crate) fn gap_over<'r>(frfs: impl Iterator<Item = &'r FrfRow>) -> Option<f64
     root_mean_square_of_parts(frfs.map(|r| (r.gap, r.lines)))
 }
 
-/// Share of lines with positive Im of a driving point from which on it is reported.
-const ACTIVE_SHARE: f64 = 0.02;
-/// Assumed standard deviation of a component of ln H where the noise is unknown.
-const UNKNOWN_SD: f64 = 0.02;
-
-/// Returns warnings about driving points that are not passive: a passive machine has Im(receptance) ≤ 0.
+/// Returns warnings about driving points that are not passive.
 pub(crate) fn passivity_warnings(machine: &Machine, set: &MeasurementSet) -> Vec<String> {
     let remedy = if machine.effects.iter().any(|e| e == "measurement-delay") {
         "the machine contains measurement-delay, which accounts for a delay"
@@ -299,15 +293,9 @@ pub(crate) fn passivity_warnings(machine: &Machine, set: &MeasurementSet) -> Vec
         "if it is a delay, add the effect measurement-delay to the machine"
     };
     let mut shown: Vec<String> = Vec::new();
-    for frf in set.frfs.iter().filter(|f| f.response == f.excitation) {
-        // Noise makes a small Im positive: only values beyond three standard deviations count.
-        let active = |(l, sd): &(&FrfLine, Option<f64>)| {
-            let receptance = l.value / frf.quantity.from_receptance(omega_rad_s(l.frequency_hz));
-            receptance.im > 3.0 * sd.unwrap_or(UNKNOWN_SD) * receptance.norm()
-        };
-        let share = frf.lines.iter().zip(frf.component_sds()).filter(active).count() as f64 / frf.lines.len() as f64;
-        if share > ACTIVE_SHARE {
-            shown.push(format!("{} ({:.0} %)", frf.source, 100.0 * share));
+    for frf in &set.frfs {
+        if let Some(activity) = frf.activity().filter(|activity| activity.is_active()) {
+            shown.push(format!("{} ({:.0} %)", frf.source, 100.0 * activity.lines));
         }
     }
     if shown.is_empty() {

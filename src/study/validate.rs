@@ -150,9 +150,9 @@ impl Study {
         let all: Vec<usize> = (0..self.set.motions.len()).collect();
         let split = || self.set.split_motions(settings.positions.as_deref(), &settings.hold_out);
         let split = self.is_set_of(identified).then(split).transpose()?;
-        let (fitted, held_out) = split.as_ref().map_or((&[][..], &all[..]), |split| (split.fit(), split.held_out()));
+        let (fitted, held_out) = split.as_ref().map_or((&[][..], &all[..]), |(fit, held_out)| (fit, held_out));
         let chosen = match &request.positions {
-            Some(names) => self.set.split_motions(Some(names), &[])?.fit().to_vec(),
+            Some(names) => self.set.split_motions(Some(names), &[])?.0,
             None if !held_out.is_empty() => held_out.to_vec(),
             None => all.clone(),
         };

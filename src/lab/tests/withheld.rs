@@ -511,8 +511,7 @@ fn share_closed_of_quiet_records(out: &str, seal: &Seal, labels: &[Label]) {
         let label = labels.iter().find(|label| label.case == case.name.trim_end_matches("-more")).unwrap();
         assert!(case.quiet_sha256.is_some(), "{}", case.name);
         let sets = ["cases", "quiet"].map(|part| measurement::read_set(&format!("{out}/{part}/{}", case.name)).unwrap());
-        let split = sets[0].split_motions(None, &[]).unwrap();
-        let (fitted, held_out) = (split.fit(), split.held_out());
+        let (fitted, held_out) = sets[0].split_motions(None, &[]).unwrap();
         assert_eq!(sets[1].motions.len(), held_out.len());
         for quiet in &sets[1].motions {
             let noisy = held_out.iter().map(|i| &sets[0].motions[*i]).find(|record| record.name == quiet.name).unwrap();

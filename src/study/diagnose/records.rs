@@ -26,10 +26,10 @@ impl Study {
         let machine = &self.config.machine;
         self.check_frozen()?;
         let effects = choose_effects(request, &self.config.effects, Data::Motion)?;
-        let split = self.set.split_motions(self.fit.as_deref(), &self.hold_out)?;
+        let (fit, held_out) = self.set.split_motions(self.fit.as_deref(), &self.hold_out)?;
         let (motions, _, column_warnings) = self.preprocess_all()?;
         let of = |records: &[usize]| records.iter().map(|i| &motions[*i]).collect::<Vec<&MotionSignal>>();
-        let (fitted, left) = (of(split.fit()), of(split.held_out()));
+        let (fitted, left) = (of(&fit), of(&held_out));
         let settings = MotionSettings { seed: made.seed, draws: NULLS * request.nulls };
         let found = diagnose_motion(machine, &effects, &made.frozen, (&fitted, &left), settings, &self.control)?;
         let mut document = to_document(self, (&fitted, &left), &found, &effects)?;

@@ -32,8 +32,8 @@ impl Study {
         let made = self.settings.identification(&self.set)?;
         let machine = &self.config.machine;
         self.check_frozen()?;
-        let split = self.set.split_motions(self.fit.as_deref(), &self.hold_out)?;
-        let (fit, held_out) = (split.fit(), split.held_out());
+        let (fit, held_out) = self.set.split_motions(self.fit.as_deref(), &self.hold_out)?;
+        let (fit, held_out) = (&fit[..], &held_out[..]);
         let (mut motions, rigid, mut warnings) = self.preprocess_all()?;
         let asked = free_parameters(machine, &made.frozen)?;
         let unseen =

@@ -162,7 +162,7 @@ impl Study {
                 Place::Nut(nut_m) => (nut_m.to_string(), Some(*nut_m), None),
                 Place::MidStroke => ("mid-stroke".to_string(), machine.stroke_m().map(|s| 0.5 * s), None),
                 Place::Position(name) => {
-                    let index = set.positions_named(std::slice::from_ref(name))?[0];
+                    let index = set.position_named(name)?;
                     (name.clone(), set.positions[index].nut_m, Some(fitted.contains(&index)))
                 }
             };

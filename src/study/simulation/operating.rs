@@ -36,7 +36,7 @@ pub fn find_operating(study: &Study, place: &Place, load: &Load) -> StudyResult<
     match place {
         Place::Nut(nut_m) => checked_nut(machine, "nut_m", loaded(Operating::at_nut(*nut_m))),
         Place::Position(name) => {
-            let index = study.measurements().positions_named(std::slice::from_ref(name))?[0];
+            let index = study.measurements().position_named(name)?;
             checked(machine, &format!("position {name}"), loaded(Operating::at(study.measurements().positions[index].nut_m)))
         }
         Place::MidStroke => checked(machine, "mid-stroke", loaded(Operating::at(machine.stroke_m().map(|s| 0.5 * s)))),
