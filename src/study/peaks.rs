@@ -9,8 +9,8 @@ use crate::{StudyError, StudyResult};
 use long_work::Control;
 pub use measurement::modal::DiagramPole;
 use measurement::modal::{
-    AmplitudeKind, CurveFit, CurveOptions, FrfCurve, ModalError, ModalFit, TrackOptions, TrackRecord, fit_curve, stabilisation_diagram,
-    track, with_curve_of,
+    AmplitudeKind, CurveFit, CurveOptions, FrfCurve, ModalError, ModalFit, TrackRecord, fit_curve, stabilisation_diagram, track,
+    with_curve_of,
 };
 use measurement::{Frf, FrfLine, MeasurementSet};
 use numeric::parallel::OrFirstError;
@@ -60,9 +60,6 @@ pub fn peaks(set: &MeasurementSet, request: &PeaksRequest, control: &Control) ->
     if set.frfs.is_empty() {
         return Err(StudyError::input(&set.path, "holds no FRF; list at least one as [[frf]] in its manifest"));
     }
-    if !(8..=120).contains(&request.max_order) {
-        return Err(StudyError::setting("max_order", request.max_order, "write a polynomial order from 8 to 120"));
-    }
     let options = options(request)?;
     let names = names(set);
     let step = control.steps("FRFs", set.frfs.len());
@@ -81,9 +78,9 @@ pub fn peaks(set: &MeasurementSet, request: &PeaksRequest, control: &Control) ->
     let records: Vec<TrackRecord> = named
         .iter()
         .zip(&series)
-        .map(|(n, series)| TrackRecord { name: &n.name, nut_m: n.nut_m, series, band_hz: band_of(n.frf, request), modes: &n.fitted.modes })
+        .map(|(n, series)| TrackRecord { nut_m: n.nut_m, series, band_hz: band_of(n.frf, request), modes: &n.fitted.modes })
         .collect();
-    let tracked = track(&records, &TrackOptions::default()).map_err(|e| StudyError::input(&set.path, e.to_string()))?;
+    let tracked = track(&records);
     // Regular modes have the first numbers.
     let (regular, others): (Vec<_>, Vec<_>) = tracked.iter().partition(|mode| mode.regular);
     let modes: Vec<PeakModeRow> = regular
@@ -172,8 +169,11 @@ fn finite(x: f64) -> Option<f64> {
 
 /// Returns the settings of the fit.
 ///
-/// # Errors  a local fit without a band; a band that is not a range of frequencies.
+/// # Errors  an order out of range; a local fit without a band; a band that is not a range of frequencies.
 fn options(request: &PeaksRequest) -> StudyResult<CurveOptions> {
+    if !(8..=120).contains(&request.max_order) {
+        return Err(StudyError::setting("max_order", request.max_order, "write a polynomial order from 8 to 120"));
+    }
     let fit = match (request.band_hz, request.local) {
         (None, false) => CurveFit::Full,
         (None, true) => return Err(StudyError::setting("local", "", "name the band, its lowest and highest frequency in Hz")),
@@ -189,7 +189,7 @@ fn options(request: &PeaksRequest) -> StudyResult<CurveOptions> {
             return Err(StudyError::setting("band_hz", "", fault));
         }
     };
-    Ok(CurveOptions { fit, max_order: request.max_order, ..CurveOptions::default() })
+    Ok(CurveOptions { fit, max_order: request.max_order })
 }
 
 /// Returns the lowest and highest frequency (Hz) of an FRF within the requested band.

@@ -43,55 +43,18 @@ pub enum CurveFit {
     },
 }
 
-/// Settings of a fit; the figures in the tests hold for the defaults.
+/// Settings of a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CurveOptions {
     /// Fitted part of the curve.
     pub fit: CurveFit,
     /// Highest polynomial order of the stabilisation diagram over the whole band (two per mode).
     pub max_order: usize,
-    /// Largest relative change of frequency from order to order of a stable pole (1). 1 % is common practice in stabilisation diagrams.
-    pub frequency_tolerance: f64,
-    /// Largest relative change of damping from order to order of a stable pole (1). 5 to 10 % is common practice.
-    pub damping_tolerance: f64,
-    /// Largest number of poles in the final model, including those outside the band.
-    pub max_modes: usize,
-    /// Largest damping ratio of a mode (1); a pole above it is background.
-    pub max_damping: f64,
 }
 
 impl Default for CurveOptions {
     fn default() -> Self {
-        Self { fit: CurveFit::Full, max_order: 48, frequency_tolerance: 0.01, damping_tolerance: 0.10, max_modes: 30, max_damping: 0.4 }
-    }
-}
-
-impl CurveOptions {
-    /// Refuses settings out of range.
-    pub(super) fn check(&self) -> Result<(), ModalError> {
-        let fault = |name, value, remedy| Err(ModalError::Setting { name, value, remedy });
-        if !(8..=120).contains(&self.max_order) {
-            return fault("max_order", self.max_order as f64, "write 8 to 120");
-        }
-        if !(1..=60).contains(&self.max_modes) {
-            return fault("max_modes", self.max_modes as f64, "write 1 to 60");
-        }
-        for (name, value, remedy) in [
-            ("frequency_tolerance", self.frequency_tolerance, "write a share between 0 and 0.2"),
-            ("damping_tolerance", self.damping_tolerance, "write a share between 0 and 1"),
-            ("max_damping", self.max_damping, "write a ratio between 0 and 1"),
-        ] {
-            let upper = if name == "frequency_tolerance" { 0.2 } else { 1.0 };
-            if !(value > 0.0 && value < upper) {
-                return fault(name, value, remedy);
-            }
-        }
-        if let CurveFit::Local { from_hz, to_hz } = self.fit
-            && !(from_hz >= 0.0 && to_hz > from_hz && to_hz.is_finite())
-        {
-            return Err(ModalError::Band { from_hz, to_hz });
-        }
-        Ok(())
+        Self { fit: CurveFit::Full, max_order: 48 }
     }
 }
 
@@ -111,13 +74,13 @@ pub(super) struct CurveLines {
 impl CurveLines {
     /// Selects the usable lines (H ≠ 0) of the requested band.
     pub fn of(curve: &FrfCurve, options: &CurveOptions) -> Result<Self, ModalError> {
-        options.check()?;
         check(curve)?;
         let (from_hz, to_hz, local) = match options.fit {
             CurveFit::Full => {
                 (curve.frequency_hz.first().copied().unwrap_or(0.0), curve.frequency_hz.last().copied().unwrap_or(0.0), false)
             }
-            CurveFit::Local { from_hz, to_hz } => (from_hz, to_hz, true),
+            CurveFit::Local { from_hz, to_hz } if from_hz >= 0.0 && to_hz > from_hz && to_hz.is_finite() => (from_hz, to_hz, true),
+            CurveFit::Local { from_hz, to_hz } => return Err(ModalError::Band { from_hz, to_hz }),
         };
         if !curve.receptance.is_empty() && curve.receptance.iter().all(|h| *h == Complex64::ZERO) {
             return Err(ModalError::AllZero { lines: curve.receptance.len() });

@@ -1,4 +1,4 @@
-//! Faults of a curve, an option or a set of records.
+//! Faults of a curve.
 
 use thiserror::Error;
 
@@ -67,16 +67,6 @@ pub enum ModalError {
         /// Upper end (Hz).
         to_hz: f64,
     },
-    /// An option out of its range.
-    #[error("option {name} is {value}; {remedy}")]
-    Setting {
-        /// Name of the option.
-        name: &'static str,
-        /// Its value.
-        value: f64,
-        /// Remedy.
-        remedy: &'static str,
-    },
     /// The weighted normal equations cannot be solved.
     #[error("the modal fit of {from_hz}..{to_hz} Hz is singular with {modes} modes; ask for fewer modes or a wider band")]
     Singular {
@@ -86,16 +76,5 @@ pub enum ModalError {
         from_hz: f64,
         /// Upper end of the band (Hz).
         to_hz: f64,
-    },
-    /// Nothing to track.
-    #[error("no records to track; give at least one")]
-    NoRecords,
-    /// A position that is not finite.
-    #[error("record {record}: nut position {nut_m} m is not a finite number")]
-    Position {
-        /// Name of the record.
-        record: String,
-        /// Value found (m).
-        nut_m: f64,
     },
 }

@@ -18,6 +18,9 @@ use numeric::unit::omega_rad_s;
 /// Smallest contribution of a mode over the rest of |H| at its frequency (1); a pole below it is background.
 const LEAST_PROMINENCE: f64 = 0.02;
 
+/// Largest damping ratio of a mode (1); a pole above it is background.
+const MAX_DAMPING: f64 = 0.4;
+
 /// Largest distance of a candidate from its term, as a share of the frequency (1), in addition to half the half-width.
 const MATCH_DISTANCE: f64 = 0.005;
 
@@ -71,29 +74,18 @@ pub struct FittedMode {
 pub struct ModalFit {
     /// Modes inside the band, in rising frequency.
     pub modes: Vec<FittedMode>,
-    /// Number of poles in the model but not in `modes`: outside the band, too damped or too weak.
-    pub background_poles: usize,
     /// Number of lines used.
     pub lines: usize,
     /// Root mean square of |Ĥ − H|/|H|.
     pub relative_misfit: f64,
-    /// χ² per degree of freedom with the given standard deviations; `None` where they are estimated from the residual.
-    pub reduced_chi2: Option<f64>,
-    /// Correlation of neighbouring residuals: 0 for noise, towards 1 for an incomplete model.
-    pub residual_correlation: f64,
     model: ModalModel,
     omega_power: i32,
 }
 
 impl ModalFit {
-    /// Returns the fitted receptance at a frequency (Hz).
-    pub fn receptance(&self, frequency_hz: f64) -> Complex64 {
-        self.model.at(TAU * frequency_hz)
-    }
-
     /// Returns the fitted curve in the measured quantity at a frequency (Hz).
     pub fn measured(&self, frequency_hz: f64) -> Complex64 {
-        self.receptance(frequency_hz) * Complex64::new(0.0, TAU * frequency_hz).powi(self.omega_power)
+        self.model.at(TAU * frequency_hz) * Complex64::new(0.0, TAU * frequency_hz).powi(self.omega_power)
     }
 }
 
@@ -104,7 +96,7 @@ impl ModalFit {
 /// exceeds the degrees of freedom, standard deviations are multiplied by the root of the ratio. Correlated residuals increase them, too.
 ///
 /// # Units      Hz, rad/s and the units of the curve
-/// # Errors     a curve or an option out of range; too few lines; all lines zero; singular equations
+/// # Errors     a curve or a band out of range; too few lines; all lines zero; singular equations
 /// # Source     Guillaume et al. (2003); Verboven, thesis, Vrije Universiteit Brussel (2002), on deviations of modal parameters;
 /// Richardson and Formenti, IMAC I (1982), on the rational-fraction form
 pub fn fit_curve(curve: &FrfCurve, options: &CurveOptions) -> Result<ModalFit, ModalError> {
@@ -116,11 +108,8 @@ pub fn fit_curve(curve: &FrfCurve, options: &CurveOptions) -> Result<ModalFit, M
     let floor_of = |sd: &[f64]| if known.is_some() { 1.0 } else { (noise::SD_FLOOR / noise::median(sd.to_vec())).powi(2) };
     let band = lines.band();
     let task = Task { lines: &lines, weight: &weight, floor: floor_of(&first) };
-    let mut model = select(&task, &candidates, options).ok_or(ModalError::Singular {
-        modes: candidates.len(),
-        from_hz: band.0 / TAU,
-        to_hz: band.1 / TAU,
-    })?;
+    let mut model =
+        select(&task, &candidates).ok_or(ModalError::Singular { modes: candidates.len(), from_hz: band.0 / TAU, to_hz: band.1 / TAU })?;
     let mut last = weight.clone();
     for round in 0..3 {
         let sd = known.clone().unwrap_or_else(|| noise::from_residual(&lines, &model));
@@ -131,7 +120,7 @@ pub fn fit_curve(curve: &FrfCurve, options: &CurveOptions) -> Result<ModalFit, M
     }
     refine(&mut model, &lines, &last, 1e-9, 40);
     model.terms.sort_by(|a, b| a.pole.im.total_cmp(&b.pole.im));
-    finish(&lines, model, &last, &candidates, options, curve.omega_power)
+    finish(&lines, model, &last, &candidates, curve.omega_power)
 }
 
 /// Calls a function with an FRF of any quantity as a receptance, with the lines that are used.
@@ -158,7 +147,6 @@ fn finish(
     model: ModalModel,
     weight: &[f64],
     candidates: &[StablePole],
-    options: &CurveOptions,
     omega_power: i32,
 ) -> Result<ModalFit, ModalError> {
     let (low, high) = lines.band();
@@ -181,20 +169,11 @@ fn finish(
         let signal_to_noise = (gain / variance.max(f64::MIN_POSITIVE)).sqrt();
         let mode = FittedMode { stability, signal_to_noise, ..describe(&model, at, &covariance, (omega_power, (low, high))) };
         let inside = (low..=high).contains(&model.terms[at].pole.im);
-        if inside && mode.damping_ratio <= options.max_damping && mode.prominence >= LEAST_PROMINENCE {
+        if inside && mode.damping_ratio <= MAX_DAMPING && mode.prominence >= LEAST_PROMINENCE {
             modes.push(mode);
         }
     }
-    Ok(ModalFit {
-        background_poles: model.terms.len() - modes.len(),
-        modes,
-        lines: lines.len(),
-        relative_misfit,
-        reduced_chi2: lines.sd.as_ref().map(|_| reduced),
-        residual_correlation: correlation,
-        model,
-        omega_power,
-    })
+    Ok(ModalFit { modes, lines: lines.len(), relative_misfit, model, omega_power })
 }
 
 /// Returns the stability of each term: that of the most stable candidate to which it is the nearest term.

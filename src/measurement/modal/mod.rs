@@ -26,7 +26,7 @@ pub use curve::{CurveFit, CurveOptions, FrfCurve, LEAST_LINES};
 pub use error::ModalError;
 pub use fit::{Amplitude, AmplitudeKind, FittedMode, ModalFit, fit_curve, with_curve_of};
 pub use stabilisation::{DiagramPole, Stability, stabilisation_diagram};
-pub use track::{TrackEvidence, TrackOptions, TrackRecord, TrackedMode, track};
+pub use track::{TrackEvidence, TrackRecord, TrackedMode, track};
 
 #[cfg(test)]
 mod tests;

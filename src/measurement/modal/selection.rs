@@ -6,7 +6,7 @@
 
 use num_complex::Complex64;
 
-use super::curve::{CurveLines, CurveOptions};
+use super::curve::CurveLines;
 use super::least_squares::{ModalNormalEquations, linear_unknowns, refine, solve_linear};
 use super::model::{ModalModel, PER_MODE, Term};
 use super::stabilisation::{StablePole, coincide};
@@ -17,6 +17,8 @@ const LEAST_SHARE: f64 = 0.15;
 const NARROW: f64 = 0.05;
 /// Damping ratios of the poles tried on the residual (1).
 const TRIED_DAMPING: [f64; 4] = [0.002, 0.01, 0.04, 0.15];
+/// Largest number of poles in the final model, including those outside the band.
+const MAX_MODES: usize = 30;
 /// Largest number of frequencies of the poles tried on the residual.
 const TRIED_FREQUENCIES: usize = 250;
 
@@ -36,14 +38,9 @@ impl Task<'_> {
     }
 }
 
-/// Returns the largest number of poles that lines and options allow.
-fn max_modes(lines: &CurveLines, options: &CurveOptions) -> usize {
-    options.max_modes.min(lines.len() / 6).max(1)
-}
-
 /// Selects the modal model from candidates and residual; `None` where the equations are singular.
-pub(super) fn select(task: &Task, candidates: &[StablePole], options: &CurveOptions) -> Option<ModalModel> {
-    let largest = max_modes(task.lines, options);
+pub(super) fn select(task: &Task, candidates: &[StablePole]) -> Option<ModalModel> {
+    let largest = MAX_MODES.min(task.lines.len() / 6).max(1);
     let mut poles: Vec<Complex64> = Vec::new();
     for candidate in candidates.iter().filter(|c| c.stability.share() >= LEAST_SHARE) {
         if poles.len() < largest && !poles.iter().any(|p| coincide(*p, candidate.pole)) {

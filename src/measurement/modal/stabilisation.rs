@@ -6,7 +6,7 @@
 //!
 //! # Source
 //!
-//! Guillaume et al., IMAC XXI (2003), section on stabilisation; tolerances 1 % and 5 to 10 % as used there and in `CurveOptions`.
+//! Guillaume et al., IMAC XXI (2003), section on stabilisation; tolerances 1 % and 5 to 10 % as used there.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -26,6 +26,10 @@ const NARROW_ORDER: usize = 24;
 const NARROW_RATIO: f64 = 2.5;
 /// Smallest number of lines of a narrow band.
 const NARROW_LINES: usize = 80;
+/// Largest relative change of frequency from order to order of a stable pole (1). 1 % is common practice in stabilisation diagrams.
+const FREQUENCY_TOLERANCE: f64 = 0.01;
+/// Largest relative change of damping from order to order of a stable pole (1). 5 to 10 % is common practice.
+const DAMPING_TOLERANCE: f64 = 0.10;
 
 /// Number of orders at which a pole was stable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -88,7 +92,7 @@ pub fn stabilisation_diagram(curve: &FrfCurve, options: &CurveOptions) -> Result
             order: orders[at],
             frequency_hz: pole.norm() / TAU,
             damping_ratio: -pole.re / pole.norm(),
-            stable: at > 0 && is_repeated(*pole, &rows[at - 1], options),
+            stable: at > 0 && is_repeated(*pole, &rows[at - 1]),
         }));
     }
     Ok(found)
@@ -101,12 +105,12 @@ fn polynomial_orders(lines: usize, highest: usize) -> Vec<usize> {
 }
 
 /// Whether the previous order of a diagram has the same pole.
-fn is_repeated(pole: Complex64, previous: &Order, options: &CurveOptions) -> bool {
+fn is_repeated(pole: Complex64, previous: &Order) -> bool {
     let size = pole.norm();
     let damping = -pole.re / size;
     previous.poles.iter().any(|other| {
-        (other.norm() - size).abs() <= options.frequency_tolerance * size
-            && (-other.re / other.norm() - damping).abs() <= options.damping_tolerance * damping
+        (other.norm() - size).abs() <= FREQUENCY_TOLERANCE * size
+            && (-other.re / other.norm() - damping).abs() <= DAMPING_TOLERANCE * damping
     })
 }
 
@@ -118,7 +122,7 @@ pub(super) fn candidates(lines: &CurveLines, weight: &[f64], options: &CurveOpti
         let highest = if band == 0 { options.max_order } else { NARROW_ORDER.min(options.max_order) };
         let orders = polynomial_orders(range.len(), highest);
         let rows = diagram(lines, range, weight, &orders);
-        collect(&mut stable, &rows, band, options);
+        collect(&mut stable, &rows, band);
         orders_of.push(rows.len().saturating_sub(1).max(1));
     }
     group(&stable, &orders_of)
@@ -146,10 +150,10 @@ fn bands(lines: &CurveLines) -> Vec<Range<usize>> {
 }
 
 /// Adds the poles of a diagram that the previous order has, too.
-fn collect(stable: &mut Vec<Stable>, rows: &[Order], band: usize, options: &CurveOptions) {
+fn collect(stable: &mut Vec<Stable>, rows: &[Order], band: usize) {
     for (order, pair) in rows.windows(2).enumerate() {
         for pole in &pair[1].poles {
-            if is_repeated(*pole, &pair[0], options) {
+            if is_repeated(*pole, &pair[0]) {
                 stable.push(Stable { pole: *pole, band, order });
             }
         }

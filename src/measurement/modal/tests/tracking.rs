@@ -4,8 +4,7 @@ use num_complex::Complex64;
 
 use super::planted::{Draw, PlantedMode, even, mode, receptance};
 use crate::modal::{
-    Amplitude, AmplitudeKind, CurveOptions, FittedMode, FrfCurve, ModalFit, Stability, TrackOptions, TrackRecord, TrackedMode, fit_curve,
-    track,
+    Amplitude, AmplitudeKind, CurveOptions, FittedMode, FrfCurve, ModalFit, Stability, TrackRecord, TrackedMode, fit_curve, track,
 };
 
 const POSITIONS_M: [f64; 6] = [0.6, 0.5, 0.4, 0.3, 0.2, 0.1];
@@ -74,15 +73,9 @@ fn set(seed: u64, spurious_peaks: usize, node: bool) -> Set {
 
 fn tracked(set: &Set) -> Vec<TrackedMode> {
     let records: Vec<TrackRecord> = (0..6)
-        .map(|at| TrackRecord {
-            name: NAMES[at],
-            nut_m: Some(POSITIONS_M[at]),
-            series: "table/table",
-            band_hz: (5.0, 1000.0),
-            modes: &set.fits[at].modes,
-        })
+        .map(|at| TrackRecord { nut_m: Some(POSITIONS_M[at]), series: "table/table", band_hz: (5.0, 1000.0), modes: &set.fits[at].modes })
         .collect();
-    track(&records, &TrackOptions::default()).unwrap()
+    track(&records)
 }
 
 /// Counts the true modes kept (correct at 4 or more positions) and the other tracks kept.
@@ -167,9 +160,9 @@ fn of_modes(positions_m: &[f64], modes: &[Vec<FittedMode>]) -> Vec<TrackedMode> 
     let records: Vec<TrackRecord> = positions_m
         .iter()
         .zip(modes)
-        .map(|(nut_m, modes)| TrackRecord { name: "l", nut_m: Some(*nut_m), series: "table", band_hz: (5.0, 1000.0), modes })
+        .map(|(nut_m, modes)| TrackRecord { nut_m: Some(*nut_m), series: "table", band_hz: (5.0, 1000.0), modes })
         .collect();
-    track(&records, &TrackOptions::default()).unwrap()
+    track(&records)
 }
 
 /// Tian et al., Tables 1 and 2 (positions l1, l3, l5): the third mode moves from 523 to 565 and 561 Hz.
@@ -222,15 +215,10 @@ fn recover_a_mode_with_a_node_at_one_position() {
 #[test]
 fn limit_order_of_records_does_not_matter() {
     let set = set(21, 6, false);
-    let record = |at: usize| TrackRecord {
-        name: NAMES[at],
-        nut_m: Some(POSITIONS_M[at]),
-        series: "table",
-        band_hz: (5.0, 1000.0),
-        modes: &set.fits[at].modes,
-    };
-    let forward = track(&(0..6).map(record).collect::<Vec<_>>(), &TrackOptions::default()).unwrap();
-    let backward = track(&(0..6).rev().map(record).collect::<Vec<_>>(), &TrackOptions::default()).unwrap();
+    let record =
+        |at: usize| TrackRecord { nut_m: Some(POSITIONS_M[at]), series: "table", band_hz: (5.0, 1000.0), modes: &set.fits[at].modes };
+    let forward = track(&(0..6).map(record).collect::<Vec<_>>());
+    let backward = track(&(0..6).rev().map(record).collect::<Vec<_>>());
     let seen = |tracks: &[TrackedMode]| -> Vec<(bool, u64)> { tracks.iter().map(|t| (t.regular, t.frequency_hz.to_bits())).collect() };
     assert_eq!(seen(&forward), seen(&backward));
 }
@@ -238,17 +226,11 @@ fn limit_order_of_records_does_not_matter() {
 #[test]
 fn limit_single_and_unplaced_records() {
     let set = set(5, 0, false);
-    let record = |at: usize, nut_m: Option<f64>| TrackRecord {
-        name: NAMES[at],
-        nut_m,
-        series: "table",
-        band_hz: (5.0, 1000.0),
-        modes: &set.fits[at].modes,
-    };
-    let single = track(&[record(0, None)], &TrackOptions::default()).unwrap();
+    let record = |at: usize, nut_m: Option<f64>| TrackRecord { nut_m, series: "table", band_hz: (5.0, 1000.0), modes: &set.fits[at].modes };
+    let single = track(&[record(0, None)]);
     assert_eq!(single.iter().filter(|t| t.regular).count(), 4);
     assert!(single[0].evidence.reasons[0].starts_with("one record"), "{:?}", single[0].evidence.reasons);
-    let repeats = track(&[record(0, None), record(0, None), record(0, None)], &TrackOptions::default()).unwrap();
+    let repeats = track(&[record(0, None), record(0, None), record(0, None)]);
     assert_eq!(repeats.iter().filter(|t| t.regular).count(), 4);
 }
 

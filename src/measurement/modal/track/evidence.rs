@@ -2,7 +2,6 @@
 
 use super::super::FittedMode;
 use super::super::noise::median;
-use super::TrackOptions;
 use super::observation::SightingChain;
 use super::process::leave_one_out;
 use super::search::{Track, expected};
@@ -10,6 +9,21 @@ use super::search::{Track, expected};
 /// Ratio of the bound modes·e^−s of the sequential test (Wald) to the number of chance tracks that reach a score s (1). Source: counted
 /// on sets without real modes (test `limit_chance_makes_few_regular_tracks`).
 const CHANCE_MARGIN: f64 = 50.0;
+
+/// Smallest share of the records covering a mode that show it (1).
+const LEAST_SEEN: f64 = 0.6;
+/// Mean number of false tracks allowed per set.
+const FALSE_ALARMS: f64 = 0.03;
+/// Largest leave-one-out prediction error of a frequency, in standard deviations.
+const MOST_ERROR_SD: f64 = 4.0;
+/// Several records: smallest median share of orders at which the pole is stable (1); a misfit that repeats in all records lies below.
+const LEAST_TRACK_STABILITY: f64 = 0.2;
+/// Single record: smallest share of orders at which the pole is stable (1).
+const LEAST_STABILITY: f64 = 0.3;
+/// Single record: smallest contribution over the rest of H (1).
+const LEAST_PROMINENCE: f64 = 0.1;
+/// Single record: smallest signal-to-noise ratio (1).
+const LEAST_SIGNAL_TO_NOISE: f64 = 10.0;
 
 /// Evidence on a tracked mode, in numbers and in words.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,16 +34,8 @@ pub struct TrackEvidence {
     pub expected: usize,
     /// Root mean square leave-one-out prediction error of ln f over the positions (1); `None` with one sighting.
     pub roughness: Option<f64>,
-    /// Largest of these errors over its standard deviation (1).
-    pub largest_error_sd: Option<f64>,
-    /// ln of the probability ratio of one smooth mode to irregular modes; `None` with a single record.
-    pub score: Option<f64>,
-    /// Score from which a track is regular: ln(modes in the chain / (50 × false alarms allowed)).
-    pub needed: Option<f64>,
     /// Median share of the orders at which the pole was stable.
     pub stability: f64,
-    /// Median contribution over the rest of H.
-    pub prominence: f64,
     /// Median signal-to-noise ratio.
     pub signal_to_noise: f64,
     /// Reasons, one sentence each.
@@ -43,57 +49,45 @@ fn medians(modes: &[&FittedMode]) -> (f64, f64, f64) {
 }
 
 /// Decides on a mode of a single record, without criteria over positions.
-pub(super) fn judge_single(mode: &FittedMode, options: &TrackOptions) -> (bool, TrackEvidence) {
+pub(super) fn judge_single(mode: &FittedMode) -> (bool, TrackEvidence) {
     let (stability, prominence, signal_to_noise) = medians(&[mode]);
     let mut reasons = vec!["one record: judged by stability and significance alone, not by regularity over positions".to_owned()];
     let mut regular = true;
     for (value, least, what) in [
-        (stability, options.least_stability, "share of orders at which the pole is stable"),
-        (prominence, options.least_prominence, "contribution over the rest of H"),
-        (signal_to_noise, options.least_signal_to_noise, "signal-to-noise ratio"),
+        (stability, LEAST_STABILITY, "share of orders at which the pole is stable"),
+        (prominence, LEAST_PROMINENCE, "contribution over the rest of H"),
+        (signal_to_noise, LEAST_SIGNAL_TO_NOISE, "signal-to-noise ratio"),
     ] {
         let enough = value >= least;
         regular &= enough;
         reasons.push(format!("{what} {value:.2}: {} {least}", if enough { "at least" } else { "below" }));
     }
-    let evidence = TrackEvidence {
-        seen: 1,
-        expected: 1,
-        roughness: None,
-        largest_error_sd: None,
-        score: None,
-        needed: None,
-        stability,
-        prominence,
-        signal_to_noise,
-        reasons,
-    };
-    (regular, evidence)
+    (regular, TrackEvidence { seen: 1, expected: 1, roughness: None, stability, signal_to_noise, reasons })
 }
 
 /// Decides on a track over several records.
-pub(super) fn judge(chain: &SightingChain, track: &Track, modes: &[&FittedMode], options: &TrackOptions) -> (bool, TrackEvidence) {
+pub(super) fn judge(chain: &SightingChain, track: &Track, modes: &[&FittedMode]) -> (bool, TrackEvidence) {
     let (stability, prominence, signal_to_noise) = medians(modes);
     let (seen, expected) = (track.sightings.len(), expected(chain, track));
     let points: Vec<_> = track.sightings.iter().map(|s| chain.sightings[*s].point).collect();
     let errors = leave_one_out(&points);
     let roughness = errors.as_ref().map(|e| (e.iter().map(|e| e.0 * e.0).sum::<f64>() / e.len() as f64).sqrt());
     let largest = errors.as_ref().map(|e| e.iter().map(|e| e.1.abs()).fold(0.0, f64::max));
-    let needed = (chain.sightings.len() as f64 / (CHANCE_MARGIN * options.false_alarms)).ln().max(0.0);
-    let enough_seen = seen >= 2 && seen as f64 >= options.least_seen * expected as f64;
+    let needed = (chain.sightings.len() as f64 / (CHANCE_MARGIN * FALSE_ALARMS)).ln().max(0.0);
+    let enough_seen = seen >= 2 && seen as f64 >= LEAST_SEEN * expected as f64;
     let probable = track.score >= needed;
-    let smooth = largest.is_some_and(|l| l <= options.most_error_sd);
+    let smooth = largest.is_some_and(|l| l <= MOST_ERROR_SD);
     let mut reasons = vec![format!(
         "seen in {seen} of {expected} records whose band covers it ({} {:.0} %)",
         if enough_seen { "at least" } else { "below" },
-        100.0 * options.least_seen
+        100.0 * LEAST_SEEN
     )];
     if let (Some(roughness), Some(largest)) = (roughness, largest) {
         reasons.push(format!(
             "frequency predicted from the other positions within {:.2} % rms, largest error {largest:.1} standard deviations ({} {})",
             100.0 * roughness,
             if smooth { "at most" } else { "above" },
-            options.most_error_sd
+            MOST_ERROR_SD
         ));
     }
     reasons.push(format!(
@@ -103,24 +97,13 @@ pub(super) fn judge(chain: &SightingChain, track: &Track, modes: &[&FittedMode],
         if probable { "at least" } else { "below" },
         chain.clutter
     ));
-    let stable = stability >= options.least_track_stability;
+    let stable = stability >= LEAST_TRACK_STABILITY;
     reasons.push(format!(
         "median: stable at {:.0} % of orders ({} {:.0} %), contribution {prominence:.2} of the rest of H, signal-to-noise {signal_to_noise:.0}",
         100.0 * stability,
         if stable { "at least" } else { "below" },
-        100.0 * options.least_track_stability
+        100.0 * LEAST_TRACK_STABILITY
     ));
-    let evidence = TrackEvidence {
-        seen,
-        expected,
-        roughness,
-        largest_error_sd: largest,
-        score: Some(track.score),
-        needed: Some(needed),
-        stability,
-        prominence,
-        signal_to_noise,
-        reasons,
-    };
+    let evidence = TrackEvidence { seen, expected, roughness, stability, signal_to_noise, reasons };
     (enough_seen && probable && smooth && stable, evidence)
 }

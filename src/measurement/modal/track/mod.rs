@@ -8,17 +8,15 @@
 
 mod evidence;
 mod observation;
-mod options;
 mod process;
 mod record;
 mod search;
 
 pub use evidence::TrackEvidence;
-pub use options::TrackOptions;
 pub use record::TrackRecord;
 
+use super::FittedMode;
 use super::noise::median;
-use super::{FittedMode, ModalError};
 use observation::SightingChain;
 
 /// Number of passes over a chain, each with the density of irregular modes from the previous one.
@@ -42,35 +40,19 @@ pub struct TrackedMode {
 /// Tracks modes over records.
 ///
 /// Each pass excludes the regular modes of the previous one from the density of irregular modes.
-///
-/// # Errors  no records; a position that is not finite
-pub fn track(records: &[TrackRecord], options: &TrackOptions) -> Result<Vec<TrackedMode>, ModalError> {
-    if records.is_empty() {
-        return Err(ModalError::NoRecords);
-    }
-    let mut placed = Vec::new();
-    let mut unplaced = Vec::new();
-    for (at, record) in records.iter().enumerate() {
-        match record.nut_m {
-            Some(nut_m) if nut_m.is_finite() => placed.push((nut_m, at)),
-            Some(nut_m) => return Err(ModalError::Position { record: record.name.to_owned(), nut_m }),
-            None => unplaced.push(at),
-        }
-    }
-    placed.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let mut modes = Vec::new();
-    for order in [placed.into_iter().map(|(_, at)| at).collect(), unplaced] {
-        modes.extend(track_chain(records, order, options));
-    }
+pub fn track(records: &[TrackRecord]) -> Vec<TrackedMode> {
+    let (mut placed, unplaced): (Vec<usize>, Vec<usize>) = (0..records.len()).partition(|at| records[*at].nut_m.is_some());
+    placed.sort_by(|a, b| records[*a].nut_m.unwrap_or(0.0).total_cmp(&records[*b].nut_m.unwrap_or(0.0)));
+    let mut modes = [placed, unplaced].map(|order| track_chain(records, order)).concat();
     modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz).then_with(|| a.sightings.cmp(&b.sightings)));
     for (at, mode) in modes.iter_mut().enumerate() {
         mode.order = at + 1;
     }
-    Ok(modes)
+    modes
 }
 
 /// Tracks the modes of one chain.
-fn track_chain(records: &[TrackRecord], order: Vec<usize>, options: &TrackOptions) -> Vec<TrackedMode> {
+fn track_chain(records: &[TrackRecord], order: Vec<usize>) -> Vec<TrackedMode> {
     let mut chain = SightingChain::of(records, order);
     let mut tracks = search::tracks(&chain);
     let mode_of = |chain: &SightingChain, s: usize| {
@@ -82,7 +64,7 @@ fn track_chain(records: &[TrackRecord], order: Vec<usize>, options: &TrackOption
     };
     for _ in 0..ROUNDS {
         let irregular: usize =
-            tracks.iter().filter(|t| !evidence::judge(&chain, t, &modes_of(&chain, t), options).0).map(|t| t.sightings.len()).sum();
+            tracks.iter().filter(|t| !evidence::judge(&chain, t, &modes_of(&chain, t)).0).map(|t| t.sightings.len()).sum();
         chain.set_clutter(irregular);
         tracks = search::tracks(&chain);
     }
@@ -90,8 +72,8 @@ fn track_chain(records: &[TrackRecord], order: Vec<usize>, options: &TrackOption
     for track in &tracks {
         let modes = modes_of(&chain, track);
         let (regular, evidence) = match (chain.records.len(), modes.as_slice()) {
-            (1, [mode]) => evidence::judge_single(mode, options),
-            _ => evidence::judge(&chain, track, &modes, options),
+            (1, [mode]) => evidence::judge_single(mode),
+            _ => evidence::judge(&chain, track, &modes),
         };
         found.push(TrackedMode {
             order: 0,

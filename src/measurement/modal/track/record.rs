@@ -5,9 +5,7 @@ use super::super::FittedMode;
 /// The modes of one record.
 #[derive(Debug, Clone, Copy)]
 pub struct TrackRecord<'a> {
-    /// Name.
-    pub name: &'a str,
-    /// Nut position (m); records without one form a separate chain, in which modes should not move.
+    /// Nut position (m), finite; records without one form a separate chain, in which modes should not move.
     pub nut_m: Option<f64>,
     /// Key shared by records of the same response, excitation and quantity; amplitudes are compared only among them.
     pub series: &'a str,
