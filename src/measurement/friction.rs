@@ -1,5 +1,6 @@
 //! Friction measured at constant velocities: a table of runs.
 
+use super::motion::EFFORT_COLUMNS;
 use super::table::Table;
 use super::{MeasurementError, SourceFile};
 
@@ -51,12 +52,9 @@ impl FrictionTable {
         let path = &file.path;
         let columns = ["force_n", "force_sd_n", "torque_nm", "torque_sd_nm"];
         let table = Table::read(path, file.text()?, &["velocity_m_s"], &columns)?;
-        let (unit, column, sd) = match (table.has("force_n"), table.has("torque_nm")) {
-            (true, false) => (FrictionUnit::Force, "force_n", "force_sd_n"),
-            (false, true) => (FrictionUnit::Torque, "torque_nm", "torque_sd_nm"),
-            (true, true) => return Err(MeasurementError::line(path, 1, "has both force_n and torque_nm; keep one of them")),
-            (false, false) => return Err(MeasurementError::line(path, 1, "has neither force_n nor torque_nm; write one of them")),
-        };
+        let column = table.one_of(EFFORT_COLUMNS)?;
+        let (unit, sd) =
+            if column == EFFORT_COLUMNS[0] { (FrictionUnit::Force, "force_sd_n") } else { (FrictionUnit::Torque, "torque_sd_nm") };
         let mut runs = Vec::new();
         for row in table.rows() {
             let row = row?;

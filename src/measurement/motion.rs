@@ -67,7 +67,7 @@ const SATURATED_SAMPLES: usize = 20;
 /// Columns that a record must have.
 const REQUIRED: [&str; 3] = ["time_s", "command_m", "position_m"];
 /// Columns of the drive effort; a record has exactly one of them.
-const EFFORT_COLUMNS: [&str; 2] = ["force_n", "torque_nm"];
+pub(super) const EFFORT_COLUMNS: [&str; 2] = ["force_n", "torque_nm"];
 
 /// Reads a time record: columns `time_s,command_m,position_m` and `force_n` or `torque_nm`; other columns are kept by name.
 ///
@@ -75,13 +75,7 @@ const EFFORT_COLUMNS: [&str; 2] = ["force_n", "torque_nm"];
 /// channel is constant; force or torque is saturated (with the first line of the saturation).
 pub fn read_motion(path: &str, name: &str, text: &str) -> Result<MotionRecord, MeasurementError> {
     let table = Table::read_open(path, text, &REQUIRED, &EFFORT_COLUMNS)?;
-    let load_column = match (table.has(EFFORT_COLUMNS[0]), table.has(EFFORT_COLUMNS[1])) {
-        (true, false) => EFFORT_COLUMNS[0],
-        (false, true) => EFFORT_COLUMNS[1],
-        (true, true) => return Err(MeasurementError::line(path, 1, "has both force_n and torque_nm; keep one of them")),
-        (false, false) => return Err(MeasurementError::line(path, 1, "has neither force_n nor torque_nm; write one of them")),
-    };
-    let mut columns: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+    let load_column = table.one_of(EFFORT_COLUMNS)?;
     let mut lines = Vec::new();
     let names: Vec<String> = table.columns().into_iter().map(str::to_string).collect();
     let mut cells: Vec<Vec<f64>> = vec![Vec::new(); names.len()];
@@ -92,9 +86,7 @@ pub fn read_motion(path: &str, name: &str, text: &str) -> Result<MotionRecord, M
             cells.push(row.number(name)?);
         }
     }
-    for (name, cells) in names.into_iter().zip(cells) {
-        columns.insert(name, cells);
-    }
+    let mut columns: BTreeMap<String, Vec<f64>> = names.into_iter().zip(cells).collect();
     let mut take = |name: &str| columns.remove(name).unwrap_or_default();
     let (time_s, command_m, position_m, load) = (take(REQUIRED[0]), take(REQUIRED[1]), take(REQUIRED[2]), take(load_column));
     let load = if load_column == EFFORT_COLUMNS[0] { DriveEffort::Force(load) } else { DriveEffort::Torque(load) };

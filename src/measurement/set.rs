@@ -58,20 +58,19 @@ pub struct Published {
 impl Published {
     /// Returns the published frequency (Hz) of an order at a position, predicted by a fit to `fit_positions`.
     pub fn predicted_hz(&self, fit_positions: &[String], position: &str, order: u32) -> Option<f64> {
-        let same = |r: &&PublishedRow| {
-            r.fit_positions.len() == fit_positions.len()
-                && r.fit_positions.iter().all(|p| fit_positions.contains(p))
-                && r.position == position
-                && r.order == order
-        };
+        let same = |r: &&PublishedRow| are_same(&r.fit_positions, fit_positions) && r.position == position && r.order == order;
         self.rows.iter().find(same).map(|r| r.predicted_hz)
     }
 
     /// Returns the printed values by parameter id of a fit to `fit_positions`.
     pub fn parameters(&self, fit_positions: &[String]) -> Option<&BTreeMap<String, f64>> {
-        let same = |fit: &[String]| fit.len() == fit_positions.len() && fit.iter().all(|p| fit_positions.contains(p));
-        self.parameters.iter().find(|(fit, _)| same(fit)).map(|(_, values)| values)
+        self.parameters.iter().find(|(fit, _)| are_same(fit, fit_positions)).map(|(_, values)| values)
     }
+}
+
+/// Whether two lists hold the same names.
+fn are_same(a: &[String], b: &[String]) -> bool {
+    a.len() == b.len() && a.iter().all(|name| b.contains(name))
 }
 
 /// Standard deviations of channel gains, channel delays and nut positions of a hammer test.
@@ -94,7 +93,7 @@ impl Default for ChannelTolerance {
 }
 
 /// Observations of one machine.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct MeasurementSet {
     /// Folder of the set.
     pub path: String,
@@ -136,23 +135,7 @@ impl MeasurementSet {
 
     /// Returns a set without observations and positions, for machines without measurements.
     pub fn none() -> Self {
-        MeasurementSet {
-            path: "no measurement set".into(),
-            title: String::new(),
-            quantity: None,
-            gain: Gain::Known(1.0),
-            response: None,
-            excitation: None,
-            positions: Vec::new(),
-            modes: None,
-            frfs: Vec::new(),
-            motions: Vec::new(),
-            split: None,
-            tolerance: ChannelTolerance::default(),
-            published: Published::default(),
-            files: Vec::new(),
-            warnings: Vec::new(),
-        }
+        MeasurementSet { path: "no measurement set".into(), ..MeasurementSet::default() }
     }
 }
 

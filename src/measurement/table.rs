@@ -109,6 +109,16 @@ impl<'p> Table<'p> {
         names.into_iter().map(|(name, _)| name).collect()
     }
 
+    /// Returns the one of two columns that the table has.
+    pub(super) fn one_of(&self, [a, b]: [&'static str; 2]) -> Result<&'static str, MeasurementError> {
+        match (self.has(a), self.has(b)) {
+            (true, false) => Ok(a),
+            (false, true) => Ok(b),
+            (true, true) => Err(MeasurementError::line(self.path, 1, format!("has both {a} and {b}; keep one of them"))),
+            (false, false) => Err(MeasurementError::line(self.path, 1, format!("has neither {a} nor {b}; write one of them"))),
+        }
+    }
+
     pub(super) fn has(&self, column: &str) -> bool {
         self.columns.contains_key(column)
     }

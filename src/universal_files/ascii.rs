@@ -151,7 +151,7 @@ pub(crate) fn read_values<R: Read + Seek>(
         }
     }
     header.count = points.taken();
-    Ok(points.finish(header))
+    Ok(points.into_values().finish(header))
 }
 
 /// Reads lines up to the end of the data.

@@ -9,15 +9,9 @@ use crate::error::UniversalError;
 use crate::kind::ByteOrder;
 use crate::layout::{Extent, Layout};
 use crate::place::FilePlace;
+use crate::point::Values;
 use crate::record::{Ordinate, RecordHeader};
 use crate::source::ByteSource;
-
-/// Values read so far.
-struct Values {
-    abscissa: Vec<f64>,
-    real: Vec<f64>,
-    complex: Vec<Complex64>,
-}
 
 /// Reads the payload that starts here. The source ends up after it, also after a refusal.
 pub(crate) fn read_values<R: Read + Seek>(
@@ -32,13 +26,9 @@ pub(crate) fn read_values<R: Read + Seek>(
     let end = FilePlace { byte: start + stride * count, line: None };
     // The extent ends inside the file, so that the bytes of the file bound the count.
     let count = count as usize;
-    let of = |wanted: bool| if wanted { count } else { 0 };
     let complex = layout.ordinate.is_complex();
-    let mut values = Values {
-        abscissa: Vec::with_capacity(of(!header.even)),
-        real: Vec::with_capacity(of(!complex)),
-        complex: Vec::with_capacity(of(complex)),
-    };
+    let mut values = Values::default();
+    values.reserve(count, complex, header.even);
     let mut left = count;
     while left > 0 {
         let window = source.window(stride as usize)?;
@@ -57,12 +47,7 @@ pub(crate) fn read_values<R: Read + Seek>(
         left -= whole;
     }
     source.seek(end)?;
-    let abscissa = if header.even {
-        Abscissa::Even { first: header.abscissa_first, step: header.abscissa_step, count }
-    } else {
-        Abscissa::Uneven(values.abscissa)
-    };
-    Ok((abscissa, if complex { Ordinate::Complex(values.complex) } else { Ordinate::Real(values.real) }))
+    Ok(values.finish(header))
 }
 
 impl Values {

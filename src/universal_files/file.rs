@@ -101,12 +101,20 @@ fn collect<R: Read + Seek, F>(
     next: impl Fn(&mut UniversalReader<R>) -> Option<Result<Dataset<F>, UniversalError>>,
     refused: &mut dyn FnMut(UniversalError) -> Result<(), UniversalError>,
 ) -> Result<UniversalFile<F>, UniversalError> {
-    let (mut headers, mut units, mut nodes) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut trace_lines, mut functions) = (Vec::new(), Vec::new());
+    let mut file = UniversalFile {
+        headers: Vec::new(),
+        units: Vec::new(),
+        nodes: Vec::new(),
+        trace_lines: Vec::new(),
+        functions: Vec::new(),
+        skipped: Vec::new(),
+        warnings: Vec::new(),
+    };
     let mut skipped: BTreeMap<u32, Skipped> = BTreeMap::new();
-    let (mut cut, mut parts_left_out) = (None, false);
+    let (mut cut, mut is_other_format) = (None, true);
     let mut budget = (SIZE_FACTOR * reader.length()).saturating_add(SIZE_SLACK);
     while let Some(dataset) = next(&mut reader) {
+        is_other_format = false;
         let kept = match &dataset {
             Ok(Dataset::Function(_)) => size_of::<F>(),
             Ok(Dataset::Header(_)) => size_of::<FileHeader>(),
@@ -115,33 +123,23 @@ fn collect<R: Read + Seek, F>(
         };
         budget = budget.checked_sub(kept as u64).ok_or_else(|| reader.too_many_small())?;
         match dataset {
-            Ok(Dataset::Function(function)) => functions.push(*function),
-            Ok(Dataset::Header(header)) => headers.push(header),
-            Ok(Dataset::Units(found)) => units.push(found),
-            Ok(Dataset::Nodes(found)) => nodes.extend(found),
-            Ok(Dataset::TraceLines(found)) => trace_lines.extend(found),
+            Ok(Dataset::Function(function)) => file.functions.push(*function),
+            Ok(Dataset::Header(header)) => file.headers.push(header),
+            Ok(Dataset::Units(found)) => file.units.push(found),
+            Ok(Dataset::Nodes(found)) => file.nodes.extend(found),
+            Ok(Dataset::TraceLines(found)) => file.trace_lines.extend(found),
             Ok(Dataset::Skipped(found)) => {
                 skipped.entry(found.number).and_modify(|first| first.times += 1).or_insert(found);
             }
-            Err(UniversalError::EndsInHeader { place, .. }) if !functions.is_empty() => cut = Some(Warning::EndsInHeader { place }),
-            Err(fault) => {
-                refused(fault)?;
-                parts_left_out = true;
-            }
+            Err(UniversalError::EndsInHeader { place, .. }) if !file.functions.is_empty() => cut = Some(Warning::EndsInHeader { place }),
+            Err(fault) => refused(fault)?,
         }
     }
-    let mut skipped: Vec<Skipped> = skipped.into_values().collect();
-    skipped.sort_by_key(|skipped| skipped.place.byte);
-    let warnings = reader.warnings().into_iter().chain(cut).collect();
-    if headers.is_empty()
-        && units.is_empty()
-        && nodes.is_empty()
-        && trace_lines.is_empty()
-        && functions.is_empty()
-        && skipped.is_empty()
-        && !parts_left_out
-    {
+    if is_other_format {
         return Err(reader.nothing_found());
     }
-    Ok(UniversalFile { headers, units, nodes, trace_lines, functions, skipped, warnings })
+    file.skipped.extend(skipped.into_values());
+    file.skipped.sort_by_key(|skipped| skipped.place.byte);
+    file.warnings = reader.warnings().into_iter().chain(cut).collect();
+    Ok(file)
 }

@@ -10,12 +10,45 @@ const LEAST_BYTES: u64 = 2;
 /// Usual size of a number and its blank in text (bytes).
 const USUAL_BYTES: u64 = 13;
 
+/// Values of a record: its abscissas if uneven, and its ordinates, real or complex.
+#[derive(Debug, Default)]
+pub(crate) struct Values {
+    pub abscissa: Vec<f64>,
+    pub real: Vec<f64>,
+    pub complex: Vec<Complex64>,
+}
+
+impl Values {
+    /// Reserves space for more values.
+    pub fn reserve(&mut self, more: usize, complex: bool, even: bool) {
+        if complex {
+            self.complex.reserve_exact(more);
+        } else {
+            self.real.reserve_exact(more);
+        }
+        if !even {
+            self.abscissa.reserve_exact(more);
+        }
+    }
+
+    /// Returns abscissa and ordinate of the record.
+    pub fn finish(mut self, header: &RecordHeader) -> (Abscissa, Ordinate) {
+        let abscissa = if header.even {
+            Abscissa::Even { first: header.abscissa_first, step: header.abscissa_step, count: header.count }
+        } else {
+            self.abscissa.shrink_to_fit();
+            Abscissa::Uneven(self.abscissa)
+        };
+        self.complex.shrink_to_fit();
+        self.real.shrink_to_fit();
+        (abscissa, if header.ordinate_type.is_complex() { Ordinate::Complex(self.complex) } else { Ordinate::Real(self.real) })
+    }
+}
+
 /// Values read so far, up to the declared number.
 #[derive(Debug)]
 pub(crate) struct Points {
-    abscissa: Vec<f64>,
-    real: Vec<f64>,
-    complex: Vec<Complex64>,
+    values: Values,
     pending: [f64; 3],
     filled: usize,
     width: usize,
@@ -28,17 +61,8 @@ impl Points {
     /// Reserves space for the values that a header declares, as far as the bytes left can hold them.
     pub fn new(header: &RecordHeader, bytes_left: u64) -> Self {
         let width = numbers_per_value(header);
-        let mut points = Self {
-            abscissa: Vec::new(),
-            real: Vec::new(),
-            complex: Vec::new(),
-            pending: [0.0; 3],
-            filled: 0,
-            width,
-            even: header.even,
-            taken: 0,
-            declared: header.count,
-        };
+        let mut points =
+            Self { values: Values::default(), pending: [0.0; 3], filled: 0, width, even: header.even, taken: 0, declared: header.count };
         points.reserve(header.ordinate_type.is_complex(), bytes_left / (USUAL_BYTES * width as u64) + 1);
         points
     }
@@ -46,14 +70,7 @@ impl Points {
     /// Reserves space for more values, never more than declared.
     fn reserve(&mut self, complex: bool, more: u64) {
         let more = usize::try_from(more).unwrap_or(usize::MAX).min(self.declared - self.taken);
-        if complex {
-            self.complex.reserve_exact(more);
-        } else {
-            self.real.reserve_exact(more);
-        }
-        if !self.even {
-            self.abscissa.reserve_exact(more);
-        }
+        self.values.reserve(more, complex, self.even);
     }
 
     /// Whether all declared values are read.
@@ -101,37 +118,28 @@ impl Points {
         }
         self.filled = 0;
         let complex = self.width == 2 + usize::from(!self.even);
-        if self.taken == if complex { self.complex.capacity() } else { self.real.capacity() } {
+        if self.taken == if complex { self.values.complex.capacity() } else { self.values.real.capacity() } {
             self.reserve(complex, bytes_left / (LEAST_BYTES * self.width as u64) + 1);
         }
         self.taken += 1;
         let [first, second, third] = self.pending;
         match (complex, self.even) {
-            (true, true) => self.complex.push(Complex64::new(first, second)),
-            (false, true) => self.real.push(first),
+            (true, true) => self.values.complex.push(Complex64::new(first, second)),
+            (false, true) => self.values.real.push(first),
             (true, false) => {
-                self.abscissa.push(first);
-                self.complex.push(Complex64::new(second, third));
+                self.values.abscissa.push(first);
+                self.values.complex.push(Complex64::new(second, third));
             }
             (false, false) => {
-                self.abscissa.push(first);
-                self.real.push(second);
+                self.values.abscissa.push(first);
+                self.values.real.push(second);
             }
         }
     }
 
-    /// Returns abscissa and ordinate.
-    pub fn finish(mut self, header: &RecordHeader) -> (Abscissa, Ordinate) {
-        let complex = header.ordinate_type.is_complex();
-        let abscissa = if self.even {
-            Abscissa::Even { first: header.abscissa_first, step: header.abscissa_step, count: self.taken }
-        } else {
-            self.abscissa.shrink_to_fit();
-            Abscissa::Uneven(self.abscissa)
-        };
-        self.complex.shrink_to_fit();
-        self.real.shrink_to_fit();
-        (abscissa, if complex { Ordinate::Complex(self.complex) } else { Ordinate::Real(self.real) })
+    /// Returns the values.
+    pub fn into_values(self) -> Values {
+        self.values
     }
 }
 

@@ -6,7 +6,7 @@ use num_complex::Complex64;
 
 use super::ImportedFrf;
 use super::column::{Column, Content, column};
-use super::layout::{Cell, Layout, Separator, cell, is_void, layout};
+use super::layout::{Cell, Layout, cell, is_void, layout};
 use super::unit::{Fault, Measures, measures, of_frf, to_hz};
 use crate::{MeasurementError, Quantity};
 
@@ -21,20 +21,16 @@ pub struct TableRequest {
     pub strict: bool,
 }
 
-/// Columns of one FRF, by index, with their factors.
-#[derive(Debug, Clone, PartialEq)]
+/// One FRF with its columns, by index, and their factors.
 struct Group {
-    label: String,
+    frf: ImportedFrf,
     frequency: (usize, f64),
     first: (usize, f64),
     second: (usize, f64),
     form: Form,
     inverted: bool,
-    quantity: Quantity,
-    by_torque: bool,
     coherence: Option<(usize, f64)>,
     relative_sd: Option<usize>,
-    notes: Vec<String>,
 }
 
 /// Meaning of the two columns of a value.
@@ -68,33 +64,17 @@ pub fn frfs_from_table(source: &str, stem: &str, text: &str, request: &TableRequ
     })?;
     let at_header = |fault: String| MeasurementError::line(source, layout.header_line, fault);
     let columns = columns(&layout, request).map_err(at_header)?;
-    let groups = groups(&columns, request.quantity).map_err(at_header)?;
+    let mut groups = groups(&columns, request.quantity).map_err(at_header)?;
+    read_values(source, text, &layout, &columns, &mut groups)?;
     let several = groups.len() > 1;
-    let series = read_values(source, text, &layout, &columns, &groups)?;
-    let mut frfs = Vec::new();
-    for (index, (group, series)) in groups.into_iter().zip(series).enumerate() {
-        let part = if group.label.is_empty() { format!("{}", index + 1) } else { group.label.replace(' ', "-") };
+    let named = |(index, Group { mut frf, .. }): (usize, Group)| {
+        let label = &frf.texts[0];
+        let part = if label.is_empty() { format!("{}", index + 1) } else { label.replace(' ', "-") };
         let name = if several { format!("{stem}-{part}") } else { stem.to_string() };
-        let frf = ImportedFrf {
-            source: source.into(),
-            texts: vec![group.label.clone()],
-            response: "response".into(),
-            excitation: "excitation".into(),
-            response_direction: 0,
-            excitation_direction: 0,
-            by_torque: group.by_torque,
-            quantity: group.quantity,
-            frequency_hz: series.frequency_hz,
-            values: series.values,
-            coherence: group.coherence.map(|_| series.coherence),
-            relative_sd: group.relative_sd.map(|_| series.relative_sd),
-            dropped: 0,
-            warnings: group.notes.iter().map(|note| format!("{name}: {note}")).collect(),
-            name,
-        };
-        frfs.push(frf.checked(request.strict).map_err(|fault| in_lines(fault, &layout))?);
-    }
-    Ok(frfs)
+        frf.warnings.iter_mut().for_each(|note| *note = format!("{name}: {note}"));
+        ImportedFrf { name, source: source.into(), ..frf }.checked(request.strict).map_err(|fault| in_lines(fault, &layout))
+    };
+    groups.into_iter().enumerate().map(named).collect()
 }
 
 /// States the first line of numbers where a value is at fault, so that its line can be found.
@@ -183,9 +163,11 @@ fn groups(columns: &[Column], requested: Option<Quantity>) -> Result<Vec<Group>,
             let mut group = group(columns, frequency, (first, second), is_polar, requested)?;
             group.coherence = shared(Content::Coherence).map(|at| (at, if columns[at].unit.as_deref() == Some("%") { 0.01 } else { 1.0 }));
             group.relative_sd = shared(Content::RelativeSd);
+            group.frf.coherence = group.coherence.map(|_| Vec::new());
+            group.frf.relative_sd = group.relative_sd.map(|_| Vec::new());
             if has_both && !is_polar {
                 magnitude.iter().chain(&phase).for_each(|at| used[*at] = true);
-                group.notes.push("magnitude and phase repeat the real and imaginary parts, which are used".into());
+                group.frf.warnings.push("magnitude and phase repeat the real and imaginary parts, which are used".into());
             }
             let own = [Some(frequency), Some(first), Some(second), group.coherence.map(|c| c.0), group.relative_sd];
             own.into_iter().flatten().for_each(|at| used[at] = true);
@@ -272,18 +254,32 @@ fn group(
     if inverted {
         notes.push(format!("the columns hold force over motion; their reciprocal is taken as {}", quantity.word()));
     }
+    let frf = ImportedFrf {
+        name: String::new(),
+        source: String::new(),
+        texts: vec![a.label.clone()],
+        response: "response".into(),
+        excitation: "excitation".into(),
+        response_direction: 0,
+        excitation_direction: 0,
+        by_torque,
+        quantity,
+        frequency_hz: Vec::new(),
+        values: Vec::new(),
+        coherence: None,
+        relative_sd: None,
+        dropped: 0,
+        warnings: notes,
+    };
     Ok(Group {
-        label: a.label.clone(),
+        frf,
         frequency: (frequency, factor_hz),
         first: (first, of_a.or(if is_polar { None } else { of_b }).unwrap_or(1.0)),
         second: (second, of_b.unwrap_or(1.0)),
         form,
         inverted,
-        quantity,
-        by_torque,
         coherence: None,
         relative_sd: None,
-        notes,
     })
 }
 
@@ -309,18 +305,8 @@ fn phase_factor(column: &Column) -> Result<f64, Fault> {
     if is_angle { Ok(unit.to_si()) } else { Err(format!("{}: «{label}» is no angle; write deg or rad", column.name)) }
 }
 
-/// Values of one FRF, line by line.
-#[derive(Debug, Default)]
-struct Series {
-    frequency_hz: Vec<f64>,
-    values: Vec<Complex64>,
-    coherence: Vec<f64>,
-    relative_sd: Vec<f64>,
-}
-
-/// Reads all lines of numbers.
-fn read_values(source: &str, text: &str, layout: &Layout, columns: &[Column], groups: &[Group]) -> Result<Vec<Series>, MeasurementError> {
-    let mut series: Vec<Series> = groups.iter().map(|_| Series::default()).collect();
+/// Reads all lines of numbers into the FRFs.
+fn read_values(source: &str, text: &str, layout: &Layout, columns: &[Column], groups: &mut [Group]) -> Result<(), MeasurementError> {
     let mut numbers = vec![f64::NAN; columns.len()];
     for (index, line) in text.lines().enumerate().skip(layout.first) {
         if is_void(line) {
@@ -328,7 +314,7 @@ fn read_values(source: &str, text: &str, layout: &Layout, columns: &[Column], gr
         }
         let in_line = |fault: String| MeasurementError::line(source, index as u64 + 1, fault);
         read_line(line, layout, columns, &mut numbers).map_err(in_line)?;
-        for (group, series) in groups.iter().zip(&mut series) {
+        for group in groups.iter_mut() {
             let (a, b) = (numbers[group.first.0], numbers[group.second.0]);
             if group.form == Form::Polar && a < 0.0 {
                 return Err(in_line(format!("the magnitude is {a}; a linear magnitude is not negative")));
@@ -338,17 +324,17 @@ fn read_values(source: &str, text: &str, layout: &Layout, columns: &[Column], gr
                 return Err(in_line(format!("{} is missing; each line has a frequency", columns[group.frequency.0].name)));
             }
             let value = group.form.value(a, b, (group.first.1, group.second.1));
-            series.frequency_hz.push(frequency * group.frequency.1);
-            series.values.push(if group.inverted { value.inv() } else { value });
-            if let Some((at, factor)) = group.coherence {
-                series.coherence.push(numbers[at] * factor);
+            group.frf.frequency_hz.push(frequency * group.frequency.1);
+            group.frf.values.push(if group.inverted { value.inv() } else { value });
+            if let (Some((at, factor)), Some(coherence)) = (group.coherence, &mut group.frf.coherence) {
+                coherence.push(numbers[at] * factor);
             }
-            if let Some(at) = group.relative_sd {
-                series.relative_sd.push(numbers[at]);
+            if let (Some(at), Some(relative_sd)) = (group.relative_sd, &mut group.frf.relative_sd) {
+                relative_sd.push(numbers[at]);
             }
         }
     }
-    Ok(series)
+    Ok(())
 }
 
 /// Reads the cells of a line; NaN where a value is missing.
@@ -372,10 +358,7 @@ fn read_line(line: &str, layout: &Layout, columns: &[Column], numbers: &mut [f64
         count += 1;
         Ok(())
     };
-    match layout.separator {
-        Separator::Character(separator) => line.split(separator).try_for_each(|text| read(text.trim().trim_matches('"').trim()))?,
-        Separator::Blanks => line.split_whitespace().try_for_each(|text| read(text.trim_matches('"')))?,
-    }
+    layout.separator.cells(line).try_for_each(&mut read)?;
     if count != columns.len() {
         let hint = if count > columns.len() && !layout.comma { " (decimal commas? write points)" } else { "" };
         return Err(format!("has {count} cells, not {} as the first line of numbers{hint}", columns.len()));
