@@ -27,7 +27,7 @@ fn diagnose_modified_case(wanted: impl Fn(&Kind, &[String], Option<&str>) -> boo
     let plan = Plan::from_counts(&Counts::QUICK, 1);
     let names = |at: usize| plan.slots[at].effects.iter().map(|e| e.name().to_string()).collect::<Vec<_>>();
     let strength = |at: usize| plan.slots[at].strength.map(|s| format!("{s:?}"));
-    let index = (0..plan.len()).find(|at| wanted(&plan.slots[*at].kind, &names(*at), strength(*at).as_deref())).unwrap();
+    let index = (0..plan.slots.len()).find(|at| wanted(&plan.slots[*at].kind, &names(*at), strength(*at).as_deref())).unwrap();
     let (case, label) = generate_one(1, &plan, index).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("case");

@@ -37,8 +37,8 @@ mod sizing;
 mod tests;
 
 pub use case::{
-    Case, ChannelSet, Counts, Exact, Gap, HammerTest, Imitation, Kind, Label, Ordinary, Plan, Scatter, Slot, Strength, VISIBLE,
-    generate_one, labels_json, measured_again, ordinary, ordinary_on_guide, write_case,
+    Case, ChannelSet, Counts, Gap, HammerTest, Imitation, Kind, Label, Ordinary, Plan, Scatter, Slot, Strength, VISIBLE, generate_one,
+    labels_json, measured_again, ordinary, ordinary_on_guide, write_case,
 };
 pub use error::{Result, SimulatorError};
 pub use machine::layout::Layout;

@@ -46,8 +46,8 @@ impl CasePlan {
     /// Returns the number of cases.
     pub fn len(&self) -> usize {
         match self {
-            Self::Frf(plan) => plan.len(),
-            Self::Motion(plan) => plan.len(),
+            Self::Frf(plan) => plan.slots.len(),
+            Self::Motion(plan) => plan.slots.len(),
         }
     }
 }

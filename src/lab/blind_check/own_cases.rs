@@ -87,7 +87,6 @@ pub fn own_case(seed: u64, plan: &Plan, index: usize) -> StudyResult<(Case, Labe
         gap: Gap { closed, ..Gap::default() },
         fault: None,
         faulty_records: Vec::new(),
-        exact: Vec::new(),
         ..label
     };
     let responses = truth.responses(&case, 1)?;

@@ -52,7 +52,6 @@ fn label(kind: Kind, effects: &[&str], place: &[&str]) -> Label {
         faulty_records: Vec::new(),
         hammer: None,
         refused: 0,
-        exact: Vec::new(),
     }
 }
 

@@ -2,12 +2,14 @@
 
 use std::collections::BTreeMap;
 
+#[cfg(test)]
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 use super::imitation::Imitation;
 use super::plan::{Kind, Strength};
 use crate::effect::Place;
+#[cfg(test)]
 use crate::machine::point::Channel;
 
 /// Gaps of the engineer's model after a refit to noise-free data: the rms residual. For FRFs its unit is ln H per component; for motions
@@ -64,20 +66,15 @@ impl WrongParameter {
 }
 
 /// Noise-free curves of one record, in the quantity that the manifest states.
+#[cfg(test)]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Exact {
     /// Name of the position.
     pub position: String,
     /// Response and excitation.
     pub channel: Channel,
-    /// Force level over the nominal level.
-    pub level: f64,
-    /// Frequencies of the lines, Hz.
-    pub frequency_hz: Vec<f64>,
     /// True curve of machine and measurement, including gain and delay.
     pub with: Vec<Complex64>,
-    /// The same curve without the effects.
-    pub without: Vec<Complex64>,
 }
 
 /// Properties of a hammer test.
@@ -151,7 +148,8 @@ pub struct Label {
     pub hammer: Option<HammerTest>,
     /// Machines rejected before this one.
     pub refused: usize,
-    /// Noise-free curves. They are not written, because the seed reproduces them.
+    /// Noise-free curves, for tests.
+    #[cfg(test)]
     #[serde(skip)]
     pub exact: Vec<Exact>,
 }

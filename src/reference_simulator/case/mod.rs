@@ -46,7 +46,7 @@ pub use channel_set::{ChannelSet, Quantity};
 pub use fitted::VISIBLE;
 pub use imitation::Imitation;
 pub(crate) use label::WrongParameter;
-pub use label::{Exact, Gap, HammerTest, Label};
+pub use label::{Gap, HammerTest, Label};
 pub use make::generate_one;
 pub use ordinary::{Ordinary, measured_again, ordinary, ordinary_on_guide};
 pub use plan::{Counts, Kind, LOOK_ALIKES, Plan, Slot, Strength};

@@ -228,14 +228,4 @@ impl Plan {
         draw.shuffle(&mut slots);
         Self { slots }
     }
-
-    /// Returns the number of cases.
-    pub fn len(&self) -> usize {
-        self.slots.len()
-    }
-
-    /// Whether the plan has no cases.
-    pub fn is_empty(&self) -> bool {
-        self.slots.is_empty()
-    }
 }

@@ -1,15 +1,14 @@
 //! Simulated test of a subject: the published case and the curves for the label.
 
-use num_complex::Complex64;
-
 use super::channel_set::{ChannelSet, Quantity};
 use super::choice::Choice;
 use super::fault::DataFault;
-use super::label::{Exact, HammerTest, Label};
-use super::measure::{TestRig, as_quantity, from_accelerance, on_lines};
+#[cfg(test)]
+use super::label::Exact;
+use super::label::{HammerTest, Label};
+use super::measure::{TestRig, as_quantity};
 use super::plan::{Kind, Slot};
 use super::record::{Case, Position, Record};
-use super::subject::axis;
 use crate::Result;
 use crate::draw::Draw;
 use crate::machine::point::Point;
@@ -33,7 +32,8 @@ pub(super) fn simulated_test(slot: &Slot, choice: &Choice, label: &mut Label, dr
         estimator_bias: test.bias,
         high_pass_hz: choice.subject.nuisance.sensor.map(|sensor| sensor.corner_hz),
     });
-    label.exact = curves(choice, &test, quantity)?;
+    #[cfg(test)]
+    label.exact.extend(curves(choice, &test, quantity));
     let data_fault = (slot.kind == Kind::HardNullBadChannel)
         .then(|| DataFault::random(test.stations.len(), test.channels.len(), choice.setting.band_hz, draw));
     let records = simulated_records(choice, &test, quantity, data_fault, &draw.branch(1), label)?;
@@ -96,24 +96,16 @@ fn simulated_records(
     Ok(records)
 }
 
-/// Computes the noise-free curves of the first measurement, with and without the effects.
-fn curves(choice: &Choice, test: &TestRig, quantity: Quantity) -> Result<Vec<Exact>> {
-    let clean = on_lines(&choice.subject.without_effects(), &test.channels, &test.stations, &axis(&test.lines_hz))?;
-    let in_quantity = |values: &[Complex64], misread: f64| -> Vec<Complex64> {
-        values.iter().zip(&test.lines_hz).map(|(value, &hz)| value * from_accelerance(hz, quantity, misread)).collect()
-    };
+/// Computes the noise-free curves of the first measurement.
+#[cfg(test)]
+fn curves(choice: &Choice, test: &TestRig, quantity: Quantity) -> Vec<Exact> {
     let mut out = Vec::new();
-    for (station, &(position, level)) in test.stations.iter().enumerate() {
-        for (channel, &name) in test.channels.iter().enumerate() {
-            out.push(Exact {
-                position: Position::name_of(position),
-                channel: name,
-                level,
-                frequency_hz: test.lines_hz.clone(),
-                with: in_quantity(&test.exact[station][channel], choice.subject.misread_power()),
-                without: in_quantity(&clean[station][channel], 0.0),
-            });
+    for (&(position, _), values) in test.stations.iter().zip(&test.exact) {
+        for (&channel, values) in test.channels.iter().zip(values) {
+            let factor = |hz: f64| super::measure::from_accelerance(hz, quantity, choice.subject.misread_power());
+            let with = values.iter().zip(&test.lines_hz).map(|(value, &hz)| value * factor(hz)).collect();
+            out.push(Exact { position: Position::name_of(position), channel, with });
         }
     }
-    Ok(out)
+    out
 }

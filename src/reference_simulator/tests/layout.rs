@@ -86,7 +86,7 @@ fn an_effect_that_a_layout_cannot_have_is_refused_and_none_other_takes_its_place
     }
     for layout in Layout::ALL {
         let count = all.slots.iter().filter(|slot| slot.layout == Some(layout)).count();
-        assert!((12..30).contains(&count), "{layout:?}: {count} of {}", all.len());
+        assert!((12..30).contains(&count), "{layout:?}: {count} of {}", all.slots.len());
     }
     let kinds = all.slots.iter().filter(|slot| slot.kind == Kind::Unknown).count();
     assert_eq!(kinds, EffectKind::UNLISTED.len() + 1);

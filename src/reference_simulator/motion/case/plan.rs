@@ -134,14 +134,4 @@ impl Plan {
         }
         plan
     }
-
-    /// Returns the number of cases.
-    pub fn len(&self) -> usize {
-        self.slots.len()
-    }
-
-    /// Whether the plan has no cases.
-    pub fn is_empty(&self) -> bool {
-        self.slots.is_empty()
-    }
 }
