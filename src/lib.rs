@@ -40,6 +40,7 @@ pub mod document {
     pub use report::document::*;
     pub use report::prediction::*;
     pub use report::record::*;
+    pub use report::vocabulary::*;
 }
 
 /// Measurement sets: from folders, arrays and files of other programs; peaks of FRFs.

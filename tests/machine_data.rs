@@ -1,5 +1,6 @@
 //! Wrong data of a machine are named, and no effect of the structure for them.
 
+use jointid::document::VerdictKind;
 use jointid::{DiagnosisRequest, Study, read_machine};
 use measurement::read_set;
 use numeric::distribution::clopper_pearson;
@@ -46,7 +47,7 @@ fn recover_wrong_data_of_the_machine() {
             println!("machine {number}, {id}: {} {:?} {:?}", verdict.kind, verdict.effects, verdict.faults);
             all += 1;
             right += usize::from(named);
-            wrong += usize::from(!named && verdict.kind == "effect");
+            wrong += usize::from(!named && verdict.kind == VerdictKind::Effect);
         };
         for (id, key, factor) in WRONG {
             tried(id, &with_wrong(&text, key, factor), &set);

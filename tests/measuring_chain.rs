@@ -77,7 +77,7 @@ const SPOILT: [Spoilt; 16] = [
 pub fn verdict(machine: &str, set: MeasurementSet) -> (String, Vec<String>, Vec<String>) {
     let study = Study::new(read_machine(machine).unwrap(), set);
     let found = study.diagnose_with(&DiagnosisRequest { nulls: 20, ..DiagnosisRequest::default() }).unwrap();
-    (found.verdict.kind, found.verdict.faults, found.verdict.effects)
+    (found.verdict.kind.to_string(), found.verdict.faults, found.verdict.effects)
 }
 
 /// Drawn machines of finite elements, of which nothing is missing: each fault is named; where nothing is wrong, none is.

@@ -3,6 +3,7 @@
 
 use std::f64::consts::TAU;
 
+use jointid::document::VerdictKind;
 use jointid::{DiagnosisRequest, Study, read_machine};
 use measurement::{MeasurementSet, read_set};
 use num_complex::Complex64;
@@ -195,6 +196,6 @@ fn recover_records_of_several_machines() {
     let set = foreign(&read_set(&folder.path().display().to_string()).unwrap(), (7, FOREIGN[0].1));
     let study = Study::new(read_machine(&machine).unwrap(), set);
     let found = study.diagnose_with(&DiagnosisRequest { nulls: 20, ..DiagnosisRequest::default() }).unwrap().verdict;
-    assert_eq!((found.kind.as_str(), found.effects.len(), found.confirmed), ("unknown", 0, None), "{found:#?}");
+    assert_eq!((found.kind, found.effects.len(), found.confirmed), (VerdictKind::Unknown, 0, None), "{found:#?}");
     assert!(found.reason.contains("no mode continues over the nut positions"), "{}", found.reason);
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use assert_cmd::Command;
 use jointid::document::{IdentificationDocument, PredictedMode};
 use jointid::simulation::Place;
-use jointid::{Drawing, PredictionRequest, Settings, Study, compare_results, read_identification};
+use jointid::{Drawing, PredictionRequest, Settings, Sources, Study, compare_results, read_identification};
 use numeric::distribution::clopper_pearson;
 use numeric::statistics::median;
 use reference_simulator::{Ordinary, measured_again, ordinary, write_case};
@@ -225,7 +225,7 @@ fn predictions_have_intervals_and_refuse_other_results() {
     assert_eq!(alone, text);
     // The library gives the same document.
     let (identified, file) = read_identification(Path::new(&result)).unwrap();
-    let (study, _, _) = Study::of_result(Path::new(&result), &[], &[]).unwrap();
+    let (study, _, _) = Study::open_with_result(&Sources::default(), Path::new(&result)).unwrap();
     let places = [0.7, 1.2].map(Place::Nut).to_vec();
     let request = PredictionRequest { places, frf: true, draws: 39, file: Some(file), ..PredictionRequest::default() };
     assert_eq!(serde_json::to_value(study.predict_with(&identified, &request).unwrap()).unwrap(), document);

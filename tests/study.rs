@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use assert_cmd::Command;
+use jointid::document::Role;
 use jointid::measurement::{DriveEffort, FrfArrays, MeasurementSet, MotionArrays, Quantity, SetArrays};
 use jointid::simulation::{FrfRequest, MotionRequest, Place, Reference, TravelProfile, frf, motion};
 use jointid::{Control, ObjectiveKind, Settings, Sources, Study, read_machine};
@@ -130,7 +131,7 @@ fn motion_records_are_identified_from_arrays() {
     let found = study.identify().unwrap();
     let truth = emps.machine().parameters.iter().find(|p| p.id == "moving_mass").unwrap().start;
     assert!((found.parameters["moving_mass"].value / truth - 1.0).abs() < 0.02, "{:?}", found.parameters["moving_mass"]);
-    assert_eq!(found.records["short"].role, "held_out");
+    assert_eq!(found.records["short"].role, Role::HeldOut);
     assert_eq!(study.validate(&found).unwrap().records.keys().collect::<Vec<_>>(), ["short"]);
     let wrong = study.with_settings(Settings { objective: Some(ObjectiveKind::Frf), ..Settings::default() }).identify();
     let message = wrong.unwrap_err().to_string();
@@ -161,7 +162,7 @@ fn a_result_reopens_its_own_study() {
     document["settings"]["config"] = "nowhere.toml".into();
     document["machine"]["path"] = "nowhere.toml".into();
     std::fs::write(&file, document.to_string()).unwrap();
-    let (again, same, input) = Study::of_result(&file, &[], &[]).unwrap();
+    let (again, same, input) = Study::open_with_result(&Sources::default(), &file).unwrap();
     assert_eq!(again.machine(), study.machine());
     let stated = Settings { objective: Some(ObjectiveKind::LeastSquares), ..study.settings().clone() };
     assert_eq!(again.settings(), &stated);

@@ -6,8 +6,10 @@ use clap::{Args, ValueEnum};
 
 use crate::message::shown;
 use crate::terminal;
+use crate::words::{Word, one_of};
 use report::document::{IdentificationDocument, Input};
-use study::{Quantity, RodModel, Study, StudyResult};
+use report::vocabulary::ToleranceUse;
+use study::{ObjectiveKind, Quantity, RodModel, Study, StudyResult};
 
 /// Fitted and held-out positions.
 #[derive(Debug, Args)]
@@ -58,21 +60,14 @@ pub struct OutputArguments {
 }
 
 /// Objectives by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ObjectiveName {
-    /// Weighted least squares of frequencies and ln(amplitude)
-    LeastSquares,
-    /// Eq. 26 of Tian et al. as printed
-    Eq26,
-    /// Weighted least squares of frequencies only
-    Frequencies,
-    /// Whole FRFs: complex logarithm of measured over predicted
-    Frf,
-    /// Motion records: force that the rigid machine needs for the measured motion
-    InverseDynamics,
-    /// Motion records: force of the closed loop, simulated from the command
-    OutputError,
-}
+const OBJECTIVES: [Word<ObjectiveKind>; 6] = [
+    ("least-squares", ObjectiveKind::LeastSquares, "Weighted least squares of frequencies and ln(amplitude)"),
+    ("eq26", ObjectiveKind::Eq26, "Eq. 26 of Tian et al. as printed"),
+    ("frequencies", ObjectiveKind::Frequencies, "Weighted least squares of frequencies only"),
+    ("frf", ObjectiveKind::Frf, "Whole FRFs: complex logarithm of measured over predicted"),
+    ("inverse-dynamics", ObjectiveKind::InverseDynamics, "Motion records: force that the rigid machine needs for the measured motion"),
+    ("output-error", ObjectiveKind::OutputError, "Motion records: force of the closed loop, simulated from the command"),
+];
 
 /// Models by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -163,13 +158,10 @@ impl RodArguments {
 }
 
 /// Treatment of tolerances.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ToleranceName {
-    /// Fit them as nuisance parameters, each with its prior
-    Fit,
-    /// Hold them at their stated values
-    None,
-}
+const TOLERANCES: [Word<ToleranceUse>; 2] = [
+    ("fit", ToleranceUse::Fit, "Fit them as nuisance parameters, each with its prior"),
+    ("none", ToleranceUse::None, "Hold them at their stated values"),
+];
 
 /// Settings of the search.
 #[derive(Debug, Args)]
@@ -178,8 +170,8 @@ pub struct SearchArguments {
     #[command(flatten)]
     pub rods: RodArguments,
     /// Objective to minimise; by default frf for FRFs, inverse-dynamics for motion records, else least-squares
-    #[arg(long, value_enum)]
-    pub objective: Option<ObjectiveName>,
+    #[arg(long, value_parser = one_of(&OBJECTIVES))]
+    pub objective: Option<ObjectiveKind>,
     /// Model error of frequencies, relative standard deviation
     #[arg(long, value_name = "SHARE", default_value_t = 0.01)]
     pub frequency_model_error: f64,
@@ -190,8 +182,8 @@ pub struct SearchArguments {
     #[arg(long, value_name = "SD", default_value_t = 0.01)]
     pub frf_model_error: f64,
     /// Treatment of the tolerances that machine and measurement state
-    #[arg(long, value_enum, default_value = "fit")]
-    pub tolerances: ToleranceName,
+    #[arg(long, value_parser = one_of(&TOLERANCES), default_value = "fit")]
+    pub tolerances: ToleranceUse,
     /// Lowest and highest frequency of FRFs (Hz), comma-separated
     #[arg(long, value_name = "FROM,TO", value_delimiter = ',', num_args = 1)]
     pub band: Vec<f64>,
@@ -213,23 +205,8 @@ pub struct SearchArguments {
 }
 
 /// Quantities by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum QuantityName {
-    /// Displacement over force
-    Receptance,
-    /// Velocity over force
-    Mobility,
-    /// Acceleration over force
-    Accelerance,
-}
-
-impl QuantityName {
-    /// Returns the quantity of this name.
-    pub fn quantity(self) -> Quantity {
-        match self {
-            QuantityName::Receptance => Quantity::Receptance,
-            QuantityName::Mobility => Quantity::Mobility,
-            QuantityName::Accelerance => Quantity::Accelerance,
-        }
-    }
-}
+pub const QUANTITIES: [Word<Quantity>; 3] = [
+    ("receptance", Quantity::Receptance, "Displacement over force"),
+    ("mobility", Quantity::Mobility, "Velocity over force"),
+    ("accelerance", Quantity::Accelerance, "Acceleration over force"),
+];

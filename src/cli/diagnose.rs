@@ -9,35 +9,19 @@ use crate::outcome::{CommandResult, Outcome, deliver, prepare, prepare_file, pri
 use crate::progress::WorkProgress;
 use crate::search::settings;
 use crate::terminal;
+use crate::words::{Word, one_of};
 use report::diagnosis::{DiagnosisDocument, diagnosis_text};
 use report::record::motion_diagnosis_text;
 use report::{OutputFolder, identification_text, to_json};
 use study::{Ablation, DiagnosisRequest, NullCache, Study};
 
-/// A part of the method that can be disabled.
-#[derive(Debug, Clone, Copy, clap::ValueEnum)]
-pub enum MethodPart {
-    /// Thresholds from χ² tables instead of null simulations
-    ChiSquare,
-    /// Candidates fitted with all other parameters held at the nominal fit
-    FrozenNominal,
-    /// No tolerances fitted as nuisance parameters
-    NoNuisances,
-    /// Candidates ranked by the fitted positions, without cross-validation
-    InSample,
-}
-
-impl MethodPart {
-    /// Returns the ablation of the method.
-    fn ablation(self) -> Ablation {
-        match self {
-            MethodPart::ChiSquare => Ablation::ChiSquare,
-            MethodPart::FrozenNominal => Ablation::FrozenNominal,
-            MethodPart::NoNuisances => Ablation::NoNuisances,
-            MethodPart::InSample => Ablation::InSample,
-        }
-    }
-}
+/// Parts of the method that can be disabled, by name.
+const PARTS: [Word<Ablation>; 4] = [
+    ("chi-square", Ablation::ChiSquare, "Thresholds from χ² tables instead of null simulations"),
+    ("frozen-nominal", Ablation::FrozenNominal, "Candidates fitted with all other parameters held at the nominal fit"),
+    ("no-nuisances", Ablation::NoNuisances, "No tolerances fitted as nuisance parameters"),
+    ("in-sample", Ablation::InSample, "Candidates ranked by the fitted positions, without cross-validation"),
+];
 
 /// `diagnose`.
 #[derive(Debug, clap::Args)]
@@ -62,8 +46,8 @@ pub struct DiagnoseArguments {
     #[arg(long)]
     pub no_cache: bool,
     /// Parts of the method to disable, comma-separated
-    #[arg(long, value_name = "PARTS", value_delimiter = ',')]
-    pub ablate: Vec<MethodPart>,
+    #[arg(long, value_name = "PARTS", value_delimiter = ',', value_parser = one_of(&PARTS))]
+    pub ablate: Vec<Ablation>,
     /// Machine file to write where the verdict names one effect: the machine with it, which is then identified
     #[arg(long, value_name = "FILE")]
     pub apply: Option<PathBuf>,
@@ -86,7 +70,7 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
             (false, Some(folder)) => NullCache::Folder(folder.clone()),
             (false, None) => NullCache::Platform,
         },
-        ablated: given.ablate.iter().map(|part| part.ablation()).collect(),
+        ablated: given.ablate.clone(),
     };
     let target = given.apply.as_deref().map(|path| prepare_file(path, "--apply")).transpose()?;
     let folder = prepare(&given.output)?;

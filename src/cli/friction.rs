@@ -5,19 +5,16 @@ use std::path::PathBuf;
 use crate::arguments::OutputArguments;
 use crate::message::shown;
 use crate::outcome::{CommandResult, deliver, prepare, warn};
+use crate::words::{Word, one_of};
 use report::friction_text;
 use study::{FrictionRequest, StribeckNoise, friction};
 
 /// Noise models of friction measurements, by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum NoiseName {
-    /// The same standard deviation in all runs
-    Uniform,
-    /// Standard deviation proportional to the friction
-    Proportional,
-    /// Standard deviations from the column force_sd_n (or torque_sd_nm)
-    Known,
-}
+const NOISES: [Word<StribeckNoise>; 3] = [
+    ("uniform", StribeckNoise::Uniform, "The same standard deviation in all runs"),
+    ("proportional", StribeckNoise::Proportional, "Standard deviation proportional to the friction"),
+    ("known", StribeckNoise::Known, "Standard deviations from the column force_sd_n (or torque_sd_nm)"),
+];
 
 /// Arguments of `friction`.
 #[derive(Debug, clap::Args)]
@@ -32,8 +29,8 @@ pub struct FrictionArguments {
     #[arg(long, allow_negative_numbers = true, value_name = "X", default_value_t = 1.0)]
     pub efficiency: f64,
     /// Noise model of the measurements; by default known where the table has standard deviations, else uniform
-    #[arg(long, value_enum)]
-    pub noise: Option<NoiseName>,
+    #[arg(long, value_parser = one_of(&NOISES))]
+    pub noise: Option<StribeckNoise>,
     #[command(flatten)]
     pub output: OutputArguments,
 }
@@ -48,15 +45,6 @@ pub fn run(given: &FrictionArguments) -> CommandResult {
 
 impl FrictionArguments {
     fn request(&self) -> FrictionRequest {
-        FrictionRequest {
-            path: self.data.display().to_string(),
-            lead_m: self.lead_m,
-            efficiency: self.efficiency,
-            noise: self.noise.map(|name| match name {
-                NoiseName::Uniform => StribeckNoise::Uniform,
-                NoiseName::Proportional => StribeckNoise::Proportional,
-                NoiseName::Known => StribeckNoise::Known,
-            }),
-        }
+        FrictionRequest { path: self.data.display().to_string(), lead_m: self.lead_m, efficiency: self.efficiency, noise: self.noise }
     }
 }

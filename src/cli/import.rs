@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use crate::arguments::QuantityName;
+use crate::arguments::QUANTITIES;
 use crate::message::{shown, to_message};
 use crate::outcome::{CommandResult, Outcome, prepare_file, print_out};
 use crate::terminal;
+use crate::words::one_of;
 use report::{OutputFolder, wrapped};
-use study::{ImportRequest, read_set};
+use study::{ImportRequest, Quantity, read_set};
 
 /// Arguments of `import`.
 #[derive(Debug, clap::Args)]
@@ -35,8 +36,8 @@ pub struct ImportArguments {
     #[arg(long)]
     pub accept_truncated: bool,
     /// Measured quantity, where the files do not state it
-    #[arg(long, value_enum)]
-    pub quantity: Option<QuantityName>,
+    #[arg(long, value_parser = one_of(&QUANTITIES))]
+    pub quantity: Option<Quantity>,
     /// Position of all records
     #[arg(long, value_name = "NAME")]
     pub position: Option<String>,
@@ -92,7 +93,7 @@ pub fn import(given: &ImportArguments) -> CommandResult {
         columns: (!given.columns.is_empty()).then(|| given.columns.clone()),
         strict: given.strict,
         accept_truncated: given.accept_truncated,
-        quantity: given.quantity.map(QuantityName::quantity),
+        quantity: given.quantity,
         position: given.position.clone(),
         pattern: given.pattern.clone(),
         map: given.map.clone(),

@@ -30,6 +30,7 @@ pub mod outcome;
 pub mod progress;
 pub mod search;
 pub mod terminal;
+mod words;
 
 use std::ffi::OsString;
 use std::process::ExitCode;

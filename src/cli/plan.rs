@@ -5,17 +5,13 @@ use std::path::PathBuf;
 use crate::arguments::{OutputArguments, RodArguments, Sources, band};
 use crate::message::shown;
 use crate::outcome::{CommandResult, deliver, prepare, used, warn};
+use crate::words::{Word, one_of};
 use report::plan_table;
 use study::{PlanRequest, PlannedData, Settings, read_diagnosis};
 
 /// Kinds of data, by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum DataName {
-    /// Natural frequencies and amplitudes
-    Modes,
-    /// Whole FRFs
-    Frf,
-}
+const DATA: [Word<PlannedData>; 2] =
+    [("modes", PlannedData::Modes, "Natural frequencies and amplitudes"), ("frf", PlannedData::Frf, "Whole FRFs")];
 
 /// Arguments of `plan`.
 #[derive(Debug, clap::Args)]
@@ -26,8 +22,8 @@ pub struct PlanArguments {
     #[arg(long, value_name = "FILE")]
     pub result: Option<PathBuf>,
     /// Kind of data to measure; by default frf where the set has FRFs, else modes
-    #[arg(long, value_enum)]
-    pub data: Option<DataName>,
+    #[arg(long, value_parser = one_of(&DATA))]
+    pub data: Option<PlannedData>,
     /// Numbers of measurements to choose, comma-separated; by default 2,3, or 1 with --measured
     #[arg(long, value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u8).range(1..=8))]
     pub choose: Vec<u8>,
@@ -79,10 +75,7 @@ pub fn run(given: &PlanArguments) -> CommandResult {
     let study = study.with_settings(Settings { rods: given.rods.represent(), freeze: given.freeze.clone(), ..Settings::default() });
     let request = PlanRequest {
         identified,
-        data: given.data.map(|name| match name {
-            DataName::Modes => PlannedData::Modes,
-            DataName::Frf => PlannedData::Frf,
-        }),
+        data: given.data,
         choose: given.choose.iter().copied().map(usize::from).collect(),
         measured: given.measured.clone(),
         channels: given.channels.clone(),

@@ -7,7 +7,7 @@ use crate::outcome::{CommandResult, Outcome};
 use crate::terminal;
 use report::OutputFolder;
 use report::page;
-use study::{Sources, page_from};
+use study::Sources;
 
 /// Arguments of `report`.
 #[derive(Debug, clap::Args)]
@@ -29,7 +29,7 @@ pub struct ReportArguments {
 /// Runs the command.
 pub fn run(given: &ReportArguments) -> CommandResult {
     let sources = Sources { allow_outside: given.allow_outside, ..Sources::default() };
-    let page = page_from(&given.folder, &sources).map_err(shown)?;
+    let page = study::page(&given.folder, &sources).map_err(shown)?;
     let html = page::html(&page);
     let target = given.out.clone().unwrap_or_else(|| given.folder.join("report.html"));
     if target.is_dir() {

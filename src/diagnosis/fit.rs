@@ -49,7 +49,8 @@ const MULTISTART_LINES: (usize, usize, usize) = (300, 16, 60);
 const MULTISTART_STEPS: u64 = 8;
 
 /// A part of the method that can be disabled to measure its benefit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Ablation {
     /// Thresholds from χ² tables instead of null simulations.
     ChiSquare,

@@ -27,19 +27,6 @@ pub enum VerdictKind {
 }
 
 impl VerdictKind {
-    /// Returns its name.
-    pub fn word(self) -> &'static str {
-        match self {
-            VerdictKind::None => "none",
-            VerdictKind::Effect => "effect",
-            VerdictKind::Ambiguous => "ambiguous",
-            VerdictKind::Unknown => "unknown",
-            VerdictKind::WrongParameter => "wrong-parameter",
-            VerdictKind::Measurement => "measurement",
-            VerdictKind::Insufficient => "insufficient",
-        }
-    }
-
     /// Whether the verdict names an explanation of the gap: effects or a parameter that was frozen.
     pub fn explains(self) -> bool {
         self.names_effects() || self == VerdictKind::WrongParameter

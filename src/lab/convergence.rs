@@ -8,6 +8,7 @@ use dynamics::model::{RodModel, Structure, undamped_modes};
 use identification::{IdentificationSettings, identify};
 use machine::{Machine, Operating};
 use measurement::{FitSet, HoldOutSet};
+use report::vocabulary::Role;
 use study::{Study, StudyError, StudyResult, position_rows};
 
 /// Upper limit of the compared natural frequencies (Hz).
@@ -67,8 +68,11 @@ fn row(
     }
     let found = identify(machine, fit, held_out, &settings, study.control())?;
     let positions = position_rows(study, &found, fit_positions);
-    let held_out_errors: BTreeMap<String, f64> =
-        positions.iter().filter(|(_, row)| row.role != "fit").filter_map(|(name, row)| Some((name.clone(), row.overall_error?))).collect();
+    let held_out_errors: BTreeMap<String, f64> = positions
+        .iter()
+        .filter(|(_, row)| row.role == Role::HeldOut)
+        .filter_map(|(name, row)| Some((name.clone(), row.overall_error?)))
+        .collect();
     Ok(ConvergenceRow {
         lumps: match rods {
             RodModel::Exact => None,

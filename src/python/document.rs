@@ -5,9 +5,9 @@ use std::ffi::OsString;
 use pyo3::prelude::*;
 use report::to_json;
 use serde::de::DeserializeOwned;
-use study::{Control, FrictionRequest, PeaksRequest, StribeckNoise, StudyError};
+use study::{Control, FrictionRequest, PeaksRequest, StudyError};
 
-use crate::error::{argument, to_exception};
+use crate::error::{argument, to_exception, word};
 use crate::measurement::MeasurementSet;
 
 /// Parses the text of a document.
@@ -55,13 +55,7 @@ pub fn stabilisation(
 /// Fits a Stribeck curve to a table of friction.
 #[pyfunction]
 pub fn friction(py: Python<'_>, path: String, lead_m: Option<f64>, efficiency: f64, noise: Option<String>) -> PyResult<String> {
-    let noise = match noise.as_deref() {
-        None => None,
-        Some("uniform") => Some(StribeckNoise::Uniform),
-        Some("proportional") => Some(StribeckNoise::Proportional),
-        Some("known") => Some(StribeckNoise::Known),
-        Some(word) => return Err(argument("noise", &format!("is «{word}»; write uniform, proportional or known"))),
-    };
+    let noise = word("noise", noise.as_deref())?;
     let request = FrictionRequest { path, lead_m, efficiency, noise };
     py.detach(|| Ok(to_json(&study::friction(&request)?)?)).map_err(|e: StudyError| to_exception(&e))
 }

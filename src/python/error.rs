@@ -1,7 +1,8 @@
 //! Errors of the library as exceptions of the package.
 
 use pyo3::exceptions::PyRuntimeError;
-use pyo3::{PyErr, import_exception};
+use pyo3::{PyErr, PyResult, import_exception};
+use serde::de::DeserializeOwned;
 use study::StudyError;
 
 import_exception!(jointid._errors, InputError);
@@ -21,6 +22,14 @@ pub fn to_exception(error: &StudyError) -> PyErr {
 /// Makes the exception of an argument.
 pub fn argument(key: &str, fault: &str) -> PyErr {
     InputError::new_err((format!("{key}: {fault}"), None::<String>, None::<u64>, Some(key.to_string())))
+}
+
+/// Reads a word of a closed vocabulary; `None` where none is given.
+///
+/// # Errors  the word is unknown; the message lists those that there are.
+pub fn word<T: DeserializeOwned>(key: &str, given: Option<&str>) -> PyResult<Option<T>> {
+    let read = given.map(report::vocabulary::word).transpose();
+    read.map_err(|error| argument(key, &format!("{error}; write one of them")))
 }
 
 /// Makes the exception of a fault inside the extension.

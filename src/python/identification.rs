@@ -10,8 +10,8 @@ use report::to_json;
 use study::simulation::{FrfRequest, Place, identified_frf};
 use study::{Drawing, PredictionRequest, StudyError, ValidationRequest};
 
-use crate::error::{argument, internal, to_exception};
-use crate::measurement::{MeasurementSet, quantity};
+use crate::error::{argument, internal, to_exception, word};
+use crate::measurement::MeasurementSet;
 use crate::work::{Running, run};
 
 /// Name of an identification in messages.
@@ -48,7 +48,7 @@ impl GivenFrfRequest {
             response: self.response,
             excitation: self.excitation,
             closed_loop: self.closed_loop,
-            quantity: quantity(self.quantity.as_deref())?.unwrap_or(usual.quantity),
+            quantity: word("quantity", self.quantity.as_deref())?.unwrap_or(usual.quantity),
             ..usual
         })
     }

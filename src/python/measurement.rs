@@ -8,11 +8,11 @@ use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use study::{
-    ChannelTolerance, Condition, DriveEffort, FrfArrays, FrfNoise, Gain, ImportRequest, MotionArrays, Quantity, SetArrays, StudyError,
-    export, import, read_set_files, read_set_from,
+    ChannelTolerance, Condition, DriveEffort, FrfArrays, FrfNoise, Gain, ImportRequest, MotionArrays, SetArrays, StudyError, export,
+    import, read_set_files, read_set_from,
 };
 
-use crate::error::{argument, to_exception};
+use crate::error::{argument, to_exception, word};
 
 /// A measurement set.
 #[pyclass(frozen, module = "jointid._core")]
@@ -88,15 +88,6 @@ pub struct GivenImport {
     title: String,
 }
 
-/// Returns the quantity of a name.
-pub fn quantity(word: Option<&str>) -> PyResult<Option<Quantity>> {
-    let all = [Quantity::Receptance, Quantity::Mobility, Quantity::Accelerance];
-    let Some(word) = word else { return Ok(None) };
-    let found = all.into_iter().find(|q| q.word() == word);
-    let fault = || argument("quantity", &format!("is «{word}»; write receptance, mobility or accelerance"));
-    found.map(Some).ok_or_else(fault)
-}
-
 impl MeasurementSet {
     /// Wraps a set.
     pub fn of(set: study::MeasurementSet) -> Self {
@@ -113,7 +104,7 @@ impl GivenFrf<'_> {
         Ok(FrfArrays {
             position: self.position.clone(),
             record: self.record.clone(),
-            quantity: quantity(self.quantity.as_deref())?,
+            quantity: word("quantity", self.quantity.as_deref())?,
             averages: self.averages,
             condition: Condition {
                 force_level_n: self.force_n,
@@ -168,7 +159,7 @@ impl MeasurementSet {
         let (gain_sd, delay_s, nut_m) = given.tolerance;
         let arrays = SetArrays {
             title: given.title,
-            quantity: quantity(given.quantity.as_deref())?,
+            quantity: word("quantity", given.quantity.as_deref())?,
             response: given.response,
             excitation: given.excitation,
             averages: given.averages,
@@ -195,7 +186,7 @@ impl MeasurementSet {
             columns: given.columns,
             strict: given.strict,
             accept_truncated: given.accept_truncated,
-            quantity: quantity(given.quantity.as_deref())?,
+            quantity: word("quantity", given.quantity.as_deref())?,
             position: given.position,
             pattern: given.pattern,
             map: given.map,

@@ -1,9 +1,9 @@
 //! Settings of a study from a dictionary.
 
 use pyo3::prelude::*;
-use study::{ObjectiveKind, RodModel, Settings};
+use study::{RodModel, Settings};
 
-use crate::error::argument;
+use crate::error::word;
 
 /// Settings as given; those that are `None` keep their default.
 #[derive(FromPyObject)]
@@ -28,16 +28,9 @@ impl GivenSettings {
     /// # Errors  the objective is unknown.
     pub fn settings(self) -> PyResult<Settings> {
         let usual = Settings::default();
-        let objective = match self.objective.as_deref() {
-            None => None,
-            Some(word) => Some(ObjectiveKind::named(word).ok_or_else(|| {
-                let known: Vec<&str> = ObjectiveKind::ALL.iter().map(|kind| kind.word()).collect();
-                argument("objective", &format!("is «{word}»; write one of {}", known.join(", ")))
-            })?),
-        };
         Ok(Settings {
             rods: self.lumps.map_or(usual.rods, RodModel::Lumped),
-            objective,
+            objective: word("objective", self.objective.as_deref())?,
             frequency_model_error: self.frequency_model_error.unwrap_or(usual.frequency_model_error),
             amplitude_sd: self.amplitude_sd.unwrap_or(usual.amplitude_sd),
             frf_model_error: self.frf_model_error.unwrap_or(usual.frf_model_error),

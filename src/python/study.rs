@@ -6,10 +6,10 @@ use num_complex::Complex64;
 use numpy::{PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
 use report::to_json;
-use study::{Ablation, DiagnosisRequest, NullCache, PlanRequest, PlannedData, Sources, StudyError};
+use study::{Ablation, DiagnosisRequest, NullCache, PlanRequest, Sources, StudyError};
 
 use crate::document::parsed;
-use crate::error::{argument, to_exception};
+use crate::error::{to_exception, word};
 use crate::identification::{GivenFrfRequest, Identification, as_array, reject_duplicates};
 use crate::measurement::MeasurementSet;
 use crate::settings::GivenSettings;
@@ -48,21 +48,12 @@ pub struct GivenPlan {
 
 impl GivenDiagnosis {
     fn request(self) -> PyResult<DiagnosisRequest> {
-        let ablation = |word: &String| {
-            let known = [
-                ("chi-square", Ablation::ChiSquare),
-                ("frozen-nominal", Ablation::FrozenNominal),
-                ("no-nuisances", Ablation::NoNuisances),
-                ("in-sample", Ablation::InSample),
-            ];
-            let found = known.into_iter().find(|(name, _)| name == word);
-            let fault = || argument("ablate", &format!("is «{word}»; write chi-square, frozen-nominal, no-nuisances or in-sample"));
-            found.map(|(_, part)| part).ok_or_else(fault)
-        };
+        let ablated = self.ablate.iter().map(|part| word("ablate", Some(part)));
+        let ablated = ablated.collect::<PyResult<Vec<Option<Ablation>>>>()?;
         Ok(DiagnosisRequest {
             nulls: self.nulls.unwrap_or(DiagnosisRequest::default().nulls),
             cache: self.cache.map_or(NullCache::None, NullCache::Folder),
-            ablated: self.ablate.iter().map(ablation).collect::<PyResult<_>>()?,
+            ablated: ablated.into_iter().flatten().collect(),
             effects: self.effects,
             exclude: self.exclude,
         })
@@ -147,15 +138,9 @@ impl Study {
 
     fn plan(&self, py: Python<'_>, identified: Option<&Identification>, given: GivenPlan, running: Running) -> PyResult<String> {
         let usual = PlanRequest::default();
-        let data = match given.data.as_deref() {
-            None => None,
-            Some("modes") => Some(PlannedData::Modes),
-            Some("frf") => Some(PlannedData::Frf),
-            Some(word) => return Err(argument("data", &format!("is «{word}»; write modes or frf"))),
-        };
         let request = PlanRequest {
             identified: identified.map(|found| (found.document.clone(), None)),
-            data,
+            data: word("data", given.data.as_deref())?,
             choose: given.choose,
             measured: given.measured,
             channels: given.channels,

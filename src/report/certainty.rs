@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::vocabulary::PriorKind;
+
 /// Prior of a tolerance.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PriorRow {
@@ -13,12 +15,8 @@ pub struct PriorRow {
     /// Standard deviation of a normal or half-normal prior (in the unit of the tolerance); of the logarithm for a log-normal one (1).
     pub sd: f64,
     /// Distribution: `normal`, `log-normal` or `half-normal`, whose value is a size.
-    #[serde(default = "normal")]
-    pub kind: String,
-}
-
-fn normal() -> String {
-    "normal".into()
+    #[serde(default)]
+    pub kind: PriorKind,
 }
 
 /// Estimate of a tolerance of the description or the measurement, fitted jointly with the parameters.
@@ -38,7 +36,7 @@ impl ToleranceRow {
     /// Returns the deviation of the estimate from the mean of the prior, in standard deviations of the prior.
     pub fn deviation(&self) -> f64 {
         let PriorRow { mean, sd, kind } = &self.prior;
-        if kind == "log-normal" { (self.value / mean).ln() / sd } else { (self.value - mean) / sd }
+        if *kind == PriorKind::LogNormal { (self.value / mean).ln() / sd } else { (self.value - mean) / sd }
     }
 }
 

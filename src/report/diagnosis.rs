@@ -11,6 +11,7 @@ use super::motion_row::MotionRows;
 pub use super::null_row::NullRow;
 use super::table::moved_tolerances;
 use super::terminal::{columns, figure, listed, percent, probability, share_closed, unit, wrapped};
+use super::vocabulary::{DataKind, EffectStatus, VerdictKind};
 
 /// `diagnosis.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -25,7 +26,7 @@ pub struct DiagnosisDocument {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub manifest: Option<Input>,
     /// Kind of data: `frf`, `modes` or `motion`.
-    pub domain: String,
+    pub domain: DataKind,
     /// Path of the machine configuration.
     #[serde(default)]
     pub config: String,
@@ -224,7 +225,7 @@ pub struct EffectRow {
     /// Id of the effect.
     pub id: String,
     /// `tried`, `failed` or `not-applicable`.
-    pub status: String,
+    pub status: EffectStatus,
     /// Reason why it failed, does not apply or is no explanation.
     #[serde(default)]
     pub why: Option<String>,
@@ -297,6 +298,11 @@ impl Chosen {
     pub fn effects(&self) -> impl Iterator<Item = &str> {
         chosen_effects(&self.id)
     }
+
+    /// Whether it is the model as described, without an effect.
+    pub fn is_nominal(&self) -> bool {
+        self.id.is_empty() || self.id == NOMINAL
+    }
 }
 
 /// A metric that an engineer quotes, before and after.
@@ -314,7 +320,7 @@ pub struct HeadlineMetrics {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct VerdictRow {
     /// Kind: `none`, `effect`, `ambiguous`, `unknown`, `wrong-parameter`, `measurement` or `insufficient`.
-    pub kind: String,
+    pub kind: VerdictKind,
     /// Ids of effects or combinations.
     pub effects: Vec<String>,
     /// Ids of faults of the measuring chain, `id@record` where one record is concerned.
@@ -391,7 +397,7 @@ pub(super) fn gap_text(document: &DiagnosisDocument, name: &str) -> String {
     if before.is_none() {
         return wrapped(&format!("{name}: nothing is held out{floor}"));
     }
-    if chosen.id.is_empty() || chosen.id == "nominal" {
+    if chosen.is_nominal() {
         return wrapped(&format!("{name}: {}{floor}{ceiling}", gap(before)));
     }
     let interval = interval_text(document);
@@ -433,7 +439,7 @@ const LISTED: usize = 8;
 
 /// Returns the candidates as a table: those of the verdict, then the best others.
 pub(super) fn candidates_text(document: &DiagnosisDocument, heads: [&str; 5]) -> String {
-    let tried = || document.effects.iter().filter(|row| row.status == "tried");
+    let tried = || document.effects.iter().filter(|row| row.status == EffectStatus::Tried);
     let others = || tried().filter(|row| !row.selected).take(LISTED);
     let listed = || tried().filter(|row| row.selected).chain(others());
     let rows = listed().map(|row| {
@@ -451,12 +457,12 @@ pub(super) fn candidates_text(document: &DiagnosisDocument, heads: [&str; 5]) ->
         text += &wrapped(&format!("open, since their best fit was found once: {}", open.join(", ")));
     }
     let with_status =
-        |status: &str| document.effects.iter().filter(|row| row.status == status).map(|row| row.id.as_str()).collect::<Vec<_>>();
-    let failed = with_status("failed");
+        |status: EffectStatus| document.effects.iter().filter(|row| row.status == status).map(|row| row.id.as_str()).collect::<Vec<_>>();
+    let failed = with_status(EffectStatus::Failed);
     if !failed.is_empty() {
         text += &wrapped(&format!("not decided, since their fit failed: {}", failed.join(", ")));
     }
-    match with_status("not-applicable").len() {
+    match with_status(EffectStatus::NotApplicable).len() {
         0 => {}
         1 => text += &wrapped("1 effect does not apply to this machine or these data (named with verbose output)"),
         count => text += &wrapped(&format!("{count} effects do not apply to this machine or these data (named with verbose output)")),
@@ -469,7 +475,7 @@ pub fn diagnosis_text(document: &DiagnosisDocument) -> String {
     let mut text = verdict_text(document);
     text.push('\n');
     text += &gap_text(document, "gap at held-out positions");
-    let named = if document.verdict.kind == "ambiguous" { "one of the named effects" } else { "the best effect" };
+    let named = if document.verdict.kind == VerdictKind::Ambiguous { "one of the named effects" } else { "the best effect" };
     let confirm = |does: bool| if does { format!("confirm {named}") } else { format!("do not confirm {named} for certain") };
     text += &document.verdict.confirmed.map_or(String::new(), |does| format!("  held-out data {}\n", confirm(does)));
     if let Some([before, after]) = document.chosen.gap_held_out_with_nuisances {

@@ -11,9 +11,10 @@ pub use super::parameter::ParameterRow;
 pub use super::plan::{ChoiceRow, PlanDocument, PlanRanking};
 use super::prediction::NaturalMode;
 pub use super::provenance::{Input, MachineText, Stamp};
+use super::vocabulary::{ObjectiveKind, Role, ToleranceUse};
 
 /// Settings of an identification, sufficient to repeat it with the seed of the stamp.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RunSettings {
     /// File of the machine configuration.
     pub config: String,
@@ -24,7 +25,7 @@ pub struct RunSettings {
     /// Number of masses per rod of the lumped model; absent for `receptance`.
     pub lumps: Option<usize>,
     /// Objective: `least-squares`, `eq26` or `frequencies` for modes, `frf`, `inverse-dynamics` or `output-error` for motion records.
-    pub objective: String,
+    pub objective: ObjectiveKind,
     /// Relative standard deviation of natural frequencies due to model error (1).
     pub frequency_model_error: f64,
     /// Standard deviation of ln(amplitude) (1).
@@ -36,8 +37,8 @@ pub struct RunSettings {
     #[serde(default)]
     pub band_hz: Option<[f64; 2]>,
     /// `fit`: tolerances of machine and set were fitted jointly with the parameters (whole FRFs only); `none`: they were held.
-    #[serde(default = "tolerances_held")]
-    pub tolerances: String,
+    #[serde(default)]
+    pub tolerances: ToleranceUse,
     /// Names of the positions and records requested for the fit; absent where none were named.
     #[serde(default)]
     pub positions: Option<Vec<String>>,
@@ -58,13 +59,8 @@ fn usual_model_error() -> f64 {
     0.01
 }
 
-/// Value for documents that do not state it: tolerances were held.
-fn tolerances_held() -> String {
-    "none".into()
-}
-
 /// One mode at one position.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct OrderRow {
     /// Mode number, from 1.
     pub order: u32,
@@ -98,7 +94,7 @@ pub struct LonePeak {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PositionRow {
     /// `fit`: used in the fit; `held_out`: predicted only.
-    pub role: String,
+    pub role: Role,
     /// Root sum of squares of the relative frequency errors (1; Tian et al., Eq. 27). Absent where a measured mode has no prediction.
     pub overall_error: Option<f64>,
     /// `overall_error` with predictions rounded to the frequency resolution of the measurement, as Tian et al. round them (1).
@@ -119,6 +115,20 @@ pub struct PositionRow {
 }
 
 impl PositionRow {
+    /// Returns the row of a position, FRFs or record of which the gap and its noise floor are known (1).
+    pub fn of_gap(role: Role, gap: Option<f64>, noise_floor: Option<f64>) -> Self {
+        PositionRow {
+            role,
+            overall_error: None,
+            overall_error_rounded: None,
+            overall_error_published: None,
+            orders: Vec::new(),
+            lone_peaks: Vec::new(),
+            gap,
+            noise_floor,
+        }
+    }
+
     /// Returns the largest relative frequency error (1). A measured mode without a prediction and an unexpected peak count as `missing` (30 %).
     pub fn largest_error(&self, missing: f64) -> Option<f64> {
         self.orders
@@ -145,7 +155,7 @@ pub struct FrfRow {
     /// Name of the point that is excited.
     pub excitation: String,
     /// `fit`: used in the fit; `held_out`: predicted only.
-    pub role: String,
+    pub role: Role,
     /// Gap: root mean square of ln(measured/predicted) over log-magnitude and phase (1).
     pub gap: f64,
     /// Gap due to measurement noise alone (1), where the noise is stated or estimated.
@@ -184,7 +194,7 @@ pub struct RenumberedRow {
 }
 
 /// Result of an identification (`identification.json`).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct IdentificationDocument {
     /// Schema, inputs, overrides and warnings of the document.
     #[serde(flatten)]
@@ -319,7 +329,7 @@ pub struct ComparisonDocument {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ObjectiveRow {
     /// Objective: `least-squares`, `eq26` or `frequencies`.
-    pub objective: String,
+    pub objective: ObjectiveKind,
     /// Root mean square of the relative frequency errors at the positions left out (1); a mode without a prediction counts as 30 %.
     pub frequency_error: f64,
     /// Root mean square of ln(predicted/measured amplitude) at these positions (1); absent for an objective without a gain.

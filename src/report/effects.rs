@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::document::Stamp;
 use super::terminal::{columns, figure, table, table_text, unit, width, wrapped};
+use super::vocabulary::DataKind;
 
 /// `effect-library.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -30,7 +31,7 @@ pub struct EffectEntry {
     /// The measurement that distinguishes it from effects that look alike.
     pub discriminating_test: Option<String>,
     /// Kinds of data it shows in: `frf` (and modes), `motion`.
-    pub data: Vec<String>,
+    pub data: Vec<DataKind>,
     /// Points, joints or shafts (by name) that a machine must have for it to apply; `drive` stands for its drive.
     pub needs: Vec<String>,
     /// Effect (id) that it describes in more detail; a machine must contain that for it to apply.
@@ -60,7 +61,10 @@ pub struct EffectParameter {
 impl EffectEntry {
     /// The kinds of data in words.
     fn data_text(&self) -> String {
-        let words = |kind: &String| if kind == "frf" { "FRFs, modes".to_string() } else { kind.clone() };
+        let words = |kind: &DataKind| match kind {
+            DataKind::Frf | DataKind::Modes => "FRFs, modes",
+            DataKind::Motion => "motion",
+        };
         self.data.iter().map(words).collect::<Vec<_>>().join(", ")
     }
 }

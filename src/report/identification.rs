@@ -6,8 +6,8 @@ use super::order::renumbered_table;
 use super::prediction::natural_frequencies_text;
 use super::record::records_table;
 use super::table::{
-    bootstrap_table, derived_table, frfs_table, gap_summary_table, gaps_table, moved_tolerances, parameters_table, positions_table,
-    run_frequencies_table, run_parameters_table, summary_table,
+    bootstrap, derived_table, frfs, gaps, moved_tolerances, parameters_table, positions, run_frequencies_table, run_parameters_table,
+    summary,
 };
 use super::terminal::wrapped;
 
@@ -41,9 +41,9 @@ fn of_responses(title: &str, document: &IdentificationDocument, derived: &[Strin
         text.push('\n');
     }
     text += &if document.frfs.is_empty() {
-        positions_table(&document.positions, document.leave_one_out)
+        positions("", &document.positions, document.leave_one_out).text()
     } else {
-        format!("{}\n{}", frfs_table(&document.frfs, document.leave_one_out), natural_frequencies_text(&document.modes))
+        format!("{}\n{}", frfs(&document.frfs, document.leave_one_out).text(), natural_frequencies_text(&document.modes))
     };
     text.push('\n');
     if !derived.is_empty() {
@@ -51,7 +51,7 @@ fn of_responses(title: &str, document: &IdentificationDocument, derived: &[Strin
         text.push('\n');
     }
     if !document.bootstrap.is_empty() {
-        text += &bootstrap_table(&document.bootstrap);
+        text += &bootstrap(&document.bootstrap).text();
         text.push('\n');
     }
     let percent = |key: &str| document.derived.get(key).map(|x| format!("{:.2} %", 100.0 * x));
@@ -100,7 +100,7 @@ pub fn validation_text(document: &ValidationDocument) -> String {
         return records_table(&document.records);
     }
     let whole_frfs = document.positions.values().any(|p| p.gap.is_some());
-    let mut text = if whole_frfs { gaps_table(&document.positions) } else { positions_table(&document.positions, false) };
+    let mut text = if whole_frfs { gaps("", &document.positions).text() } else { positions("", &document.positions, false).text() };
     if let Some(largest) = document.largest_error {
         text += &format!("\nlargest frequency error: {:.2} %\n", 100.0 * largest);
     }
@@ -111,12 +111,12 @@ pub fn validation_text(document: &ValidationDocument) -> String {
 pub fn comparison_text(document: &ComparisonDocument) -> String {
     if document.runs.values().any(|r| r.common_gap.is_some()) {
         return String::from("Gap of whole FRFs at the positions and records that no run has fitted, and over all of them\n\n")
-            + &gap_summary_table(document)
+            + &summary(document).text()
             + "\n"
             + &run_parameters_table(document);
     }
     String::from("Frequency errors at the positions that no run has fitted, and over all of them\n(root of the summed squares)\n\n")
-        + &summary_table(document)
+        + &summary(document).text()
         + "\nNatural frequencies by order, along the stroke\n\n"
         + &run_frequencies_table(document)
         + "\n"

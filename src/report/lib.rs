@@ -29,7 +29,8 @@ pub mod simulation;
 mod simulation_text;
 mod table;
 mod terminal;
-
+mod text_table;
+pub mod vocabulary;
 mod write;
 
 pub use change::change_text;
@@ -43,12 +44,12 @@ pub use loops_text::{bode_text, hold_gains_text, hold_text};
 pub use motion_text::{motion_csv, motion_summary};
 pub use numeric::digest::digest;
 pub use plan::plan_table;
-pub use prediction::{natural_frequencies_text, predicted_frfs_csv, prediction_csv, prediction_text};
+pub use prediction::{predicted_frfs_csv, prediction_csv, prediction_text};
 pub use schema::{SCHEMAS, schema};
 pub use simulation_text::{frfs_csv, modes_text, sweep_text};
-pub use table::{
-    bootstrap_table, derived_table, frfs_table, gap_summary_table, gaps_table, moved_tolerances, objectives_table, parameters_table,
-    peaks_table, positions_table, summary_table,
-};
+pub use table::{objectives_table, peaks_table};
 pub use terminal::{brief_numbers, columns, width, wrapped};
 pub use write::{OutputFolder, to_json};
+
+#[cfg(test)]
+mod tests;

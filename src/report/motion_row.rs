@@ -5,11 +5,13 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::vocabulary::{Direction, MisfitBy, Role};
+
 /// Prediction errors of one motion record.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MotionRecordRow {
     /// `fit`: used in the fit; `held_out`: predicted only.
-    pub role: String,
+    pub role: Role,
     /// rms(predicted − measured)/rms(measured) of force or torque (1), by inverse dynamics.
     pub force_error: f64,
     /// rms(simulated − measured)/rms(measured) of force or torque (1), with the closed loop simulated; absent without simulation.
@@ -124,7 +126,7 @@ pub struct MisfitRow {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub column: Option<String>,
     /// Variable that defines the cell: `phase`, `speed_m_s` or `position_m`.
-    pub by: String,
+    pub by: MisfitBy,
     /// Name of the phase, for a cell by phase.
     #[serde(default)]
     pub phase: Option<String>,
@@ -132,7 +134,7 @@ pub struct MisfitRow {
     #[serde(default)]
     pub range: Option<[f64; 2]>,
     /// Direction of motion: `forward`, `backward` or `both`.
-    pub direction: String,
+    pub direction: Direction,
     /// Number of samples in the cell.
     pub samples: usize,
     /// Root mean square of the residual in the cell over that of the force, or transmission error, of the record (1).
@@ -149,7 +151,7 @@ pub struct MeasuringChainRow {
     /// Name of the record.
     pub record: String,
     /// `fit`: used in the fit; `held_out`: predicted only.
-    pub role: String,
+    pub role: Role,
     /// Force error of the machine as described (1).
     pub gap_before: f64,
     /// Force error of the chosen model (1).

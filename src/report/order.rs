@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::document::{MisplacedModeRow, ParameterRow, RenumberedRow};
-use super::terminal::{figure, range, table, table_text, unit};
+use super::table::parameter_cells;
+use super::terminal::{figure, table, table_text, unit};
+use super::text_table::cell;
 
 impl RenumberedRow {
     /// Returns the misplaced modes as one warning. `cost`: that of the fit with the orders as entered.
@@ -28,18 +30,9 @@ pub fn renumbered_table(entered: &BTreeMap<String, ParameterRow>, renumbered: &R
     }
     let mut out = table(["Parameter", "Unit", "As entered", "Fitting orders", "95 % interval", "Identifiable"]);
     for (id, there) in renumbered.parameters.iter().filter(|(_, row)| row.fitted) {
-        out.add_row([
-            id.clone(),
-            unit(&there.unit),
-            entered.get(id).map_or_else(|| "–".into(), |row| figure(row.value)),
-            figure(there.value),
-            there.interval95.map_or_else(|| "–".into(), range),
-            match there.identifiable {
-                Some(true) => "yes".into(),
-                Some(false) => "no".into(),
-                None => "–".into(),
-            },
-        ]);
+        let [value, interval, identifiable] = parameter_cells(there);
+        let entered = cell(entered.get(id).map(|row| row.value), figure);
+        out.add_row([id.clone(), unit(&there.unit), entered, value, interval, identifiable]);
     }
     table_text(&out)
 }

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::provenance::Stamp;
 use super::terminal::{percent, table, table_text, wrapped};
+use super::vocabulary::DataKind;
 use numeric::statistics::median;
 /// One choice of further measurements.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -45,7 +46,7 @@ pub struct PlanDocument {
     #[serde(flatten)]
     pub stamp: Stamp,
     /// Kind of measurement: `frf` or `modes`.
-    pub data: String,
+    pub data: DataKind,
     /// Names of the measurements already made.
     pub measured: Vec<String>,
     /// Ids of the parameters to identify.

@@ -8,6 +8,8 @@ use serde::{Deserialize, Serialize};
 use super::csv_cell::csv_cell;
 use super::provenance::{Input, Stamp};
 use super::terminal::{columns, figure, with_interval, wrapped};
+use super::text_table::cell;
+use super::vocabulary::Role;
 
 /// A natural mode of the identified machine at one position.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -54,7 +56,7 @@ pub struct PredictedPosition {
     pub nut_m: Option<f64>,
     /// `fit` or `held_out` for a position of the measurement set; absent for any other.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub role: Option<String>,
+    pub role: Option<Role>,
     /// Natural modes in ascending frequency.
     pub modes: Vec<PredictedMode>,
     /// Static stiffness at the excited point (N/m or N·m/rad), without integral action of the drive; absent where response and excitation differ, or a
@@ -105,7 +107,7 @@ impl PredictionDocument {
 }
 
 /// Columns of the table of modes.
-const HEADER: [&str; 7] = ["Nut m", "Order", "Frequency Hz", "95 % interval", "Damping %", "95 % interval", "Amplitude"];
+pub(super) const HEADER: [&str; 7] = ["Nut m", "Order", "Frequency Hz", "95 % interval", "Damping %", "95 % interval", "Amplitude"];
 
 /// A prediction as text.
 pub fn prediction_text(title: &str, document: &PredictionDocument) -> String {
@@ -116,29 +118,9 @@ pub fn prediction_text(title: &str, document: &PredictionDocument) -> String {
         "95 % intervals from {draws} machines that data and tolerances leave possible{several}; amplitudes: {quantity} {response}/{excitation}, SI units"
     ));
     text.push('\n');
-    let mut rows = Vec::new();
-    for (name, position) in document.ordered() {
-        let place = match (position.nut_m, &position.role) {
-            (Some(_), Some(_)) | (None, _) => name.clone(),
-            (Some(nut_m), None) => nut_m.to_string(),
-        };
-        for (at, PredictedMode { mode, frequency95, damping95, .. }) in position.modes.iter().enumerate() {
-            let (frequency, frequency95) = with_interval(mode.frequency_hz, *frequency95);
-            let (damping, damping95) = damping_cells(mode.damping_ratio, *damping95);
-            let place = if at == 0 { place.clone() } else { String::new() };
-            let amplitude = mode.amplitude.map_or("–".into(), figure);
-            rows.push(vec![place, mode.order.to_string(), frequency, frequency95, damping, damping95, amplitude]);
-        }
-    }
-    // Positions of the set have names.
-    let place = if document.positions.values().any(|p| p.role.is_none() && p.nut_m.is_some()) { "Nut m" } else { "Position" };
-    text += &columns(&HEADER.map(|name| if name == "Nut m" { place } else { name }.to_string()), rows.into_iter());
-    let stiffness = document.ordered().into_iter().filter_map(|(name, position)| {
-        let value = position.static_stiffness?;
-        let (value, interval) = position.static_stiffness95.map_or_else(|| (figure(value), "–".into()), |ends| with_interval(value, ends));
-        Some(vec![name.clone(), value, interval])
-    });
-    let stiffness: Vec<Vec<String>> = stiffness.collect();
+    let (place, modes) = mode_rows(document);
+    text += &columns(&HEADER.map(|name| if name == "Nut m" { place } else { name }.to_string()), modes.into_iter());
+    let stiffness = stiffness_rows(document);
     if !stiffness.is_empty() {
         text += &format!("\nstatic stiffness at {excitation} (SI units)\n");
         text += &columns(&[place, "Stiffness", "95 % interval"].map(String::from), stiffness.into_iter());
@@ -149,8 +131,37 @@ pub fn prediction_text(title: &str, document: &PredictionDocument) -> String {
     text
 }
 
+/// Returns the predicted modes as rows of cells under [`HEADER`], and the head of the first column.
+pub(super) fn mode_rows(document: &PredictionDocument) -> (&'static str, Vec<Vec<String>>) {
+    let mut rows = Vec::new();
+    for (name, position) in document.ordered() {
+        let place = match (position.nut_m, position.role) {
+            (Some(_), Some(_)) | (None, _) => name.clone(),
+            (Some(nut_m), None) => nut_m.to_string(),
+        };
+        for (at, PredictedMode { mode, frequency95, damping95, .. }) in position.modes.iter().enumerate() {
+            let (frequency, frequency95) = with_interval(mode.frequency_hz, *frequency95);
+            let (damping, damping95) = damping_cells(mode.damping_ratio, *damping95);
+            let place = if at == 0 { place.clone() } else { String::new() };
+            rows.push(vec![place, mode.order.to_string(), frequency, frequency95, damping, damping95, cell(mode.amplitude, figure)]);
+        }
+    }
+    let is_of_nuts = document.positions.values().any(|p| p.role.is_none() && p.nut_m.is_some());
+    (if is_of_nuts { "Nut m" } else { "Position" }, rows)
+}
+
+/// Returns the predicted static stiffness of each position, where there is one, as rows of cells: name, value, interval.
+pub(super) fn stiffness_rows(document: &PredictionDocument) -> Vec<Vec<String>> {
+    let row = |(name, position): (&String, &PredictedPosition)| {
+        let value = position.static_stiffness?;
+        let (value, interval) = position.static_stiffness95.map_or_else(|| (figure(value), "–".into()), |ends| with_interval(value, ends));
+        Some(vec![name.clone(), value, interval])
+    };
+    document.ordered().into_iter().filter_map(row).collect()
+}
+
 /// Writes a damping ratio and its interval in per cent, each «–» where it is absent.
-pub(super) fn damping_cells(ratio: Option<f64>, interval: Option<[f64; 2]>) -> (String, String) {
+fn damping_cells(ratio: Option<f64>, interval: Option<[f64; 2]>) -> (String, String) {
     match (ratio, interval) {
         (Some(z), Some([a, b])) => with_interval(100.0 * z, [100.0 * a, 100.0 * b]),
         (Some(z), None) => (figure(100.0 * z), "–".into()),
@@ -202,7 +213,7 @@ pub fn predicted_frfs_csv(document: &PredictionDocument) -> Option<String> {
 }
 
 /// The natural frequencies of an identified machine at its positions as a table; empty without any.
-pub fn natural_frequencies_text(modes: &BTreeMap<String, Vec<NaturalMode>>) -> String {
+pub(super) fn natural_frequencies_text(modes: &BTreeMap<String, Vec<NaturalMode>>) -> String {
     let most = modes.values().flatten().map(|m| m.order).max().unwrap_or(0);
     if most == 0 {
         return String::new();

@@ -22,7 +22,7 @@ pub struct MachineText {
 }
 
 /// Provenance common to all result documents.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Stamp {
     /// Name and version of the document schema, such as `jointid/identification/1`.
     pub schema: String,

@@ -8,28 +8,32 @@ pub use super::motion_row::{
     TransmissionRow,
 };
 use super::terminal::{columns, percent, signed, unit, wrapped};
+use super::text_table::cell;
+use super::vocabulary::{Direction, MisfitBy};
 
-/// Records of an identification as a table.
+/// Heads of the table of motion records.
+pub(super) const RECORD_HEADS: [&str; 6] = ["record", "role", "force error", "simulated", "noise floor", "samples"];
+
+/// Returns a motion record as the cells of its row.
+pub(super) fn record_cells((name, r): (&String, &MotionRecordRow)) -> [String; 6] {
+    [
+        name.clone(),
+        r.role.label(false).into(),
+        percent(r.force_error),
+        cell(r.simulated_force_error, percent),
+        cell(r.noise_floor, percent),
+        format!("{} of {}", r.compared, r.samples),
+    ]
+}
+
+/// Returns motion records with their errors as a table.
 pub fn records_table(records: &BTreeMap<String, MotionRecordRow>) -> String {
-    let header = ["record", "role", "force error", "simulated", "noise floor", "samples"].map(String::from);
-    let rows = records.iter().map(|(name, r)| {
-        let optional = |x: Option<f64>| x.map_or("–".into(), percent);
-        vec![
-            name.clone(),
-            r.role.replace('_', " "),
-            percent(r.force_error),
-            optional(r.simulated_force_error),
-            optional(r.noise_floor),
-            format!("{} of {}", r.compared, r.samples),
-        ]
-    });
-    columns(&header, rows)
+    columns(&RECORD_HEADS.map(String::from), records.iter().map(|row| record_cells(row).to_vec()))
 }
 
 /// The diagnosis of motion records as text: the verdict first.
 pub fn motion_diagnosis_text(document: &DiagnosisDocument) -> String {
     let Some(motion) = &document.motion else { return String::new() };
-    let optional = |x: Option<f64>| x.map_or("–".into(), percent);
     let mut text = verdict_text(document);
     text += &motion.contradictions.iter().map(|c| wrapped(&format!("measurement: {c}"))).collect::<String>();
     if let Some(phase) = &document.verdict.phase {
@@ -48,7 +52,7 @@ pub fn motion_diagnosis_text(document: &DiagnosisDocument) -> String {
         text += "\ntransmission error at extra measuring points (µm or µrad, rms residual) and their tracking error\n";
         let rows = motion.transmission.iter().map(|c| {
             let left = |r: &TransmissionRow| format!("{:.2}", 1e6 * r.residual);
-            let tracking = |r: &TransmissionRow| optional(r.tracking_gap);
+            let tracking = |r: &TransmissionRow| cell(r.tracking_gap, percent);
             vec![c.record.clone(), c.column.clone(), left(&c.before), left(&c.after), tracking(&c.before), tracking(&c.after)]
         });
         text += &columns(&["record", "column", "before", "after", "tracking before", "after"].map(String::from), rows);
@@ -90,12 +94,11 @@ fn phases_text(motion: &MotionRows) -> String {
             None => (1.0, unit(&motion.unit)),
         }
     };
-    let whole = motion.misfit_map.iter().filter(|c| c.by == "phase" && c.direction == "both");
+    let whole = motion.misfit_map.iter().filter(|c| c.by == MisfitBy::Phase && c.direction == Direction::Both);
     let rows = whole.map(|c| {
         let (scale, unit) = unit_of(c);
-        let mean = |direction: &str| {
-            let same =
-                |d: &&MisfitRow| (&d.record, &d.column, &d.phase, d.direction.as_str()) == (&c.record, &c.column, &c.phase, direction);
+        let mean = |direction: Direction| {
+            let same = |d: &&MisfitRow| (&d.record, &d.column, &d.phase, d.direction) == (&c.record, &c.column, &c.phase, direction);
             motion.misfit_map.iter().find(same).map_or("–".into(), |d| signed(scale * d.mean))
         };
         vec![
@@ -103,8 +106,8 @@ fn phases_text(motion: &MotionRows) -> String {
             c.phase.clone().unwrap_or_default(),
             format!("{:.0} %", 100.0 * c.share),
             percent(c.gap),
-            mean("forward"),
-            mean("backward"),
+            mean(Direction::Forward),
+            mean(Direction::Backward),
             unit,
         ]
     });

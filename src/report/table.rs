@@ -1,10 +1,12 @@
 //! Tables of result documents for the terminal.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::certainty::{BootstrapRow, PriorRow, ToleranceRow};
-use super::document::{ComparisonDocument, FrfRow, ObjectivesDocument, ParameterRow, PeaksDocument, PositionRow};
+use super::document::{ComparisonDocument, FrfRow, ObjectivesDocument, OrderRow, ParameterRow, PeaksDocument, PositionRow};
 use super::terminal::{figure, percent, range, table, table_text, unit, width, with_deviation, with_interval, wrapped};
+use super::text_table::{TextTable, cell};
+use super::vocabulary::PriorKind;
 
 /// Width (columns) from which on a table of parameters has a column of descriptions; below, they follow as text.
 const DESCRIBED_WIDTH: usize = 110;
@@ -71,7 +73,7 @@ fn short(x: f64) -> String {
 /// log-normal one are factors.
 pub fn tolerance_cells((name, row): (&String, &ToleranceRow)) -> [String; 5] {
     let PriorRow { mean, sd, kind } = &row.prior;
-    let within = |middle: f64, sd: f64| match kind == "log-normal" {
+    let within = |middle: f64, sd: f64| match *kind == PriorKind::LogNormal {
         true => format!("{} ×÷ {}", short(middle), short(sd.exp())),
         false => format!("{} ± {}", short(middle), short(sd)),
     };
@@ -98,59 +100,94 @@ pub fn moved_tolerances(tolerances: &BTreeMap<String, ToleranceRow>) -> Option<S
     Some(wrapped(&(head + "those that moved by more than one standard deviation (sd):")) + &table_text(&out))
 }
 
-/// The role of a position or record in words: «left out» where it is predicted by a fit without it.
-pub(super) fn role_text(role: &str, leave_one_out: bool) -> &'static str {
-    match (role, leave_one_out) {
-        ("fit", true) => "left out",
-        ("fit", false) => "fitted",
-        _ => "held out",
-    }
-}
-
-/// Measured and predicted frequencies in the layout of Tab. 4 and 6–9 of Tian et al.
-pub fn positions_table(positions: &BTreeMap<String, PositionRow>, leave_one_out: bool) -> String {
-    let orders = positions.values().flat_map(|p| p.orders.iter().map(|o| o.order)).max().unwrap_or(0);
-    let header = ["Position".to_string(), "Hz".into()].into_iter().chain((1..=orders).map(|o| format!("Order {o}")));
-    let mut out = table(header.chain(["Overall".into()]));
-    for (at, (name, p)) in positions.iter().enumerate() {
-        if at > 0 {
-            out.add_row([""]);
-        }
-        let cells = |pick: &dyn Fn(&super::document::OrderRow) -> Option<String>| -> Vec<String> {
-            (1..=orders).map(|k| p.orders.iter().find(|o| o.order == k).and_then(pick).unwrap_or_else(|| "–".into())).collect()
+/// Tabulates the frequencies of each position: measured, predicted, error, and printed where there are such (Tab. 4 of Tian et al.).
+pub fn positions(caption: &str, positions: &BTreeMap<String, PositionRow>, leave_one_out: bool) -> TextTable {
+    let orders: BTreeSet<u32> = positions.values().flat_map(|p| p.orders.iter().map(|o| o.order)).collect();
+    let header = ["Position".to_string(), "Hz".into()].into_iter().chain(orders.iter().map(|o| format!("Order {o}")));
+    let mut out = TextTable::new(caption, 2, header.chain(["Overall".into()]));
+    for (name, p) in positions.iter().filter(|_| !orders.is_empty()) {
+        let mut row = |class: &str, first: &str, what: &str, pick: &dyn Fn(&OrderRow) -> Option<String>, last: String| {
+            let cells = orders.iter().map(|k| p.orders.iter().find(|o| o.order == *k).and_then(pick).unwrap_or_else(|| "–".into()));
+            out.row_of(class, [first.to_string(), what.into()].into_iter().chain(cells).chain([last]));
         };
-        let role = role_text(&p.role, leave_one_out);
-        let mut row = |first: &str, what: &str, middle: Vec<String>, last: String| {
-            out.add_row([first.to_string(), what.into()].into_iter().chain(middle).chain([last]));
-        };
-        let overall = |x: Option<f64>| x.map_or_else(|| "–".into(), percent);
-        row(name, "measured", cells(&|o| o.measured_hz.map(figure)), String::new());
-        row(role, "predicted", cells(&|o| o.predicted_hz.map(figure)), String::new());
-        row("", "error", cells(&|o| o.relative_error.map(percent)), overall(p.overall_error));
+        row("first", name, "measured", &|o| o.measured_hz.map(figure), String::new());
+        row("", p.role.label(leave_one_out), "predicted", &|o| o.predicted_hz.map(figure), String::new());
+        row("strong", "", "error", &|o| o.relative_error.map(percent), cell(p.overall_error, percent));
         if p.orders.iter().any(|o| o.published_hz.is_some()) {
-            row("", "published", cells(&|o| o.published_hz.map(figure)), overall(p.overall_error_published));
+            row("", "", "published", &|o| o.published_hz.map(figure), cell(p.overall_error_published, percent));
         }
     }
-    table_text(&out)
+    out
 }
 
-/// FRFs with their gaps.
-pub fn frfs_table(frfs: &[FrfRow], leave_one_out: bool) -> String {
-    let mut out = table(["FRF", "Response/excitation", "Role", "Lines", "Gap", "Noise floor", "Noise from"]);
-    for row in frfs {
+/// Tabulates the gap of each FRF.
+pub fn frfs(rows: &[FrfRow], leave_one_out: bool) -> TextTable {
+    let caption = "FRFs, with their gap: the root mean square of ln(measured/predicted), per component";
+    let header = ["FRF", "Response/excitation", "Role", "Lines", "Gap", "Noise floor", "Noise from"];
+    let mut out = TextTable::new(caption, 3, header);
+    for row in rows {
         let names: Vec<&str> = [&row.position, &row.record].into_iter().flatten().map(String::as_str).collect();
-        let role = role_text(&row.role, leave_one_out);
-        out.add_row([
+        out.row([
             names.join(" "),
             format!("{}/{}", row.response, row.excitation),
-            role.into(),
+            row.role.label(leave_one_out).into(),
             row.lines.to_string(),
             figure(row.gap),
-            row.noise_floor.map_or_else(|| "–".into(), figure),
+            cell(row.noise_floor, figure),
             row.noise_source.clone(),
         ]);
     }
-    table_text(&out)
+    out
+}
+
+/// Tabulates the gap of each position.
+pub fn gaps(caption: &str, positions: &BTreeMap<String, PositionRow>) -> TextTable {
+    let mut out = TextTable::new(caption, 2, ["Position", "Role", "Gap", "Noise floor"]);
+    for (name, p) in positions.iter().filter(|(_, p)| p.gap.is_some()) {
+        out.row([name.clone(), p.role.label(false).into(), cell(p.gap, figure), cell(p.noise_floor, figure)]);
+    }
+    out
+}
+
+/// Tabulates intervals by bootstrap.
+pub fn bootstrap(bootstraps: &[BootstrapRow]) -> TextTable {
+    let header = bootstraps.iter().map(|b| format!("{} × {}", b.samples, b.drawn));
+    let mut out = TextTable::new("95 % of bootstrap samples", 1, ["Bootstrap".to_string()].into_iter().chain(header));
+    for id in bootstraps.iter().flat_map(|b| b.interval95.keys()).collect::<BTreeSet<_>>() {
+        let cells = bootstraps.iter().map(|b| b.interval95.get(id).map_or_else(|| "–".into(), |ends| range(*ends)));
+        out.row([id.clone()].into_iter().chain(cells));
+    }
+    out
+}
+
+/// Tabulates single- against multi-position identification: errors of frequencies (Tab. 5 of Tian et al.), or gaps of FRFs.
+pub fn summary(of: &ComparisonDocument) -> TextTable {
+    let is_of_gaps = of.runs.values().any(|run| run.common_gap.is_some());
+    let (caption, names) = match is_of_gaps {
+        true => ("Gaps at the positions held out", 1),
+        false => ("Overall frequency errors at the positions held out", 2),
+    };
+    let header = std::iter::once("Fitted on".to_string()).chain((names > 1).then(String::new)).chain(of.common_positions.iter().cloned());
+    let mut out = TextTable::new(caption, names, header.chain(["together".into()]));
+    for run in of.runs.values() {
+        let on = run.fit_positions.join(",");
+        let line = |pick: fn(&PositionRow) -> Option<f64>, write: fn(f64) -> String| -> Vec<String> {
+            of.common_positions.iter().map(|p| cell(run.positions.get(p).and_then(pick), write)).collect()
+        };
+        if is_of_gaps {
+            out.row(std::iter::once(on).chain(line(|p| p.gap, figure)).chain([cell(run.common_gap, figure)]));
+            continue;
+        }
+        let mut row = |first: String, what: &str, middle: Vec<String>, last: String| {
+            out.row([first, what.into()].into_iter().chain(middle).chain([last]));
+        };
+        row(on, "ours", line(|p| p.overall_error, percent), cell(run.common_error, percent));
+        if run.common_error_published.is_some() {
+            row(String::new(), "rounded", line(|p| p.overall_error_rounded, percent), String::new());
+            row(String::new(), "published", line(|p| p.overall_error_published, percent), cell(run.common_error_published, percent));
+        }
+    }
+    out
 }
 
 /// Tracked modes, record by record; spurious ones only where asked for, with the reasons.
@@ -189,17 +226,6 @@ pub fn peaks_table(peaks: &PeaksDocument, all: bool) -> String {
     text
 }
 
-/// Gaps by position or record.
-pub fn gaps_table(positions: &BTreeMap<String, PositionRow>) -> String {
-    let mut out = table(["Position", "Role", "Gap", "Noise floor"]);
-    for (name, p) in positions {
-        let role = role_text(&p.role, false);
-        let cell = |x: Option<f64>| x.map_or_else(|| "–".into(), figure);
-        out.add_row([name.clone(), role.into(), cell(p.gap), cell(p.noise_floor)]);
-    }
-    table_text(&out)
-}
-
 /// Quantities derived from the parameters.
 pub fn derived_table(derived: &BTreeMap<String, f64>, intervals: &BTreeMap<String, [f64; 2]>, names: &[String]) -> String {
     let mut out = table(["Derived quantity", "Value", "95 % interval"]);
@@ -213,40 +239,10 @@ pub fn derived_table(derived: &BTreeMap<String, f64>, intervals: &BTreeMap<Strin
     table_text(&out)
 }
 
-/// Bootstrap intervals.
-pub fn bootstrap_table(bootstraps: &[BootstrapRow]) -> String {
-    let header = bootstraps.iter().map(|b| format!("{} × {}", b.samples, b.drawn));
-    let mut out = table(["Bootstrap".to_string()].into_iter().chain(header));
-    for id in bootstraps.iter().flat_map(|b| b.interval95.keys()).collect::<std::collections::BTreeSet<_>>() {
-        let cells = bootstraps.iter().map(|b| b.interval95.get(id).map_or_else(|| "–".into(), |ends| range(*ends)));
-        out.add_row([id.clone()].into_iter().chain(cells));
-    }
-    table_text(&out)
-}
-
-/// Single- against multi-position over the held-out positions.
-pub fn summary_table(comparison: &ComparisonDocument) -> String {
-    let header = ["Fitted on".to_string(), String::new()].into_iter().chain(comparison.common_positions.iter().cloned());
-    let mut out = table(header.chain(["together".into()]));
-    for run in comparison.runs.values() {
-        let overall = |x: Option<f64>| x.map_or_else(|| "–".to_string(), percent);
-        let mut row = |first: String, what: &str, pick: fn(&PositionRow) -> Option<f64>, last: String| {
-            let line = comparison.common_positions.iter().map(|p| overall(run.positions.get(p).and_then(pick)));
-            out.add_row([first, what.into()].into_iter().chain(line).chain([last]));
-        };
-        row(run.fit_positions.join(","), "ours", |p| p.overall_error, overall(run.common_error));
-        if run.common_error_published.is_some() {
-            row(String::new(), "rounded", |p| p.overall_error_rounded, String::new());
-            row(String::new(), "published", |p| p.overall_error_published, overall(run.common_error_published));
-        }
-    }
-    table_text(&out)
-}
-
 /// Parameters of each run with their intervals, and the printed values where there are any (Tab. 3 and 5 of Tian et al.).
 pub fn run_parameters_table(comparison: &ComparisonDocument) -> String {
     let mut out = table(["Parameter", "Fitted on", "Value", "Unit", "95 % interval", "Identifiable", "Published"]);
-    let ids: std::collections::BTreeSet<&String> = comparison.runs.values().flat_map(|run| run.parameters.keys()).collect();
+    let ids: BTreeSet<&String> = comparison.runs.values().flat_map(|run| run.parameters.keys()).collect();
     for id in ids {
         for (at, run) in comparison.runs.values().enumerate() {
             let Some(row) = run.parameters.get(id) else { continue };
@@ -266,20 +262,19 @@ pub fn run_frequencies_table(comparison: &ComparisonDocument) -> String {
     let names: Vec<&String> = first.positions.keys().collect();
     let header = ["Order".to_string(), "Hz".into()].into_iter().chain(names.iter().map(|n| (*n).clone()));
     let mut out = table(header);
-    let orders: std::collections::BTreeSet<u32> = first.positions.values().flat_map(|p| p.orders.iter().map(|o| o.order)).collect();
+    let orders: BTreeSet<u32> = first.positions.values().flat_map(|p| p.orders.iter().map(|o| o.order)).collect();
     for (at, order) in orders.iter().enumerate() {
         if at > 0 {
             out.add_row([""]);
         }
-        let mut row =
-            |head: String, what: String, run: &super::document::ComparisonRun, pick: fn(&super::document::OrderRow) -> Option<f64>| {
-                let of = |name: &&String| run.positions.get(*name)?.orders.iter().find(|o| o.order == *order).and_then(pick);
-                let cells: Vec<Option<f64>> = names.iter().map(of).collect();
-                if cells.iter().any(Option::is_some) {
-                    let cells = cells.into_iter().map(|x| x.map_or_else(|| "–".into(), figure));
-                    out.add_row([head, what].into_iter().chain(cells));
-                }
-            };
+        let mut row = |head: String, what: String, run: &super::document::ComparisonRun, pick: fn(&OrderRow) -> Option<f64>| {
+            let of = |name: &&String| run.positions.get(*name)?.orders.iter().find(|o| o.order == *order).and_then(pick);
+            let cells: Vec<Option<f64>> = names.iter().map(of).collect();
+            if cells.iter().any(Option::is_some) {
+                let cells = cells.into_iter().map(|x| x.map_or_else(|| "–".into(), figure));
+                out.add_row([head, what].into_iter().chain(cells));
+            }
+        };
         row(order.to_string(), "measured".into(), first, |o| o.measured_hz);
         for run in comparison.runs.values() {
             let on = run.fit_positions.join(",");
@@ -290,24 +285,12 @@ pub fn run_frequencies_table(comparison: &ComparisonDocument) -> String {
     table_text(&out)
 }
 
-/// Single- against multi-position by the gap of FRFs.
-pub fn gap_summary_table(comparison: &ComparisonDocument) -> String {
-    let header = ["Fitted on".to_string()].into_iter().chain(comparison.common_positions.iter().cloned());
-    let mut out = table(header.chain(["together".into()]));
-    for run in comparison.runs.values() {
-        let cell = |x: Option<f64>| x.map_or_else(|| "–".to_string(), figure);
-        let gaps = comparison.common_positions.iter().map(|p| cell(run.positions.get(p).and_then(|p| p.gap)));
-        out.add_row([run.fit_positions.join(",")].into_iter().chain(gaps).chain([cell(run.common_gap)]));
-    }
-    table_text(&out)
-}
-
 /// Objectives scored by leave-one-position-out cross-validation.
 pub fn objectives_table(objectives: &ObjectivesDocument) -> String {
     let mut out = table(["Objective", "Frequency rms", "ln amplitude rms", "Missing modes"]);
     for row in &objectives.objectives {
         let amplitude = row.ln_amplitude_error.map_or_else(|| "–".into(), figure);
-        out.add_row([row.objective.clone(), percent(row.frequency_error), amplitude, row.missing.to_string()]);
+        out.add_row([row.objective.to_string(), percent(row.frequency_error), amplitude, row.missing.to_string()]);
     }
     table_text(&out)
 }

@@ -13,11 +13,11 @@ const LEAST_WIDTH: usize = 40;
 /// Greatest width (columns) of running text: longer lines are hard to read.
 const PROSE_WIDTH: usize = 100;
 
-/// Width (columns) of the terminal on stdout.
+/// Width (columns) of the terminal on stdout; tests have none.
 pub fn width() -> usize {
     static WIDTH: LazyLock<usize> = LazyLock::new(|| match terminal_size_of(std::io::stdout()) {
-        Some((Width(columns), _)) => usize::from(columns).max(LEAST_WIDTH),
-        None => PLAIN_WIDTH,
+        Some((Width(columns), _)) if !cfg!(test) => usize::from(columns).max(LEAST_WIDTH),
+        _ => PLAIN_WIDTH,
     });
     *WIDTH
 }

@@ -14,6 +14,7 @@ use numeric::distribution::{normal_upper_tail, t_quantile_95};
 use report::certainty::PosteriorRow;
 use report::change::{ChangeDocument, ChangeRow};
 use report::document::{IdentificationDocument, Input};
+use report::vocabulary::ObjectiveKind;
 
 /// Probability of claiming any change where nothing changed (1).
 const LEVEL: f64 = 0.05;
@@ -121,7 +122,7 @@ fn common_machine(first: (&IdentificationDocument, &Input), second: (&Identifica
     let same_text = b.machine.as_ref().is_some_and(|other| other.text == text.text);
     let same = same_text && (&a.stamp.overrides, &a.stamp.without) == (&b.stamp.overrides, &b.stamp.without);
     let fitted = |document: &IdentificationDocument| {
-        (document.settings.freeze.clone(), document.settings.lumps, document.settings.objective == "frf")
+        (document.settings.freeze.clone(), document.settings.lumps, document.settings.objective == ObjectiveKind::Frf)
     };
     if !same || fitted(a) != fitted(b) {
         let what = if same { "frozen parameters, model or objective" } else { "text, overrides or removed effects of the description" };

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use crate::settings::ObjectiveKind;
+use crate::settings::kind_of_modes;
 use crate::{Study, StudyError, StudyResult, document_rows};
 use identification::objective::Objective;
 use identification::validation::leave_one_out;
 use identification::{IdentificationSettings, identify};
-use numeric::statistics::root_sum_square;
-use report::document::{ComparisonDocument, ComparisonRun, ObjectiveRow, ObjectivesDocument, OrderRow};
+use report::document::{ComparisonDocument, ComparisonRun, ObjectiveRow, ObjectivesDocument};
+use report::vocabulary::Role;
 
 /// Name of the multi-position run in a comparison.
 const MULTI: &str = "multi";
@@ -79,21 +79,16 @@ impl Study {
         let machine = &self.config.machine;
         let found = identify(machine, &fit, &held_out, made, &self.control)?;
         let positions = document_rows::positions(self, &found, names);
-        let over_common = |predicted: &dyn Fn(&OrderRow) -> Option<f64>| -> Option<f64> {
-            let orders: Vec<&OrderRow> = common.iter().filter_map(|c| positions.get(c)).flat_map(|p| &p.orders).collect();
-            let measured = orders.iter().filter(|o| o.measured_hz.is_some());
-            let errors: Option<Vec<f64>> = measured.map(|o| Some(predicted(o)? / o.measured_hz? - 1.0)).collect();
-            root_sum_square(errors?)
-        };
+        let orders = || common.iter().filter_map(|c| positions.get(c)).flat_map(|p| &p.orders);
         let frfs = document_rows::all_frfs(&self.set, &found);
         let is_common = |name: Option<&String>| name.is_some_and(|n| common.contains(n));
-        let of_common = frfs.iter().filter(|r| r.role == "held_out" && is_common(r.position.as_ref().or(r.record.as_ref())));
+        let of_common = frfs.iter().filter(|r| r.role == Role::HeldOut && is_common(r.position.as_ref().or(r.record.as_ref())));
         let run = ComparisonRun {
             fit_positions: names.to_vec(),
             parameters: document_rows::parameters(self, &found, names),
             common_gap: document_rows::gap_over(of_common),
-            common_error: over_common(&|o| o.predicted_hz),
-            common_error_published: over_common(&|o| o.published_hz),
+            common_error: document_rows::overall(orders(), |o| o.predicted_hz),
+            common_error_published: document_rows::overall(orders(), |o| o.published_hz),
             warnings: found.warnings.iter().cloned().chain(document_rows::pairing_warnings(&positions)).collect(),
             positions,
         };
@@ -118,7 +113,7 @@ impl Study {
             objectives: scores
                 .into_iter()
                 .map(|s| ObjectiveRow {
-                    objective: ObjectiveKind::of_modes(s.objective).word().into(),
+                    objective: kind_of_modes(s.objective),
                     frequency_error: s.frequency_error,
                     ln_amplitude_error: s.ln_amplitude_error,
                     missing: s.missing,

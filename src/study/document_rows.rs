@@ -10,6 +10,7 @@ use measurement::{Frf, MeasurementSet, NoiseSource};
 use numeric::statistics::{median, root_mean_square, root_mean_square_of_parts, root_sum_square};
 use report::certainty::{BasinRow, BootstrapRow, CombinationRow, CoordinateRow, PosteriorRow, PriorRow, ToleranceRow};
 use report::document::{FrfRow, LonePeak, OrderRow, ParameterRow, PositionRow};
+use report::vocabulary::{PriorKind, Role};
 
 /// Returns parameters by id, with the gain where amplitudes are compared and the values printed for a fit to the same positions.
 pub(crate) fn parameters(study: &Study, found: &Identification, fit_positions: &[String]) -> BTreeMap<String, ParameterRow> {
@@ -66,10 +67,10 @@ pub(crate) fn parameter_row(machine: &Machine, estimate: &Estimate, fitted: bool
 pub(crate) fn tolerances(estimates: &[ToleranceEstimate]) -> BTreeMap<String, ToleranceRow> {
     let row = |t: &ToleranceEstimate| {
         let kind = match t.prior {
-            Prior::Normal(_) => "normal",
-            Prior::LogNormal(_) => "log-normal",
+            Prior::Normal(_) => PriorKind::Normal,
+            Prior::LogNormal(_) => PriorKind::LogNormal,
         };
-        let prior = PriorRow { mean: t.mean, sd: t.prior.sd(), kind: kind.into() };
+        let prior = PriorRow { mean: t.mean, sd: t.prior.sd(), kind };
         (t.name.clone(), ToleranceRow { unit: t.unit.clone(), prior, value: t.value, sd: t.sd })
     };
     estimates.iter().map(row).collect()
@@ -103,8 +104,8 @@ pub(crate) fn basins(found: &Identification) -> Vec<BasinRow> {
 
 /// Returns the root of the summed squares of relative errors. `None` where a measured order is not predicted: a model without that mode must not look
 /// better for it.
-fn overall(orders: &[OrderRow], predicted: impl Fn(&OrderRow) -> Option<f64>) -> Option<f64> {
-    let measured = orders.iter().filter(|o| o.measured_hz.is_some());
+pub(crate) fn overall<'o>(orders: impl IntoIterator<Item = &'o OrderRow>, predicted: impl Fn(&OrderRow) -> Option<f64>) -> Option<f64> {
+    let measured = orders.into_iter().filter(|o| o.measured_hz.is_some());
     let errors: Option<Vec<f64>> = measured.map(|o| Some(predicted(o)? / o.measured_hz? - 1.0)).collect();
     root_sum_square(errors?)
 }
@@ -113,7 +114,7 @@ fn overall(orders: &[OrderRow], predicted: impl Fn(&OrderRow) -> Option<f64>) ->
 pub(crate) fn position(
     set: &MeasurementSet,
     prediction: &PositionPrediction,
-    role: &str,
+    role: Role,
     gain: Option<f64>,
     fit_positions: &[String],
 ) -> PositionRow {
@@ -142,34 +143,24 @@ pub(crate) fn position(
     }
     if let Some(table) = &set.modes {
         for unseen in table.positions[prediction.position].iter().filter(|m| m.frequency_hz.is_none()) {
-            orders.push(OrderRow {
-                order: unseen.order,
-                measured_hz: None,
-                predicted_hz: None,
-                relative_error: None,
-                measured_amplitude: None,
-                predicted_amplitude: None,
-                published_hz: None,
-            });
+            orders.push(OrderRow { order: unseen.order, ..OrderRow::default() });
         }
     }
     orders.sort_by_key(|o| o.order);
     let step = set.modes.as_ref().and_then(|t| t.resolution_hz);
     let rounded = |x: f64| step.map(|s| (x / s).round() * s);
     PositionRow {
-        role: role.into(),
         overall_error: overall(&orders, |o| o.predicted_hz),
         overall_error_rounded: overall(&orders, |o| o.predicted_hz.and_then(rounded)),
         overall_error_published: overall(&orders, |o| o.published_hz),
         orders,
         lone_peaks,
-        gap: None,
-        noise_floor: None,
+        ..PositionRow::of_gap(role, None, None)
     }
 }
 
 /// Returns FRFs as rows.
-pub(crate) fn frfs(set: &MeasurementSet, gaps: &[FrfGap], role: &str) -> Vec<FrfRow> {
+pub(crate) fn frfs(set: &MeasurementSet, gaps: &[FrfGap], role: Role) -> Vec<FrfRow> {
     gaps.iter()
         .map(|gap| {
             let frf = &set.frfs[gap.frf];
@@ -178,7 +169,7 @@ pub(crate) fn frfs(set: &MeasurementSet, gaps: &[FrfGap], role: &str) -> Vec<Frf
                 record: frf.record.clone(),
                 response: frf.response.clone(),
                 excitation: frf.excitation.clone(),
-                role: role.into(),
+                role,
                 gap: gap.gap,
                 noise_floor: gap.noise_floor,
                 noise_source: noise_word(frf.noise_source()).into(),
@@ -264,19 +255,7 @@ pub(crate) fn gathered(frfs: &[FrfRow]) -> BTreeMap<String, PositionRow> {
     };
     groups
         .into_iter()
-        .map(|(name, rows)| {
-            let row = PositionRow {
-                role: rows[0].role.clone(),
-                overall_error: None,
-                overall_error_rounded: None,
-                overall_error_published: None,
-                orders: Vec::new(),
-                lone_peaks: Vec::new(),
-                gap: mean(&rows, &|r| Some(r.gap)),
-                noise_floor: mean(&rows, &|r| r.noise_floor),
-            };
-            (name, row)
-        })
+        .map(|(name, rows)| (name, PositionRow::of_gap(rows[0].role, mean(&rows, &|r| Some(r.gap)), mean(&rows, &|r| r.noise_floor))))
         .collect()
 }
 
@@ -347,8 +326,8 @@ pub(crate) fn bootstraps(machine: &Machine, found: &Identification) -> Vec<Boots
 
 /// Returns all FRFs of an identification.
 pub(crate) fn all_frfs(set: &MeasurementSet, found: &Identification) -> Vec<FrfRow> {
-    let mut rows = frfs(set, &found.fitted_frfs, "fit");
-    rows.extend(frfs(set, &found.held_out_frfs, "held_out"));
+    let mut rows = frfs(set, &found.fitted_frfs, Role::Fit);
+    rows.extend(frfs(set, &found.held_out_frfs, Role::HeldOut));
     rows
 }
 
@@ -358,21 +337,21 @@ pub fn positions(study: &Study, found: &Identification, fit_positions: &[String]
         return gathered(&all_frfs(&study.set, found));
     }
     let gain = (found.gain.count > 0).then_some(found.gain.gain);
-    let rows = |predictions: &[PositionPrediction], role: &'static str| -> Vec<(String, PositionRow)> {
+    let rows = |predictions: &[PositionPrediction], role: Role| -> Vec<(String, PositionRow)> {
         predictions
             .iter()
             .map(|p| (study.set.positions[p.position].name.clone(), position(&study.set, p, role, gain, fit_positions)))
             .collect()
     };
-    rows(&found.fitted, "fit").into_iter().chain(rows(&found.held_out, "held_out")).collect()
+    rows(&found.fitted, Role::Fit).into_iter().chain(rows(&found.held_out, Role::HeldOut)).collect()
 }
 
 /// Returns derived quantities by name: largest errors, scatter and gaps.
 /// Where nothing is held out, `left_out` names those of fits without each position.
 pub(crate) fn derived(positions: &BTreeMap<String, PositionRow>, frfs: &[FrfRow], leave_one_out: bool) -> BTreeMap<String, f64> {
     let mut derived = BTreeMap::new();
-    for role in ["fit", "held_out"] {
-        let called = if leave_one_out { "left_out" } else { role };
+    for role in [Role::Fit, Role::HeldOut] {
+        let called = if leave_one_out { "left_out".into() } else { role.to_string() };
         if let Some(gap) = gap_over(frfs.iter().filter(|r| r.role == role)) {
             derived.insert(format!("gap_{called}"), gap);
         }

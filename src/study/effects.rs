@@ -7,6 +7,7 @@ use machine::{Data, Effect};
 use report::digest;
 use report::document::Input;
 use report::effects::{EffectEntry, EffectLibraryDocument, EffectParameter};
+use report::vocabulary::DataKind;
 
 /// Lists the library of effects, with those of a machine's description where one is named; or the one with an id.
 ///
@@ -35,8 +36,8 @@ pub fn effects(config: Option<&str>, id: Option<&str>) -> StudyResult<EffectLibr
 
 fn entry(effect: &Effect) -> EffectEntry {
     let data = |data: &Data| match data {
-        Data::Frf => "frf".to_string(),
-        Data::Motion => "motion".to_string(),
+        Data::Frf => DataKind::Frf,
+        Data::Motion => DataKind::Motion,
     };
     let parameters = effect.patch.parameters.iter().map(|p| {
         let row = EffectParameter { unit: p.unit.clone(), start: p.start, lower: p.lower, upper: p.upper, source: p.source.clone() };

@@ -13,6 +13,7 @@ use measurement::read_set_from;
 use report::diagnosis::DiagnosisDocument;
 use report::digest;
 use report::document::{IdentificationDocument, Input, MachineText, Stamp};
+use report::vocabulary::ToleranceUse;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
@@ -106,42 +107,18 @@ pub fn check_identification(path: &Path, identified: &IdentificationDocument) ->
 }
 
 impl Study {
-    /// Reopens machine and measurements of an identification, with further overrides and effects taken out.
-    ///
-    /// # Errors  the result cannot be read or is damaged; its measurement set cannot be read.
-    pub fn of_result(path: &Path, overrides: &[String], without: &[String]) -> StudyResult<(Self, IdentificationDocument, Input)> {
-        Study::of_result_on(path, None, overrides, without)
-    }
-
-    /// As [`Study::of_result`], with another measurement set where one is named.
-    ///
-    /// # Errors  as [`Study::of_result`].
-    pub fn of_result_on(
-        path: &Path,
-        measurements: Option<&str>,
-        overrides: &[String],
-        without: &[String],
-    ) -> StudyResult<(Self, IdentificationDocument, Input)> {
-        let (document, input) = read_identification(path)?;
-        check_identification(path, &document)?;
-        let measurements = measurements.map(String::from);
-        let sources = Sources { measurements, overrides: overrides.to_vec(), without: without.to_vec(), ..Sources::default() };
-        let study = Study::of_identification(&document, &sources)?;
-        Ok((study, document, input))
-    }
-
     /// Reopens machine and measurements of an identification with further overrides; a machine or set that the sources name replaces its own.
     ///
-    /// # Errors  as [`Study::of_result`].
+    /// # Errors  the result cannot be read or is damaged; its measurement set cannot be read.
     pub fn open_with_result(sources: &Sources, path: &Path) -> StudyResult<(Self, IdentificationDocument, Input)> {
         let (document, input) = read_identification(path)?;
         check_identification(path, &document)?;
         let study = match &sources.config {
             None => Study::of_identification(&document, sources)?,
-            Some(config) => {
-                // Overrides and removed effects of the result are those of its own machine.
-                let measurements = sources.measurements.clone().unwrap_or_else(|| document.settings.measurements.clone());
-                Study::open(&Sources { config: Some(config.clone()), measurements: Some(measurements), ..sources.clone() })?
+            // Overrides and removed effects of the result are those of its own machine.
+            Some(_) => {
+                let measurements = sources.measurements.clone().or_else(|| Some(document.settings.measurements.clone()));
+                Study::open(&Sources { measurements, ..sources.clone() })?
             }
         };
         Ok((study, document, input))
@@ -239,15 +216,14 @@ pub(crate) fn tolerances(identified: &IdentificationDocument) -> BTreeMap<String
 /// Returns the settings of an identification.
 pub(crate) fn settings_of(identified: &IdentificationDocument) -> Settings {
     let stated = &identified.settings;
-    let objective = ObjectiveKind::named(&stated.objective);
     Settings {
         rods: stated.lumps.map_or(RodModel::Exact, RodModel::Lumped),
-        objective,
+        objective: Some(stated.objective),
         frequency_model_error: stated.frequency_model_error,
         amplitude_sd: stated.amplitude_sd,
         frf_model_error: stated.frf_model_error,
         // Tolerances are fitted along with whole FRFs only.
-        fit_tolerances: stated.tolerances == "fit" || objective != Some(ObjectiveKind::Frf),
+        fit_tolerances: stated.tolerances == ToleranceUse::Fit || stated.objective != ObjectiveKind::Frf,
         band_hz: stated.band_hz.map(|[from, to]| (from, to)),
         bootstrap: stated.bootstrap,
         freeze: stated.freeze.clone(),

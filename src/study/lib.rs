@@ -47,11 +47,12 @@ pub use machine::contact::StribeckNoise;
 pub use measurement::{
     ChannelTolerance, Condition, DriveEffort, FrfArrays, FrfNoise, Gain, MeasurementSet, MotionArrays, Quantity, SetArrays,
 };
-pub use page::{page, page_from};
+pub use page::page;
 pub use peaks::{DiagramPole, Peaks, PeaksRequest, peaks, stabilisation};
 pub use plan::{PlanRequest, PlannedData};
 pub use predict::PredictionRequest;
-pub use settings::{ObjectiveKind, Settings};
+pub use report::vocabulary::ObjectiveKind;
+pub use settings::Settings;
 pub use stamp::{document_input, stamp_files};
 pub use study::{Sources, Study};
 pub use validate::ValidationRequest;

@@ -8,6 +8,7 @@ use crate::{Study, StudyError, StudyResult};
 use config::{Found, machine_as_found, read_machine};
 use report::diagnosis::DiagnosisDocument;
 use report::document::IdentificationDocument;
+use report::vocabulary::VerdictKind;
 
 impl Study {
     /// Returns the description of the machine as identified (TOML): parameters start at their estimates, and tolerances that were fitted along are held
@@ -37,7 +38,7 @@ impl Study {
             return Err(StudyError::impossible("the diagnosis was stopped early, and names no effect to apply; run it to its end"));
         }
         let named = match &verdict.effects[..] {
-            [named] if verdict.kind == "effect" => named,
+            [named] if verdict.kind == VerdictKind::Effect => named,
             named => {
                 let alike = if named.is_empty() { String::new() } else { format!(" ({})", named.join(", ")) };
                 let next = verdict.next_measurement.as_ref().map_or_else(String::new, |next| format!("; next measurement: {next}"));

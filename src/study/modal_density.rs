@@ -6,6 +6,7 @@ use crate::{Study, StudyError, StudyResult};
 use dynamics::model::{RodModel, Structure};
 use identification::IdentificationSettings;
 use machine::{Machine, Operating};
+use measurement::MeasurementSet;
 use numeric::unit::omega_rad_s;
 
 /// Largest number of modes in the measured band. A screw of 60 m has some 150 below 2 kHz.
@@ -29,12 +30,21 @@ impl Study {
     ///
     /// # Errors  it has too many.
     pub(crate) fn check_measured_band(&self) -> StudyResult<()> {
-        let modes = self.set.modes.iter().flat_map(|table| table.positions.iter().flatten()).filter_map(|mode| mode.frequency_hz);
-        let lines = self.set.frfs.iter().filter_map(|frf| frf.lines.last()).map(|line| line.frequency_hz);
-        let highest_hz = modes.chain(lines).fold(0.0, f64::max).min(self.settings.band_hz.map_or(f64::INFINITY, |(_, to)| to));
+        let highest_hz = highest_hz(&self.set).min(self.settings.band_hz.map_or(f64::INFINITY, |(_, to)| to));
         let operating = Operating::at(self.machine().stroke_m().map(|s| 0.5 * s));
         check(self.machine(), self.settings.rods, &operating, highest_hz, MOST_TO_FIT)
     }
+}
+
+/// Returns the measured natural frequencies of a set (Hz).
+pub(crate) fn mode_frequencies_hz(set: &MeasurementSet) -> Vec<f64> {
+    set.modes.iter().flat_map(|table| table.positions.iter().flatten()).filter_map(|mode| mode.frequency_hz).collect()
+}
+
+/// Returns the highest measured frequency of a set (Hz): of modes and lines; 0 without any.
+pub(crate) fn highest_hz(set: &MeasurementSet) -> f64 {
+    let lines = set.frfs.iter().filter_map(|frf| Some(frf.lines.last()?.frequency_hz));
+    mode_frequencies_hz(set).into_iter().chain(lines).fold(0.0, f64::max)
 }
 
 /// Checks that the modes of a machine below a frequency can be listed.

@@ -15,6 +15,7 @@ use measurement::{MeasurementSet, MotionRecord};
 use numeric::parallel::OrFirstError;
 use report::document::PositionRow;
 use report::record::{CurveRow, MotionRecordRow, TransmissionRow};
+use report::vocabulary::Role;
 
 /// Returns the names of records.
 pub(crate) fn names(set: &MeasurementSet, records: &[usize]) -> Vec<String> {
@@ -53,7 +54,7 @@ impl Study {
 }
 
 /// Compares a record with a machine by inverse dynamics.
-fn record_row(rigid: &Rigid, machine: &Machine, values: &[f64], motion: &MotionSignal, samples: usize, role: &str) -> MotionRecordRow {
+fn record_row(rigid: &Rigid, machine: &Machine, values: &[f64], motion: &MotionSignal, samples: usize, role: Role) -> MotionRecordRow {
     let part = part(rigid, machine, values, motion);
     let by_phase: BTreeMap<String, f64> = misfit_map(motion, &part)
         .iter()
@@ -64,7 +65,7 @@ fn record_row(rigid: &Rigid, machine: &Machine, values: &[f64], motion: &MotionS
         })
         .collect();
     MotionRecordRow {
-        role: role.into(),
+        role,
         force_error: part.own_gap(),
         simulated_force_error: None,
         noise_floor: part.noise_floor(),
@@ -85,7 +86,7 @@ pub(crate) fn list_records(
     fitted: &[usize],
 ) -> BTreeMap<String, MotionRecordRow> {
     let row = |at: usize| {
-        let role = if fitted.contains(&at) { "fit" } else { "held_out" };
+        let role = Role::of(fitted.contains(&at));
         let row = record_row(rigid, &study.config.machine, values, &motions[at], study.set.motions[at].samples(), role);
         (motions[at].name.clone(), row)
     };
@@ -114,19 +115,7 @@ pub(crate) fn list_positions(
     records: &BTreeMap<String, MotionRecordRow>,
     error: impl Fn(&MotionRecordRow) -> Option<f64>,
 ) -> BTreeMap<String, PositionRow> {
-    let row = |(name, r): (&String, &MotionRecordRow)| {
-        let row = PositionRow {
-            role: r.role.clone(),
-            overall_error: None,
-            overall_error_rounded: None,
-            overall_error_published: None,
-            orders: Vec::new(),
-            lone_peaks: Vec::new(),
-            gap: error(r),
-            noise_floor: r.noise_floor,
-        };
-        (name.clone(), row)
-    };
+    let row = |(name, r): (&String, &MotionRecordRow)| (name.clone(), PositionRow::of_gap(r.role, error(r), r.noise_floor));
     records.iter().map(row).collect()
 }
 

@@ -175,19 +175,13 @@ fn options(request: &PeaksRequest) -> StudyResult<CurveOptions> {
         return Err(StudyError::setting("max_order", request.max_order, "write a polynomial order from 8 to 120"));
     }
     let fit = match (request.band_hz, request.local) {
-        (None, false) => CurveFit::Full,
         (None, true) => return Err(StudyError::setting("local", "", "name the band, its lowest and highest frequency in Hz")),
-        (Some((from_hz, to_hz)), local) if from_hz >= 0.0 && to_hz > from_hz && to_hz.is_finite() => {
-            if local {
-                CurveFit::Local { from_hz, to_hz }
-            } else {
-                CurveFit::Full
-            }
-        }
-        _ => {
+        (Some((from_hz, to_hz)), _) if !(from_hz >= 0.0 && to_hz > from_hz && to_hz.is_finite()) => {
             let fault = "write the lowest and the highest frequency in Hz, such as 20,800";
             return Err(StudyError::setting("band_hz", "", fault));
         }
+        (Some((from_hz, to_hz)), true) => CurveFit::Local { from_hz, to_hz },
+        (_, false) => CurveFit::Full,
     };
     Ok(CurveOptions { fit, max_order: request.max_order })
 }

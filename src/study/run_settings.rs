@@ -1,11 +1,12 @@
 //! Settings of a study checked against its machine, and as documents keep them.
 
-use crate::settings::ObjectiveKind;
+use crate::settings::kind_of_modes;
 use crate::{Study, StudyError, StudyResult};
 use dynamics::model::RodModel;
 use identification::IdentificationSettings;
 use identification::objective::FrfSettings;
 use report::document::RunSettings;
+use report::vocabulary::{ObjectiveKind, ToleranceUse};
 
 impl Study {
     /// Checks that the machine has the parameters to freeze.
@@ -32,12 +33,9 @@ impl Study {
             measurements: self.set.path.clone(),
             model: if lumps.is_some() { "lumped" } else { "receptance" }.into(),
             lumps,
-            objective: made
-                .frf
-                .map_or_else(|| ObjectiveKind::of_modes(made.settings.objective).word(), |_| ObjectiveKind::Frf.word())
-                .into(),
+            objective: if made.frf.is_some() { ObjectiveKind::Frf } else { kind_of_modes(made.settings.objective) },
             frf_model_error: self.settings.frf_model_error,
-            tolerances: if made.frf.is_some() && made.tolerances { "fit" } else { "none" }.into(),
+            tolerances: if made.frf.is_some() && made.tolerances { ToleranceUse::Fit } else { ToleranceUse::None },
             band_hz: made.frf.map(|f| f.band_hz).filter(|b| *b != FrfSettings::default().band_hz).map(|b| [b.0, b.1.min(f64::MAX)]),
             positions: self.fit.clone(),
             hold_out: self.hold_out.clone(),

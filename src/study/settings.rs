@@ -8,64 +8,10 @@ use identification::objective::{FrfSettings, ModeSettings, Objective};
 use identification::{IdentificationSettings, REPEATS};
 use measurement::MeasurementSet;
 use optimizer::Strategy;
+use report::vocabulary::ObjectiveKind;
 
 /// Numbers of masses per rod of the lumped model.
 pub(crate) const LUMPS: RangeInclusive<usize> = 1..=500;
-
-/// What an identification minimises.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ObjectiveKind {
-    /// Weighted least squares of natural frequencies and ln(amplitude).
-    LeastSquares,
-    /// Eq. 26 of Tian et al. as printed.
-    Eq26,
-    /// Weighted least squares of natural frequencies only.
-    Frequencies,
-    /// Whole FRFs: complex logarithm of measured over predicted.
-    Frf,
-    /// Motion records: force that the rigid machine needs for the measured motion.
-    InverseDynamics,
-    /// Motion records: force of the closed loop, simulated from the command.
-    OutputError,
-}
-
-impl ObjectiveKind {
-    /// All objectives.
-    pub const ALL: [ObjectiveKind; 6] = [
-        ObjectiveKind::LeastSquares,
-        ObjectiveKind::Eq26,
-        ObjectiveKind::Frequencies,
-        ObjectiveKind::Frf,
-        ObjectiveKind::InverseDynamics,
-        ObjectiveKind::OutputError,
-    ];
-
-    /// Returns its name, as documents state it.
-    pub fn word(self) -> &'static str {
-        match self {
-            ObjectiveKind::LeastSquares => "least-squares",
-            ObjectiveKind::Eq26 => "eq26",
-            ObjectiveKind::Frequencies => "frequencies",
-            ObjectiveKind::Frf => "frf",
-            ObjectiveKind::InverseDynamics => "inverse-dynamics",
-            ObjectiveKind::OutputError => "output-error",
-        }
-    }
-
-    /// Returns the objective of a name; `None` for an unknown one.
-    pub fn named(word: &str) -> Option<Self> {
-        ObjectiveKind::ALL.into_iter().find(|kind| kind.word() == word)
-    }
-
-    /// Returns the kind of an objective on modes.
-    pub(crate) fn of_modes(objective: Objective) -> Self {
-        match objective {
-            Objective::LeastSquares => ObjectiveKind::LeastSquares,
-            Objective::Eq26 => ObjectiveKind::Eq26,
-            Objective::Frequencies => ObjectiveKind::Frequencies,
-        }
-    }
-}
 
 /// Settings of identification and diagnosis. The defaults suit an ordinary axis.
 #[derive(Debug, Clone, PartialEq)]
@@ -167,6 +113,23 @@ impl Settings {
             profile: true,
             bootstrap: self.bootstrap,
         })
+    }
+}
+
+/// Checks a band of frequencies (Hz) above 0.
+pub(crate) fn checked_band((from, to): (f64, f64)) -> StudyResult<(f64, f64)> {
+    if from > 0.0 && to > from && to.is_finite() {
+        return Ok((from, to));
+    }
+    Err(StudyError::setting("band_hz", "", "write the lowest and the highest frequency in Hz, such as 5,1000"))
+}
+
+/// Returns the kind of an objective on modes.
+pub(crate) fn kind_of_modes(objective: Objective) -> ObjectiveKind {
+    match objective {
+        Objective::LeastSquares => ObjectiveKind::LeastSquares,
+        Objective::Eq26 => ObjectiveKind::Eq26,
+        Objective::Frequencies => ObjectiveKind::Frequencies,
     }
 }
 

@@ -71,13 +71,17 @@ pub fn stamp_files(schema: &str, inputs: Vec<Input>, warnings: Vec<String>) -> S
     Stamp {
         schema: format!("jointid/{schema}/1"),
         tool_version: env!("CARGO_PKG_VERSION").into(),
-        seed: 0,
         complete: true,
         inputs,
-        overrides: Vec::new(),
-        without: Vec::new(),
         warnings,
+        ..Stamp::default()
     }
+}
+
+/// Returns the path of the first input of one list that the other lacks, or has with other contents.
+pub(crate) fn changed_input<'i>(one: &'i [Input], other: &'i [Input]) -> Option<&'i str> {
+    let mut lacking = one.iter().filter(|input| !other.contains(input)).chain(other.iter().filter(|input| !one.contains(input)));
+    lacking.next().map(|input| input.path.as_str())
 }
 
 /// Describes a result document as an input of another.

@@ -10,6 +10,7 @@ use identification::channels_of;
 use identification::objective::{FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, PositionPrediction};
 use measurement::MotionRecord;
 use report::document::{IdentificationDocument, Input, PositionRow, ValidationDocument};
+use report::vocabulary::{ObjectiveKind, Role};
 
 /// What a validation checks. The default checks what the identification held out of its own set; everything where it held out nothing.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -70,7 +71,7 @@ impl Study {
         let settings = &identified.settings;
         let (machine, values) = self.identified_machine(Path::new(&request.name()), identified)?;
         let (machine, values) = (&machine, &values);
-        let whole_frfs = settings.objective == "frf";
+        let whole_frfs = settings.objective == ObjectiveKind::Frf;
         let same_set = self.is_set_of(identified);
         // The split of the identification, where the set is the same.
         let split = if same_set { self.set.split(settings.positions.as_deref(), &settings.hold_out).ok() } else { None };
@@ -104,7 +105,7 @@ impl Study {
             let gain = own_gain.unwrap_or_else(|| objective.best_gain(values));
             let mut frfs = Vec::new();
             for gap in objective.gaps(values, gain) {
-                frfs.extend(document_rows::frfs(&self.set, &[gap], if fitted_frfs.contains(&gap.frf) { "fit" } else { "held_out" }));
+                frfs.extend(document_rows::frfs(&self.set, &[gap], Role::of(fitted_frfs.contains(&gap.frf))));
             }
             document_rows::gathered(&frfs)
         } else {
@@ -115,7 +116,7 @@ impl Study {
                 own_gain.or_else(|| Some(objective.amplitude_fit(&predictions)).filter(|f| f.count > 0 && !same_set).map(|f| f.gain));
             let row = |p: &PositionPrediction| {
                 let name = self.set.positions[p.position].name.clone();
-                let role = if fitted_positions.contains(&p.position) { "fit" } else { "held_out" };
+                let role = Role::of(fitted_positions.contains(&p.position));
                 (name, document_rows::position(&self.set, p, role, gain, &identified.fit_positions))
             };
             predictions.iter().map(row).collect()
@@ -138,9 +139,9 @@ impl Study {
     ) -> StudyResult<ValidationDocument> {
         let settings = &identified.settings;
         let values = self.identified_values(Path::new(&request.name()), identified)?;
-        let simulated = match settings.objective.as_str() {
-            "inverse-dynamics" => false,
-            "output-error" => true,
+        let simulated = match settings.objective {
+            ObjectiveKind::InverseDynamics => false,
+            ObjectiveKind::OutputError => true,
             other => {
                 let fault = format!("holds motion records only, but {} was fitted by {other}; identify on motion records", request.name());
                 return Err(StudyError::input(&self.set.path, fault));

@@ -2,12 +2,14 @@
 
 use std::path::PathBuf;
 
-use crate::arguments::{OutputArguments, QuantityName, Sources};
+use crate::arguments::{OutputArguments, QUANTITIES, Sources};
 use crate::message::shown;
 use crate::operating::{LoadArguments, warn_of_result};
 use crate::outcome::{CommandResult, deliver, prepare, used};
 use crate::terminal;
+use crate::words::one_of;
 use report::frfs_csv;
+use study::Quantity;
 use study::simulation::{FrfRequest, Place, frf, identified_frf};
 
 /// Arguments of `simulate frf`.
@@ -45,8 +47,8 @@ pub struct FrfArguments {
     #[arg(long)]
     pub closed_loop: bool,
     /// Quantity to compute
-    #[arg(long, value_enum, default_value = "receptance")]
-    pub quantity: QuantityName,
+    #[arg(long, value_parser = one_of(&QUANTITIES), default_value = "receptance")]
+    pub quantity: Quantity,
     #[command(flatten)]
     pub output: OutputArguments,
 }
@@ -73,7 +75,7 @@ pub fn run(given: &FrfArguments) -> CommandResult {
         response: given.response.clone(),
         excitation: given.excitation.clone(),
         closed_loop: given.closed_loop,
-        quantity: given.quantity.quantity(),
+        quantity: given.quantity,
     };
     let folder = prepare(&given.output)?;
     let document = match &identified {

@@ -6,7 +6,7 @@ use crate::arguments::{OutputArguments, Sources};
 use crate::message::shown;
 use crate::outcome::{CommandResult, deliver, prepare, used, warn};
 use report::{hold_gains_text, hold_text};
-use study::simulation::{GainsRequest, HoldRequest, gains_of_identified, hold, impedance_units};
+use study::simulation::{GainsRequest, gains_of_identified, hold, impedance_units};
 
 /// Arguments of `simulate hold`.
 #[derive(Debug, clap::Args)]
@@ -43,7 +43,7 @@ pub fn run(given: &HoldArguments) -> CommandResult {
 fn from_gains(given: &HoldArguments) -> CommandResult {
     let study = given.sources.open_machine()?;
     let folder = prepare(&given.output)?;
-    let document = hold(&study, &HoldRequest { at_hz: given.at_hz.clone() }).map_err(shown)?;
+    let document = hold(&study, &given.at_hz).map_err(shown)?;
     let text = hold_text(&document, impedance_units(&study));
     deliver(&given.output, folder.as_ref(), "hold.json", &document, &text)
 }

@@ -4,21 +4,17 @@ use crate::arguments::{OutputArguments, Sources};
 use crate::message::shown;
 use crate::operating::{LoadArguments, nut_place, warn_of_result};
 use crate::outcome::{CommandResult, deliver, prepare};
+use crate::words::{Word, one_of};
 use report::sweep_text;
 use study::simulation::{StiffnessRequest, SweepVariable, stiffness};
 
 /// Variables of a sweep, by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum SweepVariableName {
-    /// Nut position (m)
-    Position,
-    /// Velocity (m/s)
-    Velocity,
-    /// Acceleration (m/s²)
-    Acceleration,
-    /// External force (N)
-    Force,
-}
+const VARIABLES: [Word<SweepVariable>; 4] = [
+    ("position", SweepVariable::Position, "Nut position (m)"),
+    ("velocity", SweepVariable::Velocity, "Velocity (m/s)"),
+    ("acceleration", SweepVariable::Acceleration, "Acceleration (m/s²)"),
+    ("force", SweepVariable::Force, "External force (N)"),
+];
 
 /// Arguments of `simulate stiffness`.
 #[derive(Debug, clap::Args)]
@@ -26,8 +22,8 @@ pub struct StiffnessArguments {
     #[command(flatten)]
     pub sources: Sources,
     /// Variable to sweep
-    #[arg(long, value_enum)]
-    pub along: SweepVariableName,
+    #[arg(long, value_parser = one_of(&VARIABLES))]
+    pub along: SweepVariable,
     /// Start of the sweep; by default 2 % of the stroke for positions
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     pub from: Option<f64>,
@@ -55,23 +51,12 @@ pub struct StiffnessArguments {
     pub output: OutputArguments,
 }
 
-impl SweepVariableName {
-    fn variable(self) -> SweepVariable {
-        match self {
-            SweepVariableName::Position => SweepVariable::Position,
-            SweepVariableName::Velocity => SweepVariable::Velocity,
-            SweepVariableName::Acceleration => SweepVariable::Acceleration,
-            SweepVariableName::Force => SweepVariable::Force,
-        }
-    }
-}
-
 /// Runs the command.
 pub fn run(given: &StiffnessArguments) -> CommandResult {
     let study = given.sources.open_machine()?;
     let folder = prepare(&given.output)?;
     let request = StiffnessRequest {
-        along: given.along.variable(),
+        along: given.along,
         from: given.from,
         to: given.to,
         steps: given.steps as usize,

@@ -21,7 +21,8 @@ pub struct Observation {
 }
 
 /// Model of the measurement noise.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum StribeckNoise {
     /// Equal standard deviation in all observations, estimated from the residuals.
     Uniform,

@@ -2,7 +2,7 @@
 
 use plotly::color::NamedColor;
 use plotly::common::{DashType, Line, MarkerSymbol};
-use plotly::layout::{Axis, AxisType, Legend, Margin};
+use plotly::layout::{Axis, AxisType, HoverMode, Legend, Margin};
 use plotly::{Layout, Plot, Trace};
 
 use super::text::escape;
@@ -41,7 +41,7 @@ pub fn log_axis(title: &str) -> Axis {
 }
 
 /// Adds the n-th of up to eight vertical axes to a layout.
-pub fn with_y_axis(layout: Layout, n: usize, axis: Axis) -> Layout {
+fn with_y_axis(layout: Layout, n: usize, axis: Axis) -> Layout {
     match n {
         0 => layout.y_axis(axis),
         1 => layout.y_axis2(axis),
@@ -61,6 +61,24 @@ pub fn layout() -> Layout {
         .legend(Legend::new().orientation(plotly::common::Orientation::Horizontal).y(1.02).y_anchor(plotly::common::Anchor::Bottom).x(0.0))
         .paper_background_color(NamedColor::Transparent)
         .plot_background_color(NamedColor::Transparent)
+}
+
+/// Returns the name of the n-th vertical axis, as traces refer to it.
+pub fn y_axis(n: usize) -> String {
+    if n == 0 { "y".into() } else { format!("y{}", n + 1) }
+}
+
+/// Returns the layout of a chart of panels one above the other, each with a title and numbers of a format, on a common horizontal axis.
+pub fn panels(x_axis: Axis, titles: &[String], format: &str) -> Layout {
+    let count = titles.len();
+    let x_axis = x_axis.anchor(y_axis(count.saturating_sub(1)));
+    let mut layout = layout().show_legend(false).hover_mode(HoverMode::Closest).x_axis(x_axis);
+    for (n, title) in titles.iter().enumerate() {
+        let (low, high) = ((count - 1 - n) as f64 / count as f64, (count - n) as f64 / count as f64);
+        let panel = axis(title).domain(&[low + 0.03, high - 0.03]).tick_format(format).n_ticks(4);
+        layout = with_y_axis(layout, n, panel);
+    }
+    layout
 }
 
 /// A group of switches over a chart.

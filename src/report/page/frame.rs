@@ -4,6 +4,7 @@ use super::chart::library;
 use super::text::{TextTable, escape, paragraph, section};
 use super::{Page, comparison, curve, loops, motion, parameter, peak, position, predicted, shape, verdict};
 use crate::document::{IdentificationDocument, Stamp};
+use crate::table;
 use crate::terminal::percent;
 
 /// Largest size of a page in bytes, so that it can be sent by mail and opened on a laptop.
@@ -49,9 +50,11 @@ fn sections(page: &Page) -> Vec<(&'static str, &'static str, String)> {
     }
     out.push(("frf", "Measured and predicted", format!("{}{}", other_description(page), curve::chart("curves", &page.curves, ""))));
     if let Some(of) = &page.identification {
-        let errors = position::errors("Natural frequencies, with the errors of the prediction", &of.positions);
-        let gaps = position::frfs(&of.frfs);
-        out.push(("positions", "Results by position", format!("{}{errors}{gaps}", position::charts(page))));
+        let caption = "Natural frequencies, with the relative error of the prediction";
+        let errors = table::positions(caption, &of.positions, of.leave_one_out).html();
+        let mut frfs = table::frfs(&of.frfs, of.leave_one_out);
+        frfs.insert(4, "Accepted", of.frfs.iter().map(|row| percent(row.accepted_share)));
+        out.push(("positions", "Results by position", format!("{}{errors}{}", position::charts(page), frfs.html())));
         if !of.records.is_empty() {
             out.push(("records", "Results by record", motion::identified(of)));
         }
@@ -59,8 +62,8 @@ fn sections(page: &Page) -> Vec<(&'static str, &'static str, String)> {
     if let Some(of) = &page.validation {
         let largest =
             of.largest_error.map(|x| paragraph(&format!("Largest relative frequency error: {}.", percent(x)))).unwrap_or_default();
-        let errors = position::errors("Validation: natural frequencies", &of.positions);
-        out.push(("validation", "Validation", format!("{largest}{errors}{}", position::gaps("Validation: gaps", &of.positions))));
+        let errors = table::positions("Validation: natural frequencies", &of.positions, false).html();
+        out.push(("validation", "Validation", format!("{largest}{errors}{}", table::gaps("Validation: gaps", &of.positions).html())));
     }
     if let Some(of) = &page.prediction {
         out.push(("prediction", "Prediction", predicted::content(of, &page.measured_modes)));
@@ -69,7 +72,7 @@ fn sections(page: &Page) -> Vec<(&'static str, &'static str, String)> {
         out.push(("comparison", "Single- and multi-position identification", comparison::content(of)));
     }
     if let Some(of) = &page.identification {
-        out.push(("parameters", "Parameters", format!("{}{}", parameter::values(of), parameter::bootstrap(of))));
+        out.push(("parameters", "Parameters", format!("{}{}", parameter::values(of), table::bootstrap(&of.bootstrap).html())));
         out.push(("correlation", "Correlated parameters", parameter::correlations(of)));
     }
     let identified = page.identification.as_ref().map(|of| &of.tolerances);

@@ -5,11 +5,12 @@ use plotly::layout::{AxisType, BarMode};
 use plotly::{Bar, Scatter};
 
 use super::chart::{Chart, Switches, axis, colour, layout, line};
-use super::text::{TextTable, cell, escape, rounded};
+use super::text::{TextTable, escape, rounded};
 use crate::diagnosis::DiagnosisDocument;
 use crate::document::IdentificationDocument;
-use crate::record::{CurveRow, MotionRows};
+use crate::record::{CurveRow, MotionRows, RECORD_HEADS, record_cells};
 use crate::terminal::percent;
+use crate::vocabulary::{Direction, MisfitBy};
 
 /// Formats the part of a diagnosis on motion records.
 pub fn content(of: &DiagnosisDocument) -> String {
@@ -31,7 +32,7 @@ pub fn content(of: &DiagnosisDocument) -> String {
         let [low, high] = r.delay95_s;
         records.row([
             r.record.clone(),
-            r.role.replace('_', " "),
+            r.role.label(false).into(),
             percent(r.gap_before),
             percent(r.gap_after),
             percent(r.gap_own_chain),
@@ -47,20 +48,8 @@ pub fn content(of: &DiagnosisDocument) -> String {
 
 /// Formats the records of an identification.
 pub fn identified(of: &IdentificationDocument) -> String {
-    let mut table = TextTable::new(
-        "Records: force errors, relative to the force's root mean square",
-        2,
-        ["Record", "", "Inverse dynamics", "Closed loop simulated", "Noise alone"],
-    );
-    for (name, r) in &of.records {
-        table.row([
-            name.clone(),
-            r.role.replace('_', " "),
-            percent(r.force_error),
-            cell(r.simulated_force_error, percent),
-            cell(r.noise_floor, percent),
-        ]);
-    }
+    let mut table = TextTable::new("Records: force errors, relative to the force's root mean square", 2, RECORD_HEADS);
+    of.records.iter().for_each(|row| table.row(record_cells(row)));
     format!("{}{}", table.html(), friction_curve(&of.friction_curve, "N or N·m"))
 }
 
@@ -98,8 +87,10 @@ fn phases(of: &MotionRows) -> String {
             .y_axis(axis("share").tick_format(".0%")),
     );
     for (n, trace) in of.traces.iter().enumerate() {
-        let own =
-            of.misfit_map.iter().filter(|c| c.by == "phase" && c.direction == "both" && c.record == trace.record && c.column.is_none());
+        let own = of
+            .misfit_map
+            .iter()
+            .filter(|c| c.by == MisfitBy::Phase && c.direction == Direction::Both && c.record == trace.record && c.column.is_none());
         let (x, y): (Vec<String>, Vec<f64>) = own.map(|c| (c.phase.clone().unwrap_or_default(), rounded(c.share, 4))).unzip();
         if !x.is_empty() {
             let bars = Bar::new(x, y).name(escape(&trace.record)).marker(Marker::new().color(colour(n)));
@@ -115,11 +106,11 @@ fn misfit_table(of: &MotionRows) -> String {
         3,
         ["Record", "Range", "Direction", "Error", "Share", "Mean residual"],
     );
-    for c in of.misfit_map.iter().filter(|c| c.by != "phase" && c.column.is_none()) {
+    for c in of.misfit_map.iter().filter(|c| c.by != MisfitBy::Phase && c.column.is_none()) {
         let [from, to] = c.range.unwrap_or([f64::NAN; 2]);
-        let place = if c.by == "speed_m_s" { format!("{from:.3} … {to:.3} m/s") } else { format!("{from:.3} … {to:.3} m") };
+        let place = if c.by == MisfitBy::SpeedMS { format!("{from:.3} … {to:.3} m/s") } else { format!("{from:.3} … {to:.3} m") };
         let mean = format!("{:+.2} {}", c.mean, of.unit);
-        table.row([c.record.clone(), place, c.direction.clone(), percent(c.gap), percent(c.share), mean]);
+        table.row([c.record.clone(), place, c.direction.to_string(), percent(c.gap), percent(c.share), mean]);
     }
     table.html()
 }

@@ -5,7 +5,7 @@ use plotly::layout::AxisType;
 use plotly::{HeatMap, Scatter};
 
 use super::chart::{Chart, axis, colour, dash, layout, line, log_axis};
-use super::text::{TextTable, cell, escape, paragraph, rounded};
+use super::text::{TextTable, escape, paragraph, rounded};
 use std::collections::BTreeMap;
 
 use crate::certainty::ToleranceRow;
@@ -133,17 +133,4 @@ pub fn convergence(of: &IdentificationDocument) -> String {
         None => String::new(),
     };
     format!("{agreement}{}{}", chart.html(), table.html())
-}
-
-/// Draws bootstrap intervals, where they were requested.
-pub fn bootstrap(of: &IdentificationDocument) -> String {
-    let header = ["Parameter".to_string()].into_iter().chain(of.bootstrap.iter().map(|b| format!("{} × {}", b.samples, b.drawn)));
-    let mut table = TextTable::new("95 % of bootstrap samples", 1, header);
-    let ids: std::collections::BTreeSet<&String> = of.bootstrap.iter().flat_map(|b| b.interval95.keys()).collect();
-    for id in ids {
-        let interval = |ends: &[f64; 2]| format!("{} … {}", cell(Some(ends[0]), figure), cell(Some(ends[1]), figure));
-        let cells = of.bootstrap.iter().map(|b| b.interval95.get(id).map_or_else(|| "–".into(), interval));
-        table.row([id.clone()].into_iter().chain(cells).collect::<Vec<_>>());
-    }
-    table.html()
 }

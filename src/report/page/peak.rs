@@ -6,7 +6,8 @@ use plotly::layout::AxisType;
 
 use super::Page;
 use super::chart::{Chart, axis, colour, layout, log_axis, symbol};
-use super::text::{TextTable, cell, escape, rounded};
+use super::position::{ordered, place};
+use super::text::{TextTable, cell, rounded};
 use crate::document::PeaksDocument;
 use crate::terminal::{figure, percent};
 
@@ -25,16 +26,8 @@ pub fn content(page: &Page, of: &PeaksDocument) -> String {
     let mut table = TextTable::new("Regular modes by record; ± is half a 95 % interval", 2, header);
     for mode in &of.modes {
         let n = if mode.regular { mode.order.saturating_sub(1) } else { 6 };
-        let mut rows: Vec<_> = mode.records.iter().collect();
-        let at = |name: &String| page.nut_m.get(name).copied().unwrap_or(f64::INFINITY);
-        rows.sort_by(|a, b| at(a.0).total_cmp(&at(b.0)).then(a.0.cmp(b.0)));
-        let x: Vec<serde_json::Value> = rows
-            .iter()
-            .map(|(name, _)| match page.nut_m.get(*name).filter(|_| known) {
-                Some(x) => serde_json::json!(x),
-                None => serde_json::json!(escape(name)),
-            })
-            .collect();
+        let rows = ordered(page, &mode.records);
+        let x: Vec<serde_json::Value> = rows.iter().map(|(name, _)| place(page, name, known)).collect();
         let y: Vec<f64> = rows.iter().map(|(_, r)| rounded(r.frequency_hz, 7)).collect();
         let spread: Vec<f64> = rows.iter().map(|(_, r)| 1.96 * r.frequency_sd_hz.unwrap_or(0.0)).collect();
         let name = format!("mode {} at {} Hz{}", mode.order, figure(mode.frequency_hz), if mode.regular { "" } else { ", no regularity" });

@@ -4,10 +4,9 @@ use plotly::Scatter;
 use plotly::common::{Fill, Marker, MarkerSymbol, Mode};
 use plotly::layout::HoverMode;
 
-use super::chart::{Chart, Switches, axis, colour, layout, line, log_axis, with_y_axis};
-use super::text::{TextTable, cell, escape, paragraph, rounded};
-use crate::prediction::{PredictedMode, PredictedPosition, PredictionDocument, damping_cells};
-use crate::terminal::{figure, with_interval};
+use super::chart::{Chart, Switches, axis, colour, layout, line, log_axis, panels, y_axis};
+use super::text::{TextTable, escape, paragraph, rounded};
+use crate::prediction::{HEADER, PredictedMode, PredictedPosition, PredictionDocument, mode_rows, stiffness_rows};
 
 /// A measured natural frequency.
 #[derive(Debug, Clone, PartialEq)]
@@ -67,18 +66,12 @@ fn frequencies(of: &PredictionDocument, measured: &[MeasuredMode]) -> String {
         all.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, distance)| *distance < REACH).map(|(order, _)| order)
     };
     let marks: Vec<(usize, &MeasuredMode)> = measured.iter().filter_map(|mark| Some((nearest(mark)?, mark))).collect();
-    let bottom = if most > 1 { format!("y{most}") } else { "y".into() };
-    let x_axis = axis("nut position (m)").anchor(&bottom);
-    let mut layout = layout().show_legend(false).hover_mode(HoverMode::Closest).x_axis(x_axis);
-    for n in 0..most {
-        let (low, high) = ((most - 1 - n) as f64 / most as f64, (most - n) as f64 / most as f64);
-        let panel = axis(&format!("order {} (Hz)", n + 1)).domain(&[low + 0.03, high - 0.03]).tick_format("~g").n_ticks(4);
-        layout = with_y_axis(layout, n, panel);
-    }
+    let titles: Vec<String> = (1..=most).map(|order| format!("order {order} (Hz)")).collect();
+    let layout = panels(axis("nut position (m)"), &titles, "~g");
     let caption = "Line and band: prediction with its 95 % interval. Marks: measured, filled where fitted, open where held out.";
     let mut chart = Chart::new("prediction-frequency", "Predicted natural frequencies against position", caption, 90 + 140 * most, layout);
     for order in 1..=most {
-        let y_axis = if order == 1 { "y".to_string() } else { format!("y{order}") };
+        let y_axis = y_axis(order - 1);
         let rows: Vec<(f64, &PredictedMode)> = along.iter().filter_map(|(x, p)| Some((*x, mode(p, order)?))).collect();
         let x: Vec<f64> = rows.iter().map(|r| r.0).collect();
         let curve = |pick: &dyn Fn(&PredictedMode) -> f64| rows.iter().map(|r| rounded(pick(r.1), 6)).collect::<Vec<_>>();
@@ -127,26 +120,13 @@ fn frfs(of: &PredictionDocument) -> String {
     chart.html()
 }
 
+/// Formats the predicted modes and static stiffnesses as tables.
 fn table(of: &PredictionDocument) -> String {
-    let header = [
-        "Position",
-        "Order",
-        "Frequency (Hz)",
-        "95 % interval",
-        "Damping ratio (%)",
-        "95 % interval",
-        "Amplitude (SI)",
-        "Static stiffness (SI)",
-    ];
-    let mut table = TextTable::new("Predicted natural frequencies, damping ratios and amplitudes", 2, header);
-    for (name, position) in of.ordered() {
-        for (at, PredictedMode { mode, frequency95, damping95, .. }) in position.modes.iter().enumerate() {
-            let (frequency, frequency95) = with_interval(mode.frequency_hz, *frequency95);
-            let (damping, damping95) = damping_cells(mode.damping_ratio, *damping95);
-            let stiffness = if at == 0 { cell(position.static_stiffness, figure) } else { String::new() };
-            let name = if at == 0 { name.clone() } else { String::new() };
-            table.row([name, mode.order.to_string(), frequency, frequency95, damping, damping95, cell(mode.amplitude, figure), stiffness]);
-        }
-    }
-    table.html()
+    let (place, modes) = mode_rows(of);
+    let heads = HEADER.map(|name| if name == "Nut m" { place } else { name });
+    let mut table = TextTable::new("Predicted natural frequencies, damping ratios and amplitudes (SI units)", 2, heads);
+    modes.into_iter().for_each(|row| table.row(row));
+    let mut stiffness = TextTable::new("Predicted static stiffness (SI units)", 1, [place, "Stiffness", "95 % interval"]);
+    stiffness_rows(of).into_iter().for_each(|row| stiffness.row(row));
+    table.html() + &stiffness.html()
 }

@@ -2,6 +2,8 @@
 
 use file_access::printable;
 
+pub use crate::text_table::{TextTable, cell};
+
 /// Escapes text for HTML and for labels of charts: special characters are written as entities, hidden ones as their code.
 ///
 /// The charting crate knows few entities by name, but all by number; `%{` begins a placeholder in its hover labels.
@@ -35,30 +37,7 @@ pub fn section(id: &str, heading: &str, content: &str) -> String {
     format!("<section id=\"{id}\" aria-labelledby=\"{id}-h\">\n<h2 id=\"{id}-h\">{}</h2>\n{content}</section>\n", escape(heading))
 }
 
-/// A table of text cells. The first `names` columns are headings of their rows, the others numbers.
-pub struct TextTable {
-    caption: String,
-    names: usize,
-    header: Vec<String>,
-    rows: Vec<(String, Vec<String>)>,
-}
-
 impl TextTable {
-    /// Returns a table without rows.
-    pub fn new(caption: &str, names: usize, header: impl IntoIterator<Item = impl Into<String>>) -> Self {
-        TextTable { caption: caption.into(), names, header: header.into_iter().map(Into::into).collect(), rows: Vec::new() }
-    }
-
-    /// Adds a row.
-    pub fn row(&mut self, cells: impl IntoIterator<Item = impl Into<String>>) {
-        self.row_of("", cells);
-    }
-
-    /// Adds a row of a class of the page's style.
-    pub fn row_of(&mut self, class: &str, cells: impl IntoIterator<Item = impl Into<String>>) {
-        self.rows.push((class.into(), cells.into_iter().map(Into::into).collect()));
-    }
-
     /// Formats the table as HTML; empty without rows.
     pub fn html(&self) -> String {
         if self.rows.is_empty() {
@@ -85,11 +64,6 @@ impl TextTable {
         }
         out + "</tbody></table></div>\n"
     }
-}
-
-/// Formats a number for a cell; a dash where there is none.
-pub fn cell(x: Option<f64>, write: impl Fn(f64) -> String) -> String {
-    x.filter(|x| x.is_finite()).map_or_else(|| "–".into(), write)
 }
 
 /// Rounds a number to `digits` significant digits. Further digits are invisible in charts and enlarge the page.

@@ -9,6 +9,7 @@ use super::curve::{self, PageCurve};
 use super::text::{TextTable, cell, escape, paragraph, rounded};
 use crate::diagnosis::{DiagnosisDocument, EffectRow, combination_text, effect_ids, interval_text, is_undetermined};
 use crate::terminal::{figure, listed, percent, probability, share_closed, unit};
+use crate::vocabulary::{EffectStatus, VerdictKind};
 
 /// The verdict in one sentence.
 pub fn sentence(of: &DiagnosisDocument) -> String {
@@ -18,17 +19,18 @@ pub fn sentence(of: &DiagnosisDocument) -> String {
         listed(&combinations, last)
     };
     let place = of.places.first().map(|w| format!(" at «{}»", w.place_text())).unwrap_or_default();
-    match verdict.kind.as_str() {
-        "none" => "The model explains the measurements: no effect is missing beyond noise and tolerances.".into(),
-        "effect" => format!("The model lacks {}.", effects("and", " together with ")),
-        "ambiguous" => format!("The model lacks {}: these data do not distinguish them.", effects("or", " with ")),
-        "unknown" if verdict.confirmed == Some(false) => "Measurements that were not fitted confirm no effect of the library.".into(),
-        "unknown" => format!("The model lacks an effect{place} that is not in the library."),
-        "wrong-parameter" => "A parameter that was held fixed is wrong.".into(),
-        "measurement" if of.verdict.faults.is_empty() => "The measurements are faulty: no effect makes them consistent.".into(),
-        "measurement" => format!("The measurements are faulty: {}.", of.verdict.faults.join(", ")),
-        "insufficient" => "The data do not suffice for a verdict.".into(),
-        other => format!("Verdict: {other}."),
+    match verdict.kind {
+        VerdictKind::None => "The model explains the measurements: no effect is missing beyond noise and tolerances.".into(),
+        VerdictKind::Effect => format!("The model lacks {}.", effects("and", " together with ")),
+        VerdictKind::Ambiguous => format!("The model lacks {}: these data do not distinguish them.", effects("or", " with ")),
+        VerdictKind::Unknown if verdict.confirmed == Some(false) => {
+            "Measurements that were not fitted confirm no effect of the library.".into()
+        }
+        VerdictKind::Unknown => format!("The model lacks an effect{place} that is not in the library."),
+        VerdictKind::WrongParameter => "A parameter that was held fixed is wrong.".into(),
+        VerdictKind::Measurement if of.verdict.faults.is_empty() => "The measurements are faulty: no effect makes them consistent.".into(),
+        VerdictKind::Measurement => format!("The measurements are faulty: {}.", of.verdict.faults.join(", ")),
+        VerdictKind::Insufficient => "The data do not suffice for a verdict.".into(),
     }
 }
 
@@ -44,9 +46,10 @@ pub fn summary(of: &DiagnosisDocument) -> String {
     if !of.verdict.reason.is_empty() {
         out += &paragraph(&of.verdict.reason);
     }
-    if let (Some(place), "effect" | "ambiguous" | "wrong-parameter") = (&of.verdict.place, of.verdict.kind.as_str()) {
+    if let (Some(place), VerdictKind::Effect | VerdictKind::Ambiguous | VerdictKind::WrongParameter) = (&of.verdict.place, of.verdict.kind)
+    {
         let band = of.verdict.band_text().map_or(String::new(), |band| format!("; {band}"));
-        let what = if of.verdict.kind == "ambiguous" { "The first of them" } else { "It" };
+        let what = if of.verdict.kind == VerdictKind::Ambiguous { "The first of them" } else { "It" };
         out += &paragraph(&format!("{what} acts at «{place}»{band}."));
     }
     if let Some(phase) = &of.verdict.phase {
@@ -226,7 +229,7 @@ fn in_verdict(of: &DiagnosisDocument, effect: &EffectRow) -> bool {
 
 /// Effects that change the gap and those in the verdict, in the order of the document; reversed, as the axis begins below.
 fn tried(of: &DiagnosisDocument) -> Vec<&EffectRow> {
-    let matters = |e: &&EffectRow| e.status == "tried" && (in_verdict(of, e) || e.closed.is_none_or(|c| c.abs() > 0.005));
+    let matters = |e: &&EffectRow| e.status == EffectStatus::Tried && (in_verdict(of, e) || e.closed.is_none_or(|c| c.abs() > 0.005));
     of.effects.iter().filter(matters).take(12).collect::<Vec<_>>().into_iter().rev().collect()
 }
 
@@ -260,7 +263,7 @@ fn effects(of: &DiagnosisDocument) -> String {
     let value =
         |e: &EffectRow, id: &String, x: f64| format!("{id} = {} {}", figure(x), unit(e.parameter_units.get(id).map_or("", String::as_str)));
     let parameters = |e: &EffectRow| e.parameters.iter().map(|(id, x)| value(e, id, *x)).collect::<Vec<_>>().join(", ");
-    for effect in of.effects.iter().filter(|effect| effect.status != "not-applicable") {
+    for effect in of.effects.iter().filter(|effect| effect.status != EffectStatus::NotApplicable) {
         let class = if effect.selected { "strong" } else { "" };
         table.row_of(
             class,
@@ -269,9 +272,9 @@ fn effects(of: &DiagnosisDocument) -> String {
                 match (&effect.why, effect.selected) {
                     (Some(why), _) => why.clone(),
                     (None, true) => format!("in the verdict; {}", parameters(effect)),
-                    (None, false) => effect.status.clone(),
+                    (None, false) => effect.status.to_string(),
                 },
-                cell(effect.gap_held_out_before.filter(|_| effect.status == "tried"), percent),
+                cell(effect.gap_held_out_before.filter(|_| effect.status == EffectStatus::Tried), percent),
                 cell(effect.gap_held_out_after, percent),
                 share_closed(effect.closed),
                 match effect.closed95 {
@@ -283,7 +286,7 @@ fn effects(of: &DiagnosisDocument) -> String {
             ],
         );
     }
-    let skipped: Vec<&str> = of.effects.iter().filter(|e| e.status == "not-applicable").map(|e| e.id.as_str()).collect();
+    let skipped: Vec<&str> = of.effects.iter().filter(|e| e.status == EffectStatus::NotApplicable).map(|e| e.id.as_str()).collect();
     let skipped = match skipped.is_empty() {
         true => String::new(),
         false => paragraph(&format!("Not applicable to this machine or these data: {}.", skipped.join(", "))),

@@ -7,6 +7,7 @@ use crate::{StudyError, StudyResult};
 use diagnosis::{Status, Verdict};
 use machine::{Data, Effect, Parameter};
 use report::diagnosis::VerdictRow;
+use report::vocabulary::{EffectStatus, VerdictKind};
 
 /// Returns the requested candidates; of effects with one id the one for this kind of data.
 pub fn choose_effects(request: &DiagnosisRequest, all: &[Effect], data: Data) -> StudyResult<Vec<Effect>> {
@@ -23,11 +24,11 @@ pub fn choose_effects(request: &DiagnosisRequest, all: &[Effect], data: Data) ->
 }
 
 /// Returns a candidate's status as a word, and the reason why it was not fitted.
-pub fn status_words(status: &Status) -> (String, Option<String>) {
+pub fn status_words(status: &Status) -> (EffectStatus, Option<String>) {
     match status {
-        Status::Tried => ("tried".into(), None),
-        Status::Failed(why) => ("failed".into(), Some(why.clone())),
-        Status::NotApplicable(why) => ("not-applicable".into(), Some(why.clone())),
+        Status::Tried => (EffectStatus::Tried, None),
+        Status::Failed(why) => (EffectStatus::Failed, Some(why.clone())),
+        Status::NotApplicable(why) => (EffectStatus::NotApplicable, Some(why.clone())),
     }
 }
 
@@ -39,7 +40,15 @@ pub fn names_effect(verdict: &Verdict, id: &str) -> bool {
 /// Returns a verdict as a row, with its location.
 pub fn verdict_row(verdict: &Verdict, place: Option<String>) -> VerdictRow {
     VerdictRow {
-        kind: verdict.kind.word().into(),
+        kind: match verdict.kind {
+            diagnosis::VerdictKind::None => VerdictKind::None,
+            diagnosis::VerdictKind::Effect => VerdictKind::Effect,
+            diagnosis::VerdictKind::Ambiguous => VerdictKind::Ambiguous,
+            diagnosis::VerdictKind::Unknown => VerdictKind::Unknown,
+            diagnosis::VerdictKind::WrongParameter => VerdictKind::WrongParameter,
+            diagnosis::VerdictKind::Measurement => VerdictKind::Measurement,
+            diagnosis::VerdictKind::Insufficient => VerdictKind::Insufficient,
+        },
         effects: verdict.effects.iter().map(ToString::to_string).collect(),
         faults: verdict.faults.clone(),
         confirmed: verdict.confirmed,

@@ -13,6 +13,7 @@ use dynamics::inverse_dynamics::{MotionSignal, Phase, phases};
 use machine::{Data, Effect, Machine, Parameter};
 use report::diagnosis as document;
 use report::record::{ChannelRow, MeasuringChainRow, MisfitRow, MotionRows, TraceRow};
+use report::vocabulary::{DataKind, Direction, MisfitBy, Role};
 
 /// Null simulations of motion records per requested one: they are linear and cheap, and p-values need at least 1000.
 const NULLS: usize = 25;
@@ -83,7 +84,7 @@ fn to_document(
         stamp: study.stamp("diagnosis", study.settings.seed, found.complete, warnings),
         machine: study.machine_text(),
         manifest: study.manifest(),
-        domain: "motion".into(),
+        domain: DataKind::Motion,
         described: named_values(&found.nominal.0.machine, &found.nominal.1),
         config: study.config.path.clone(),
         measurements: study.set.path.clone(),
@@ -94,9 +95,8 @@ fn to_document(
             fit: gap_of(&found.fit),
             held_out: before,
             by_position: found.fit.iter().chain(&found.held_out).map(|p| (p.name.clone(), p.gap())).collect(),
-            by_band: Vec::new(),
-            by_mode: Vec::new(),
             by_phase: by_phase(&found.cells, if held_out.is_empty() { fit } else { held_out }),
+            ..document::GapRow::default()
         },
         misfit_over_null: found.excess[0],
         null: None,
@@ -209,20 +209,20 @@ fn motion_rows(study: &Study, (fit, held_out): (&[&MotionSignal], &[&MotionSigna
     let all: Vec<&MotionSignal> = fit.iter().chain(held_out).copied().collect();
     let befores: Vec<&MotionPart> = found.fit.iter().chain(&found.held_out).collect();
     let afters: Vec<&MotionPart> = found.chosen_fit.iter().chain(&found.chosen_held_out).collect();
-    let role = |name: &str| if fit.iter().any(|m| m.name == name) { "fit" } else { "held_out" };
+    let role = |name: &str| Role::of(fit.iter().any(|m| m.name == name));
     let cells = found.cells.iter().map(|c| {
         let (by, phase, range) = match c.kind {
-            MisfitAxis::Phase(phase) => ("phase", Some(phase.word().to_string()), None),
-            MisfitAxis::Speed(a, b) => ("speed_m_s", None, Some([a, b])),
-            MisfitAxis::Position(a, b) => ("position_m", None, Some([a, b])),
+            MisfitAxis::Phase(phase) => (MisfitBy::Phase, Some(phase.word().to_string()), None),
+            MisfitAxis::Speed(a, b) => (MisfitBy::SpeedMS, None, Some([a, b])),
+            MisfitAxis::Position(a, b) => (MisfitBy::PositionM, None, Some([a, b])),
         };
         MisfitRow {
             record: c.record.clone(),
             column: c.column.clone(),
-            by: by.into(),
+            by,
             phase,
             range,
-            direction: ["backward", "both", "forward"][(c.direction + 1) as usize].into(),
+            direction: [Direction::Backward, Direction::Both, Direction::Forward][(c.direction + 1) as usize],
             samples: c.samples,
             gap: c.gap,
             share: c.share,
@@ -233,7 +233,7 @@ fn motion_rows(study: &Study, (fit, held_out): (&[&MotionSignal], &[&MotionSigna
         let gap = |parts: &[&MotionPart]| parts.iter().find(|p| p.name == s.name).map_or(f64::NAN, |p| p.own_gap());
         MeasuringChainRow {
             record: s.name.clone(),
-            role: role(&s.name).into(),
+            role: role(&s.name),
             gap_before: gap(&befores),
             gap_after: gap(&afters),
             gap_own_chain: s.gap_own,

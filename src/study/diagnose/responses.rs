@@ -19,6 +19,7 @@ use machine::{Data, Effect, Parameter, TargetKind};
 use measurement::{FitSet, HoldOutSet};
 use numeric::statistics::median;
 use report::diagnosis as document;
+use report::vocabulary::DataKind;
 use report::{OutputFolder, digest};
 
 /// Bands of the residual map.
@@ -110,7 +111,7 @@ fn to_document(
         stamp: study.stamp("diagnosis", study.settings.seed, found.complete, warnings),
         machine: study.machine_text(),
         manifest: study.manifest(),
-        domain: if whole { "frf" } else { "modes" }.into(),
+        domain: if whole { DataKind::Frf } else { DataKind::Modes },
         config: study.config.path.clone(),
         measurements: study.set.path.clone(),
         fit_positions: names(fit.positions(), fit.frfs()),
@@ -122,7 +123,7 @@ fn to_document(
             by_position: by_position(study, found.fit.iter().chain(&found.held_out)),
             by_band: by_band(&map),
             by_mode: by_mode((fit, held_out), found)?,
-            by_phase: BTreeMap::new(),
+            ..document::GapRow::default()
         },
         misfit_over_null: found.excess,
         null: null_row(&found.null),

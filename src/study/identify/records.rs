@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use crate::document_rows::parameter_row;
 use crate::motion_records::{add_simulated_gaps, curve_rows, list_positions, list_records, names};
-use crate::settings::ObjectiveKind;
 use crate::{Study, StudyError, StudyResult};
 use dynamics::inverse_dynamics::{InverseError, MotionSignal, Preprocessing, free_parameters, parameters_without_influence, recorded};
 use identification::Estimate;
@@ -17,6 +16,7 @@ use measurement::MotionRecord;
 use report::certainty::{PriorRow, ToleranceRow};
 use report::document::{IdentificationDocument, ParameterRow, RunSettings};
 use report::record::{MotionRecordRow, PreprocessingRow};
+use report::vocabulary::{ObjectiveKind, PriorKind, Role};
 
 impl Study {
     /// As [`Study::identify`], from motion records.
@@ -78,34 +78,23 @@ impl Study {
             machine: self.machine_text(),
             manifest: self.manifest(),
             settings: RunSettings {
-                objective: if simulated { ObjectiveKind::OutputError } else { ObjectiveKind::InverseDynamics }.word().into(),
+                objective: if simulated { ObjectiveKind::OutputError } else { ObjectiveKind::InverseDynamics },
                 ..self.run_settings(&made)
             },
             parameters: parameter_rows(machine, values, &estimates),
             tolerances,
-            basins: Vec::new(),
-            renumbered: None,
             derived: derived(&records, error),
-            derived_interval95: BTreeMap::new(),
-            combinations: Vec::new(),
-            bootstrap: Vec::new(),
             cost: found.squares / level,
             evaluations: found.evaluations,
-            search: None,
-            searches_agree: None,
-            searches: Vec::new(),
-            leave_one_out: false,
             fitted_parameters: free.iter().map(|i| machine.parameters[*i].id.clone()).collect(),
             correlation: correlation(&found.derivatives),
             fit_positions: names(&self.set, fit),
             held_out_positions: names(&self.set, held_out),
             positions: list_positions(&records, error),
-            modes: BTreeMap::new(),
-            posterior: None,
-            frfs: Vec::new(),
             preprocessing: motions.first().map(|m| recipe_row(&m.preprocessing)),
             friction_curve: curve_rows(&rigid, machine, values, &fitted),
             records,
+            ..IdentificationDocument::default()
         })
     }
 }
@@ -160,13 +149,13 @@ fn tolerance_rows(fit: &TolerantFit, load_column: &str) -> BTreeMap<String, Tole
     let force = if load_column == "torque_nm" { "N*m" } else { "N" };
     let row = |size: &ToleranceSize| {
         let (unit, stated, kind) = match size.kind {
-            SmallPrint::Delay => ("s", fit.stated.delay_s, "normal"),
-            SmallPrint::Reversal => (force, fit.stated.reversal, "normal"),
-            SmallPrint::Ripple => (force, fit.stated.ripple, "half-normal"),
-            SmallPrint::FrictionAlongTravel => (force, fit.stated.friction, "half-normal"),
-            SmallPrint::LowSpeedRise => (force, fit.stated.rise, "half-normal"),
+            SmallPrint::Delay => ("s", fit.stated.delay_s, PriorKind::Normal),
+            SmallPrint::Reversal => (force, fit.stated.reversal, PriorKind::Normal),
+            SmallPrint::Ripple => (force, fit.stated.ripple, PriorKind::HalfNormal),
+            SmallPrint::FrictionAlongTravel => (force, fit.stated.friction, PriorKind::HalfNormal),
+            SmallPrint::LowSpeedRise => (force, fit.stated.rise, PriorKind::HalfNormal),
         };
-        let prior = PriorRow { mean: 0.0, sd: size.kind.prior_sd() * stated, kind: kind.into() };
+        let prior = PriorRow { mean: 0.0, sd: size.kind.prior_sd() * stated, kind };
         (size.kind.name().to_string(), ToleranceRow { unit: unit.into(), prior, value: size.value * stated, sd: size.sd * stated })
     };
     fit.sizes.iter().map(row).collect()
@@ -188,11 +177,14 @@ fn list_discrepancies(fit: &TolerantFit) -> Vec<String> {
 }
 
 fn derived(records: &BTreeMap<String, MotionRecordRow>, error: impl Fn(&MotionRecordRow) -> Option<f64>) -> BTreeMap<String, f64> {
-    let over = |role: &str| {
+    let over = |role: Role| {
         let own = records.values().filter(|r| r.role == role).filter_map(|r| Some((error(r)?, r.compared)));
         numeric::statistics::root_mean_square_of_parts(own)
     };
-    [("gap_fit", over("fit")), ("gap_held_out", over("held_out"))].into_iter().filter_map(|(k, x)| Some((k.to_string(), x?))).collect()
+    [("gap_fit", over(Role::Fit)), ("gap_held_out", over(Role::HeldOut))]
+        .into_iter()
+        .filter_map(|(k, x)| Some((k.to_string(), x?)))
+        .collect()
 }
 
 fn recipe_row(recipe: &Preprocessing) -> PreprocessingRow {

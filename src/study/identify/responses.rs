@@ -83,9 +83,7 @@ impl Study {
             modes,
             posterior: found.posterior.as_ref().map(document_rows::posterior),
             frfs,
-            records: Default::default(),
-            preprocessing: None,
-            friction_curve: Vec::new(),
+            ..IdentificationDocument::default()
         })
     }
 

@@ -3,11 +3,13 @@
 use num_complex::Complex64;
 
 use crate::frequency_response::Evaluated;
+use crate::modal_density::mode_frequencies_hz;
 use crate::{StudyError, StudyResult};
 use dynamics::model::RodModel;
 use identification::objective::{Excitation, FrfObjective, FrfSettings, ModeObjective, ModeSettings, operating};
 use machine::{Chain, Machine, Operating, ParameterValues, PointMotion};
 use measurement::{FitSet, Frf, Gain, HoldOutSet, MeasurementSet, Quantity};
+use numeric::statistics::extremes;
 use numeric::unit::omega_rad_s;
 use report::page::{PageCurve, PeakMark};
 
@@ -129,8 +131,7 @@ impl Overlay<'_> {
         let (Some(modes), Some(response), Some(excitation)) = (&set.modes, &set.response, &set.excitation) else { return Ok(Vec::new()) };
         let quantity = set.quantity.unwrap_or(Quantity::Receptance);
         let (factor, unit) = self.unit((response, excitation), quantity)?;
-        let measured_hz = modes.positions.iter().flatten().filter_map(|m| m.frequency_hz);
-        let (low, high) = measured_hz.fold((f64::INFINITY, 0.0_f64), |(a, b), f| (a.min(f), b.max(f)));
+        let (low, high) = extremes(&mode_frequencies_hz(set));
         let (from, to) = (BAND_ENDS.0 * low, BAND_ENDS.1 * high);
         // A peak may be narrower than the line spacing: lines are added around it.
         let mut peaks: Vec<Vec<f64>> = vec![Vec::new(); set.positions.len()];

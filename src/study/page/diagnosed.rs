@@ -9,6 +9,7 @@ use dynamics::model::RodModel;
 use machine::Machine;
 use report::diagnosis::DiagnosisDocument;
 use report::page::Page;
+use report::vocabulary::DataKind;
 
 /// Draws the machine as described and as chosen, each at its fit, over the measurements.
 ///
@@ -17,14 +18,14 @@ pub(super) fn draw(of: &DiagnosisDocument, sources: &Sources, page: &mut Page) -
     let study = Study::reopened((of.machine.as_ref(), &of.config), &of.measurements, &of.stamp, sources);
     let study = unchanged(study, &of.stamp, ("diagnosis", "diagnose"))?;
     page.notes.extend(study.outdated_machine().filter(|note| !page.notes.contains(note)));
-    if of.domain == "motion" {
+    if of.domain == DataKind::Motion {
         return Ok(());
     }
     let Study { config, set, .. } = &study;
     let described = &config.machine;
     let before = model(described.clone(), &of.described);
     let after = described.with_chosen(of.chosen.effects(), &config.effects).and_then(|machine| model(machine, &of.chosen.parameters));
-    let models: Vec<CurveModel> = before.into_iter().chain(after.filter(|_| of.chosen.id != "nominal")).collect();
+    let models: Vec<CurveModel> = before.into_iter().chain(after.filter(|_| !of.chosen.is_nominal())).collect();
     if models.is_empty() {
         return Err(StudyError::impossible("the diagnosis does not state its parameter values; diagnose again with this version"));
     }

@@ -20,17 +20,11 @@ use report::digest;
 use report::document::IdentificationDocument;
 use report::page::Page;
 
-/// Reads the result documents of a folder, and predicts the curves and shapes that the page draws over the measurements.
+/// Reads the result documents of a folder, and predicts the curves and shapes that the page draws over the measurements, which are read as the
+/// sources allow.
 ///
 /// # Errors  there is no such folder; it holds no result document, or one that cannot be read.
-pub fn page(folder: &Path) -> StudyResult<Page> {
-    page_from(folder, &Sources::default())
-}
-
-/// As [`page`]; measurements are read as the sources allow.
-///
-/// # Errors  as [`page`].
-pub fn page_from(folder: &Path, sources: &Sources) -> StudyResult<Page> {
+pub fn page(folder: &Path, sources: &Sources) -> StudyResult<Page> {
     if !folder.is_dir() {
         let fault = if folder.exists() { "is not a folder; name a folder that holds result documents" } else { "there is no such folder" };
         return Err(StudyError::input(folder.display(), fault));

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::curves::CurveModel;
+use crate::modal_density::highest_hz;
 use crate::{StudyError, StudyResult};
 use dynamics::model::{Structure, undamped_modes};
 use machine::{Operating, PointMotion};
@@ -20,9 +21,6 @@ pub(super) fn shapes(set: &MeasurementSet, model: &CurveModel) -> StudyResult<Ve
     if machine.shafts.is_empty() {
         return Ok(Vec::new());
     }
-    let of_modes = set.modes.iter().flat_map(|t| t.positions.iter().flatten()).filter_map(|m| m.frequency_hz);
-    let of_frfs = set.frfs.iter().filter_map(|f| Some(f.lines.last()?.frequency_hz));
-    let highest = of_modes.chain(of_frfs).fold(0.0, f64::max);
     let name = set.response.as_ref().or_else(|| set.frfs.first().map(|f| &f.response));
     let observed = name.and_then(|n| machine.point(n)).filter(|p| machine.points[*p].motion == PointMotion::Translation);
     let Some(first) = machine.points.iter().position(|p| !p.fixed) else { return Ok(Vec::new()) };
@@ -33,7 +31,7 @@ pub(super) fn shapes(set: &MeasurementSet, model: &CurveModel) -> StudyResult<Ve
     for position in &set.positions {
         let operating = Operating::at(position.nut_m);
         assembled.update(machine, start, &operating);
-        let modes = undamped_modes(&assembled, 1.2 * highest, &mut work).into_iter().filter(|m| m.frequency_hz > 0.0).take(MODES);
+        let modes = undamped_modes(&assembled, 1.2 * highest_hz(set), &mut work).into_iter().filter(|m| m.frequency_hz > 0.0).take(MODES);
         let modes = modes.map(|mode| {
             let along = assembled.shaft_deflections(machine, start, &operating, (mode.frequency_hz, &mode.shape), STEPS);
             let deflections = along.into_iter().map(|a| {

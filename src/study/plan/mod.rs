@@ -6,15 +6,20 @@ mod verdict;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
+use crate::modal_density::mode_frequencies_hz;
+use crate::settings::checked_band;
 use crate::{Study, StudyError, StudyResult};
 use identification::objective::{FrfSettings, ModeSettings};
 use identification::{Choice, FrfPlan, PlanDesign};
 use machine::{ParameterValues, State};
+use numeric::statistics::extremes;
 use report::diagnosis::DiagnosisDocument;
 use report::document::{ChoiceRow, IdentificationDocument, Input, PlanDocument, PlanRanking};
+use report::vocabulary::DataKind;
 
 /// Kinds of data to plan.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum PlannedData {
     /// Natural frequencies and amplitudes.
     Modes,
@@ -175,7 +180,7 @@ impl Study {
         stamp.inputs.extend(inputs);
         Ok(PlanDocument {
             stamp,
-            data: if frfs { "frf" } else { "modes" }.into(),
+            data: if frfs { DataKind::Frf } else { DataKind::Modes },
             measured: made.iter().map(|i| name(*i)).collect(),
             parameters: ids,
             predict_at_m: request.predict_at_m.clone(),
@@ -216,7 +221,7 @@ impl Study {
 
     /// Returns noise and lines of a planned FRF, and the settings of its objective.
     fn planned_frf(&self, request: &PlanRequest) -> StudyResult<(FrfPlan, FrfSettings)> {
-        let band_hz = band(request, (5.0, 1000.0))?;
+        let band_hz = request.band_hz.map_or(Ok((5.0, 1000.0)), checked_band)?;
         if !(request.noise > 0.0 && request.noise < 1.0) {
             return Err(StudyError::setting("noise", request.noise, "write a share above 0 and below 1, such as 0.02"));
         }
@@ -235,11 +240,10 @@ impl Study {
         let [channel] = channels else {
             return Err(StudyError::setting("channels", "", "modes are planned for one pair of points; name one, or plan FRFs (data frf)"));
         };
-        let measured = set.modes.iter().flat_map(|m| m.positions.iter().flatten()).filter_map(|m| m.frequency_hz);
-        let (low, high) = measured.fold((f64::INFINITY, 0.0_f64), |(a, b), f| (a.min(f), b.max(f)));
+        let (low, high) = extremes(&mode_frequencies_hz(set));
         let default_hz = if high > 0.0 { (0.5 * low, 1.1 * high) } else { (5.0, 1000.0) };
         let settings = ModeSettings { rods: self.settings.rods, ..ModeSettings::default() };
-        let band_hz = band(request, default_hz)?;
+        let band_hz = request.band_hz.map_or(Ok(default_hz), checked_band)?;
         Ok(PlanDesign::of_modes(&self.config.machine, values, set, channel, band_hz, settings, &self.settings.freeze)?)
     }
 
@@ -291,15 +295,4 @@ fn states(request: &PlanRequest) -> StudyResult<Vec<State>> {
         states.push(state);
     }
     Ok(if states.is_empty() { vec![State::Described] } else { states })
-}
-
-fn band(request: &PlanRequest, default_hz: (f64, f64)) -> StudyResult<(f64, f64)> {
-    match request.band_hz {
-        None => Ok(default_hz),
-        Some((from, to)) if from > 0.0 && to > from && to.is_finite() => Ok((from, to)),
-        Some(_) => {
-            let fault = "write the lowest and the highest frequency in Hz, such as 5,1000";
-            Err(StudyError::setting("band_hz", "", fault))
-        }
-    }
 }

@@ -6,6 +6,7 @@ use crate::{Settings, Study, StudyError, StudyResult};
 use diagnosis::EQUIVALENT;
 use identification::{Discrimination, IdentificationSettings, RivalMachine, identify};
 use machine::State;
+use report::vocabulary::VerdictKind;
 
 impl Study {
     /// Returns how well the candidates of a plan discriminate between the explanations that a diagnosis could not distinguish, and their names. `None`
@@ -30,7 +31,7 @@ impl Study {
         if let Some(input) = diagnosis.stamp.inputs.iter().find(|input| !now.contains(input)) {
             return fault(format!("is of another measurement set, or of one that has changed since ({}); diagnose again", input.path));
         }
-        if diagnosis.verdict.kind != "ambiguous" || diagnosis.verdict.effects.len() < 2 {
+        if diagnosis.verdict.kind != VerdictKind::Ambiguous || diagnosis.verdict.effects.len() < 2 {
             return fault(format!("has the verdict «{}», which leaves no effects to tell apart; plan without it", diagnosis.verdict.kind));
         }
         if !frfs {

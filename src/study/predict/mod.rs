@@ -13,13 +13,18 @@ pub use self::request::PredictionRequest;
 use self::request::{DRAWS_RANGE, MOST_PLACES};
 use self::sample::PredictedPlace;
 use crate::identified::{check_current, check_identification, settings_of};
+use crate::modal_density::mode_frequencies_hz;
+use crate::settings::checked_band;
 use crate::simulation::{Place, checked_nut};
+use crate::stamp::changed_input;
 use crate::{Study, StudyError, StudyResult};
 use identification::{Drawing, Place as Minimum, PosteriorSample, draw_posterior};
 use machine::Operating;
 use measurement::{Gain, Quantity};
-use report::document::{IdentificationDocument, Input};
+use numeric::statistics::extremes;
+use report::document::IdentificationDocument;
 use report::prediction::PredictionDocument;
+use report::vocabulary::ObjectiveKind;
 
 impl Study {
     /// Predicts natural modes and static stiffness of an identified machine at places of the nut, each with its 95 % interval.
@@ -113,8 +118,8 @@ impl Study {
             return fault("is of motion records; name an identification from FRFs or modes".into());
         }
         let Some(posterior) = &identified.posterior else {
-            return fault(match identified.settings.objective.as_str() {
-                "eq26" => "has no intervals: the objective eq26 is no likelihood; identify with least-squares".into(),
+            return fault(match identified.settings.objective {
+                ObjectiveKind::Eq26 => "has no intervals: the objective eq26 is no likelihood; identify with least-squares".into(),
                 _ => "lacks the covariance of what was fitted (posterior), which versions before this one did not write; identify again"
                     .into(),
             });
@@ -128,10 +133,7 @@ impl Study {
         if self.outdated_machine().is_some() {
             return fault(format!("is of a machine whose file {} has changed since; identify again", self.config.path));
         }
-        let then = &identified.stamp.inputs;
-        let now = self.inputs();
-        let differs = |a: &[Input], b: &[Input]| a.iter().find(|i| !b.contains(i)).map(|i| i.path.clone());
-        if let Some(path) = differs(&now, then).or_else(|| differs(then, &now)) {
+        if let Some(path) = changed_input(&self.inputs(), &identified.stamp.inputs) {
             return fault(format!("is of a measurement set that has changed since ({path}); identify again"));
         }
         let settings = settings_of(identified);
@@ -181,21 +183,16 @@ impl Study {
 
     /// Returns the band of a prediction: the requested one, or that of the data.
     pub(crate) fn predicted_band(&self, wanted: Option<(f64, f64)>) -> StudyResult<(f64, f64)> {
-        if let Some((from, to)) = wanted {
-            return match from > 0.0 && to > from && to.is_finite() {
-                true => Ok((from, to)),
-                false => Err(StudyError::setting("band_hz", "", "write the lowest and the highest frequency in Hz, such as 5,1000")),
-            };
+        if let Some(band_hz) = wanted {
+            return checked_band(band_hz);
         }
         let within = self.settings.band_hz.unwrap_or((0.0, f64::INFINITY));
         let lines = self.set.frfs.iter().flat_map(|frf| frf.lines.iter().map(|line| line.frequency_hz));
-        let lines = lines.filter(|hz| (within.0..=within.1).contains(hz));
-        let modes = self.set.modes.iter().flat_map(|table| table.positions.iter().flatten()).filter_map(|mode| mode.frequency_hz);
-        let extremes = |all: &mut dyn Iterator<Item = f64>| all.fold((f64::INFINITY, 0.0_f64), |(a, b), hz| (a.min(hz), b.max(hz)));
+        let lines: Vec<f64> = lines.filter(|hz| (within.0..=within.1).contains(hz)).collect();
         let (from, to) = match self.settings.fits_frfs(&self.set) {
-            true => extremes(&mut lines.into_iter()),
+            true => extremes(&lines),
             false => {
-                let (low, high) = extremes(&mut modes.into_iter());
+                let (low, high) = extremes(&mode_frequencies_hz(&self.set));
                 (0.5 * low, 1.1 * high)
             }
         };
@@ -231,8 +228,7 @@ impl Study {
 
     /// Warns of amplitudes that the set measures with an unknown gain, and of places beyond the outermost measured ones.
     fn reach_warning(&self, places: &[PredictedPlace]) -> Vec<String> {
-        let measured = || self.set.positions.iter().filter_map(|p| p.nut_m);
-        let (low, high) = measured().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+        let (low, high) = extremes(self.set.positions.iter().filter_map(|p| p.nut_m.as_ref()));
         let beyond: Vec<&str> = places.iter().filter(|p| p.nut_m.is_some_and(|x| x < low || x > high)).map(|p| p.name.as_str()).collect();
         let mut warnings = Vec::new();
         if !beyond.is_empty() && low <= high {

@@ -12,6 +12,7 @@ use identification::{PosteriorDraw, PosteriorSample};
 use machine::{Operating, Station, StationPlace};
 use numeric::random::normal;
 use report::prediction::{NaturalMode, PredictedFrf, PredictedMode, PredictedPosition};
+use report::vocabulary::Role;
 
 /// A place to predict.
 pub(crate) struct PredictedPlace {
@@ -99,7 +100,7 @@ pub(super) fn predict(
     });
     Ok(PredictedPosition {
         nut_m: place.nut_m,
-        role: place.fit.map(|fit| if fit { "fit" } else { "held_out" }.into()),
+        role: place.fit.map(Role::of),
         modes: modes.iter().enumerate().map(mode).collect(),
         static_stiffness,
         static_stiffness95: static_stiffness.and_then(|k| interval(k, &|p| p.static_stiffness)),

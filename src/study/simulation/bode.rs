@@ -34,22 +34,6 @@ pub struct BodeRequest {
     pub lumps: usize,
 }
 
-impl Default for BodeRequest {
-    fn default() -> Self {
-        BodeRequest {
-            from_hz: 1.0,
-            to_hz: None,
-            points: 60,
-            amplitude_m: 1e-5,
-            response: None,
-            linear: false,
-            smooth: false,
-            place: Place::MidStroke,
-            lumps: 4,
-        }
-    }
-}
-
 impl BodeRequest {
     /// Checks the settings, and returns the highest frequency (Hz).
     fn checked(&self, drive: &Drive) -> StudyResult<f64> {

@@ -66,7 +66,7 @@ pub fn frf(study: &Study, request: &FrfRequest) -> StudyResult<FrfsDocument> {
 }
 
 /// Computes frequency response functions of a machine as identified, with the rods of the identification. `study` is that of
-/// [`Study::of_result`]; `result` is the document's file.
+/// [`Study::open_with_result`]; `result` is the document's file.
 ///
 /// # Errors  as [`frf`]; the document is no identification, or does not belong to the machine.
 pub fn identified_frf(

@@ -10,19 +10,6 @@ use machine::PointMotion;
 use numeric::unit::omega_rad_s;
 use report::loops::{HoldDocument, HoldGains, HoldRow};
 
-/// What [`hold`] computes.
-#[derive(Debug, Clone, PartialEq)]
-pub struct HoldRequest {
-    /// Frequencies (Hz).
-    pub at_hz: Vec<f64>,
-}
-
-impl Default for HoldRequest {
-    fn default() -> Self {
-        HoldRequest { at_hz: vec![1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 400.0] }
-    }
-}
-
 /// What [`gains_of_identified`] converts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GainsRequest {
@@ -34,26 +21,19 @@ pub struct GainsRequest {
     pub ids: Vec<String>,
 }
 
-impl GainsRequest {
-    /// Converts `k_s` and `c_s`.
-    pub fn new(constant: f64, lead_m: f64) -> Self {
-        GainsRequest { constant, lead_m, ids: ["k_s", "c_s"].map(String::from).to_vec() }
-    }
-}
-
-/// Computes stiffness and damping of the drive's loops at the driven point.
+/// Computes stiffness and damping of the drive's loops at the driven point, at each of these frequencies (Hz).
 ///
 /// # Errors  the machine has no drive; a frequency outside the range of the loops.
-pub fn hold(study: &Study, request: &HoldRequest) -> StudyResult<HoldDocument> {
+pub fn hold(study: &Study, at_hz: &[f64]) -> StudyResult<HoldDocument> {
     let machine = study.machine();
     let operating = find_operating(study, &Place::MidStroke, &Load::default())?;
     let hold = ServoImpedance::new(machine, &machine.start(), &operating);
     let hold = hold.map_err(|e| StudyError::input(&study.config.path, e.to_string()))?;
-    if let Some(f) = request.at_hz.iter().find(|f| !(**f > 0.0 && f.is_finite())) {
+    if let Some(f) = at_hz.iter().find(|f| !(**f > 0.0 && f.is_finite())) {
         return Err(StudyError::setting("at_hz", f, "write frequencies above 0 Hz"));
     }
     let highest_hz = hold.highest_hz();
-    if let Some(f) = request.at_hz.iter().find(|f| **f > highest_hz) {
+    if let Some(f) = at_hz.iter().find(|f| **f > highest_hz) {
         let fault = format!("the impedance of the loops is defined up to {highest_hz} Hz, half the slowest sampling rate; write no more");
         return Err(StudyError::setting("at_hz", f, fault));
     }
@@ -65,7 +45,7 @@ pub fn hold(study: &Study, request: &HoldRequest) -> StudyResult<HoldDocument> {
     Ok(HoldDocument {
         stamp: study.stamp("hold", 0, true, Vec::new()),
         point: Some(machine.points[hold.on].name.clone()),
-        rows: request.at_hz.iter().map(row).collect::<StudyResult<Vec<_>>>()?,
+        rows: at_hz.iter().map(row).collect::<StudyResult<Vec<_>>>()?,
         gains: None,
     })
 }

@@ -45,23 +45,6 @@ pub struct StiffnessRequest {
     pub orders: usize,
 }
 
-impl StiffnessRequest {
-    /// Sweeps a variable over its default range, with the first natural frequency.
-    pub fn along(variable: SweepVariable) -> Self {
-        StiffnessRequest {
-            along: variable,
-            from: None,
-            to: None,
-            steps: 21,
-            place: Place::MidStroke,
-            load: Load::default(),
-            at: None,
-            in_series_with_nut_m: None,
-            orders: 1,
-        }
-    }
-}
-
 impl SweepVariable {
     fn key(self) -> &'static str {
         match self {
