@@ -6,10 +6,8 @@ use std::sync::Arc;
 use assert_cmd::Command;
 use config::{embedded_config, read_machine_text};
 use dynamics::model::{RodModel, Structure, matrices};
-use dynamics::motion::{
-    Circle, Course, LinearLoops, SCurve, ServoImpedance, SimulationSettings, Trace, contour_error, simulate, sine_response, smooth,
-};
-use lab::simulation::{GainCycle, GainRow, gain_study};
+use dynamics::motion::{Course, LinearLoops, SCurve, ServoImpedance, SimulationSettings, Trace, simulate, sine_response, smooth};
+use lab::simulation::{Circle, GainCycle, GainRow, contour_error, gain_study};
 use machine::{Machine, Operating};
 use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};

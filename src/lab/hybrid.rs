@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
+use crate::simulation::contour_error;
 use config::{read_machine, read_machine_text};
-use dynamics::motion::{SimulationSettings, contour_error, simulate_record};
+use dynamics::motion::{SimulationSettings, simulate_record};
 use identification::neural_residual::{Example, NeuralResidual, Trained};
 use long_work::Control;
 use machine::{Machine, ParameterValues, Point};

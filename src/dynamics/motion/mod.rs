@@ -35,7 +35,7 @@ pub use bode::{SineResponse, sine_response};
 pub use error::MotionError;
 pub use linear::{LinearLoops, Pole, smooth};
 pub use record::{RecordGap, simulate_record};
-pub use reference::{Circle, Course, SCurve, Sine, contour_error};
+pub use reference::{Course, SCurve, Sine, require_positive};
 pub use run::simulate;
 pub use servo_impedance::{ServoImpedance, gains_of};
 pub use settings::SimulationSettings;

@@ -25,6 +25,19 @@ impl Course {
         Course { step_s, command, added: Vec::new(), start_position: None, start_velocity: None }
     }
 
+    /// Creates a course of a duration (s) from the command at each sample, at rest at its first one. `name` is that of the command.
+    ///
+    /// # Errors  the duration has too many samples.
+    pub fn sampled(name: &str, whole_s: f64, step_s: f64, command: impl Fn(usize) -> f64) -> Result<Self, MotionError> {
+        let count = (whole_s / step_s).ceil() + 1.0;
+        if count <= MOST_SAMPLES {
+            return Ok(Course::new(step_s, (0..count as usize).map(command).collect()));
+        }
+        Err(MotionError::Input(format!(
+            "{name}: takes {whole_s:.3e} s, more than {MOST_SAMPLES:e} samples of {step_s} s; increase the speed, or shorten the travel"
+        )))
+    }
+
     /// Duration (s).
     pub fn duration_s(&self) -> f64 {
         self.step_s * self.command.len().saturating_sub(1) as f64
@@ -127,7 +140,6 @@ impl SCurve {
         let times = self.times_s()?;
         let leg_s = times.2 + rest_s;
         let legs = if and_back { 2.0 } else { 1.0 };
-        let samples = samples("s-curve", rest_s + legs * leg_s, step_s)?;
         let command = |at: usize| {
             let time_s = at as f64 * step_s - rest_s;
             let mut share = Self::share(time_s.min(times.2), times);
@@ -136,12 +148,14 @@ impl SCurve {
             }
             self.from + (self.to - self.from) * share
         };
-        Ok(Course::new(step_s, (0..samples).map(command).collect()))
+        Course::sampled("s-curve", rest_s + legs * leg_s, step_s, command)
     }
 }
 
-/// Rejects parameters of a command that are not positive.
-fn require_positive(command: &str, given: &[(&str, f64)]) -> Result<(), MotionError> {
+/// Rejects parameters of a command, by their names, that are not above 0.
+///
+/// # Errors  the first of them.
+pub fn require_positive(command: &str, given: &[(&str, f64)]) -> Result<(), MotionError> {
     match given.iter().find(|(_, x)| !(*x > 0.0 && x.is_finite())) {
         Some((what, x)) => Err(MotionError::Input(format!("{command}: the {what} is {x}; write a number above 0"))),
         None => Ok(()),
@@ -150,17 +164,6 @@ fn require_positive(command: &str, given: &[(&str, f64)]) -> Result<(), MotionEr
 
 /// Largest number of samples of a command.
 const MOST_SAMPLES: f64 = 2e7;
-
-/// Returns the number of samples of a command of the given duration.
-fn samples(what: &str, whole_s: f64, step_s: f64) -> Result<usize, MotionError> {
-    let count = (whole_s / step_s).ceil() + 1.0;
-    if count <= MOST_SAMPLES {
-        return Ok(count as usize);
-    }
-    Err(MotionError::Input(format!(
-        "{what}: takes {whole_s:.3e} s, more than {MOST_SAMPLES:e} samples of {step_s} s; increase the speed, or shorten the travel"
-    )))
-}
 
 /// A sine about a centre. Its amplitude rises over the first period, so that it starts at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -188,64 +191,14 @@ impl Sine {
             );
             return Err(MotionError::Input(fault));
         }
-        let samples = samples("sine", self.periods / self.frequency_hz, step_s)?;
         let command = |at: usize| {
             let periods = at as f64 * step_s * self.frequency_hz;
             // 3s² − 2s³ over the first period.
             let ramp = periods.min(1.0);
             self.centre + self.amplitude * ramp * ramp * (3.0 - 2.0 * ramp) * (TAU * periods).sin()
         };
-        Ok(Course::new(step_s, (0..samples).map(command).collect()))
+        Course::sampled("sine", self.periods / self.frequency_hz, step_s, command)
     }
-}
-
-/// A circle of two axes through the origin, x = R·sin φ, y = R·(1 − cos φ). It starts from rest along x, reaches full speed after `rise_s`, and
-/// ends at full speed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Circle {
-    /// Radius R (m).
-    pub radius: f64,
-    /// Angular speed (rad/s).
-    pub speed_rad_s: f64,
-    /// Revolutions at full speed.
-    pub turns: f64,
-    /// Rise time of the speed (s), as 3s² − 2s³.
-    pub rise_s: f64,
-}
-
-impl Circle {
-    /// Centre (m).
-    pub fn centre(&self) -> [f64; 2] {
-        [0.0, self.radius]
-    }
-
-    /// Computes the courses of both axes.
-    ///
-    /// # Errors  a radius, speed, number of revolutions or rise time that is not above 0; fewer than ten samples per revolution.
-    pub fn courses(&self, step_s: f64) -> Result<[Course; 2], MotionError> {
-        let given = [("radius", self.radius), ("speed", self.speed_rad_s), ("number of turns", self.turns), ("rise", self.rise_s)];
-        require_positive("circle", &given)?;
-        if self.speed_rad_s * step_s > 0.1 * TAU {
-            return Err(MotionError::Input(format!(
-                "circle: {} rad/s has fewer than ten samples of {step_s} s per revolution; lower the speed",
-                self.speed_rad_s
-            )));
-        }
-        let whole_s = self.rise_s + TAU * self.turns / self.speed_rad_s;
-        let samples = samples("circle", whole_s, step_s)?;
-        let angle = |at: usize| {
-            let time_s = at as f64 * step_s;
-            let s = (time_s / self.rise_s).min(1.0);
-            self.speed_rad_s * (self.rise_s * s * s * s * (1.0 - 0.5 * s) + (time_s - self.rise_s).max(0.0))
-        };
-        let course = |of: &dyn Fn(f64) -> f64| Course::new(step_s, (0..samples).map(|at| self.radius * of(angle(at))).collect());
-        Ok([course(&f64::sin), course(&|a| 1.0 - a.cos())])
-    }
-}
-
-/// Computes the radial distance of points from a circle (m), positive outside.
-pub fn contour_error(x: &[f64], y: &[f64], [a, b]: [f64; 2], radius: f64) -> Vec<f64> {
-    x.iter().zip(y).map(|(x, y)| (x - a).hypot(y - b) - radius).collect()
 }
 
 #[cfg(test)]

@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 
-use dynamics::motion::{Circle, SimulationSettings, Trace, contour_error, simulate};
+use super::contour::{Circle, contour_error};
+use dynamics::motion::{SimulationSettings, Trace, simulate};
 use machine::PointMotion;
 use numeric::parallel::OrFirstError;
 use report::loops::{CircleRow, CirclesDocument};

@@ -1,6 +1,7 @@
 //! Simulations that repeat figures of the papers, each with its request and its result document.
 
 mod circle;
+mod contour;
 mod gain;
 mod gain_study;
 mod matrices;
@@ -8,6 +9,7 @@ mod sensitivity;
 mod servo_machine;
 
 pub use circle::{CircleRequest, circle};
+pub use contour::{Circle, contour_error};
 pub use gain::{GainRequest, gain};
 pub use gain_study::{GainCycle, GainRow, gain_study};
 pub use matrices::{MatricesRequest, matrices};
