@@ -4,7 +4,7 @@ use numeric::unit::{Unit, parse};
 
 use super::unit::{Fault, Measures, measures, of_frf, to_hz};
 use crate::{MeasurementError, Quantity};
-use universal_files::{RecordAxis, RecordHeader, data_type};
+use universal_files::{RecordAxis, RecordHeader, Units, data_type};
 
 /// Relative difference of two factors that counts as a contradiction (1).
 const CONTRADICTION: f64 = 2e-3;
@@ -203,14 +203,7 @@ fn of_header(header: &RecordHeader, requested: Option<Quantity>, warnings: &mut 
             let motion = if angular { 1.0 } else { units.length_m(1.0) };
             let force = units.force_n(1.0) * if by_torque { units.length_m(1.0) } else { 1.0 };
             for (axis, stated, own) in [(moving, motion, own_motion), (forcing, force, own_force)] {
-                if own.is_some_and(|own| (own / stated - 1.0).abs() > CONTRADICTION) {
-                    let description = units.description.trim();
-                    warnings.push(format!(
-                        "the unit is «{}» (factor to SI {}), but dataset 164 «{description}» gives a factor of {stated}; dataset 164 is used",
-                        axis.text(),
-                        own.unwrap_or(1.0)
-                    ));
-                }
+                warnings.extend(own.and_then(|own| against_dataset(units, stated, axis.text(), own)));
             }
             motion / force
         }
@@ -223,6 +216,16 @@ fn of_header(header: &RecordHeader, requested: Option<Quantity>, warnings: &mut 
         ));
     }
     Ok(Ordinates { quantity, factor, inverted, by_torque })
+}
+
+/// Warns of a unit whose factor to SI is not that of dataset 164.
+fn against_dataset(units: &Units, stated: f64, label: &str, own: f64) -> Option<String> {
+    let description = units.description.trim();
+    ((own / stated - 1.0).abs() > CONTRADICTION).then(|| {
+        format!(
+            "the unit is «{label}» (factor to SI {own}), but dataset 164 «{description}» gives a factor of {stated}; dataset 164 is used"
+        )
+    })
 }
 
 /// Returns the directions of the motion and of the force.
@@ -318,12 +321,7 @@ fn of_ratio(
         let length = if upper.unit.is_some_and(|unit| unit.angle != 0) { 1.0 } else { units.length_m(1.0) };
         let ratio = length / units.force_n(1.0) / if by_torque { units.length_m(1.0) } else { 1.0 };
         factor = if inverted { ratio.recip() } else { ratio };
-        if (own / factor - 1.0).abs() > CONTRADICTION {
-            let description = units.description.trim();
-            warnings.push(format!(
-                "the unit is «{label}» (factor to SI {own}), but dataset 164 «{description}» gives a factor of {factor}; dataset 164 is used"
-            ));
-        }
+        warnings.extend(against_dataset(units, factor, label, own));
     }
     if inverted {
         let kind = motion(by_unit);

@@ -61,15 +61,8 @@ impl UnitCircle {
     }
 }
 
-/// A row of the diagram: the stable poles (rad/s) of one order.
-#[derive(Debug, Clone)]
-pub(super) struct Order {
-    /// Poles with Re < 0 and 0 < Im, inside the band or close to it.
-    pub poles: Vec<Complex64>,
-}
-
-/// Returns the poles of the lines in `range` for each order; `weight` is the inverse relative standard deviation of each line.
-pub(super) fn diagram(lines: &CurveLines, range: Range<usize>, weight: &[f64], orders: &[usize]) -> Vec<Order> {
+/// Returns the poles (rad/s) of the lines in `range` for each order, with Re < 0 < Im, inside the band or close to it; `weight` is the inverse relative standard deviation of each line.
+pub(super) fn diagram(lines: &CurveLines, range: Range<usize>, weight: &[f64], orders: &[usize]) -> Vec<Vec<Complex64>> {
     let omega = &lines.omega[range.clone()];
     let h = &lines.h[range.clone()];
     let weight = &weight[range];
@@ -98,7 +91,7 @@ pub(super) fn diagram(lines: &CurveLines, range: Range<usize>, weight: &[f64], o
             let mut poles: Vec<Complex64> =
                 found.map(|a| roots(&a)).unwrap_or_default().into_iter().filter_map(|z| circle.pole(z)).collect();
             poles.sort_by(|a, b| a.im.total_cmp(&b.im));
-            Order { poles }
+            poles
         })
         .collect()
 }

@@ -15,7 +15,7 @@ use num_complex::Complex64;
 
 use super::curve::{CurveLines, CurveOptions, FrfCurve};
 use super::error::ModalError;
-use super::lscf::{Order, diagram};
+use super::lscf::diagram;
 use super::noise;
 
 /// Lowest order of a diagram.
@@ -88,7 +88,7 @@ pub fn stabilisation_diagram(curve: &FrfCurve, options: &CurveOptions) -> Result
     let rows = diagram(&lines, 0..lines.len(), &weight, &orders);
     let mut found = Vec::new();
     for (at, row) in rows.iter().enumerate() {
-        found.extend(row.poles.iter().map(|pole| DiagramPole {
+        found.extend(row.iter().map(|pole| DiagramPole {
             order: orders[at],
             frequency_hz: pole.norm() / TAU,
             damping_ratio: -pole.re / pole.norm(),
@@ -105,10 +105,10 @@ fn polynomial_orders(lines: usize, highest: usize) -> Vec<usize> {
 }
 
 /// Whether the previous order of a diagram has the same pole.
-fn is_repeated(pole: Complex64, previous: &Order) -> bool {
+fn is_repeated(pole: Complex64, previous: &[Complex64]) -> bool {
     let size = pole.norm();
     let damping = -pole.re / size;
-    previous.poles.iter().any(|other| {
+    previous.iter().any(|other| {
         (other.norm() - size).abs() <= FREQUENCY_TOLERANCE * size
             && (-other.re / other.norm() - damping).abs() <= DAMPING_TOLERANCE * damping
     })
@@ -150,9 +150,9 @@ fn bands(lines: &CurveLines) -> Vec<Range<usize>> {
 }
 
 /// Adds the poles of a diagram that the previous order has, too.
-fn collect(stable: &mut Vec<Stable>, rows: &[Order], band: usize) {
+fn collect(stable: &mut Vec<Stable>, rows: &[Vec<Complex64>], band: usize) {
     for (order, pair) in rows.windows(2).enumerate() {
-        for pole in &pair[1].poles {
+        for pole in &pair[1] {
             if is_repeated(*pole, &pair[0]) {
                 stable.push(Stable { pole: *pole, band, order });
             }
