@@ -70,6 +70,16 @@ fn the_product_stands_without_the_laboratory() {
     assert_eq!(own, ["cli", "report", "study"]);
 }
 
+/// `cargo test` tests every crate: the Python package alone, whose tests are in Python, is no default member.
+#[test]
+fn every_crate_but_the_python_package_is_a_default_member() {
+    let manifest: toml::Table = fs::read_to_string("Cargo.toml").unwrap().parse().unwrap();
+    let members = manifest["workspace"]["default-members"].as_array().unwrap();
+    assert!(members.iter().any(|member| member.as_str() == Some("src/[!p]*")), "{members:?}");
+    let left_out = all_sources().into_iter().map(|source| source.crate_name).filter(|name| name.starts_with('p'));
+    assert_eq!(left_out.collect::<BTreeSet<_>>(), BTreeSet::from(["python".to_string()]));
+}
+
 /// Answers are judged from result documents only, like an outsider: the judges use neither models nor the simulator's truth beyond its labels.
 #[test]
 fn the_blind_check_is_judged_from_documents() {
