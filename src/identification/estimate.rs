@@ -3,43 +3,19 @@
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::bootstrap::{Bootstrap, bootstraps};
+use super::bootstrap::bootstraps;
 use super::combination::{Combination, combinations};
 use super::place::Place;
-use super::problem::{POLISH, Problem, Surroundings};
+use super::problem::{Basin, POLISH, Problem, Surroundings};
 use super::profile::{CHI_SQUARE_95, ProfileStart, Profiler, Profiles, Region, joined};
-use super::search::{Basin, SearchEffort, polished_from_nearby, searched};
-use super::settings::{IdentificationSettings, Repeat};
+use super::result::Identification;
+use super::search::{SearchEffort, polished_from_nearby, searched};
+use super::settings::IdentificationSettings;
 use super::uncertainty::{Certainty, Estimate, certainty, narrow_logarithmic_width, narrow_width};
-use crate::objective::{GAIN_RANGE, ObjectiveError};
+use crate::objective::{AmplitudeFit, GAIN_RANGE, ObjectiveError};
 use long_work::Control;
 use machine::{Machine, Parameter, ParameterValues};
 use optimizer::{LeastSquares, Polished, least_squares, least_squares_within};
-
-/// Parameters after a fit: values, intervals, identifiability, warnings.
-pub(super) struct Estimation {
-    pub place: Place,
-    pub values: ParameterValues,
-    pub gain: f64,
-    pub estimates: Vec<Estimate>,
-    pub gain_interval95: Option<(f64, f64)>,
-    pub gain_identifiable: Option<bool>,
-    pub cost: f64,
-    pub repeats: Vec<Repeat>,
-    pub effort: SearchEffort,
-    pub agree: Option<bool>,
-    pub chi_square: f64,
-    pub freedom: usize,
-    pub correlation_factor: f64,
-    pub certainty: Certainty,
-    /// Standard deviation of every unit-cube coordinate, nuisance parameters included.
-    pub sd: Vec<f64>,
-    pub combinations: Vec<Combination>,
-    pub bootstraps: Vec<Bootstrap>,
-    pub basins: Vec<Basin>,
-    pub complete: bool,
-    pub warnings: Vec<String>,
-}
 
 /// Least-squares steps from each of many starts, before the best are selected.
 const FIRST_STEPS: u64 = 10;
@@ -53,7 +29,8 @@ pub(super) type Wider<P> = Option<(P, Vec<Place>)>;
 
 /// Fits a problem and computes intervals and identifiability: for FRFs on the problem itself, for modes on a wider one about the minimum.
 ///
-/// Without a free parameter it evaluates the objective at the start values.
+/// Without a free parameter it evaluates the objective at the start values. Predictions, derived quantities and estimates of tolerances are left to the
+/// caller.
 ///
 /// # Errors  those of `wider`.
 pub(super) fn estimate<P: Problem>(
@@ -62,10 +39,12 @@ pub(super) fn estimate<P: Problem>(
     machine: &Machine,
     plan: &IdentificationSettings,
     control: &Control,
-) -> Result<Estimation, ObjectiveError> {
+) -> Result<Identification, ObjectiveError> {
     let free = problem.free().to_vec();
     if free.is_empty() {
-        return Ok(evaluated(problem, machine));
+        let place = problem.start_near(&Place(Vec::new()));
+        let (values, gain) = (problem.values(&place), problem.gain_at(&place));
+        return Ok(evaluated(problem, machine, (place, values, gain)));
     }
     let found = match &plan.near {
         Some(near) => polished_from_nearby(problem, near, plan, control),
@@ -130,22 +109,20 @@ pub(super) fn estimate<P: Problem>(
     let complete = !control.stopped() && repeats.iter().all(|r| r.found.complete);
     let agree = (complete && plan.near.is_none() && effort.required > 1).then(|| effort.is_enough());
     warnings.extend((agree == Some(false)).then(|| seldom_found(effort)));
-    Ok(Estimation {
+    Ok(Identification {
         gain_identifiable: gain_column
             .filter(|_| has_intervals)
             .map(|at| is_narrow(&regions[free.len()], narrow_logarithmic_width(GAIN_RANGE)) && gain_at_end(place[at]).is_none()),
-        place,
-        values,
-        gain,
         estimates,
         gain_interval95,
         // A profile may have met a deeper minimum.
         cost: if has_intervals { least.min(chi_square) } else { least },
+        evaluations: repeats.iter().map(|r| r.found.evaluations).sum(),
         repeats,
         effort,
         agree,
         chi_square,
-        freedom,
+        degrees_of_freedom: freedom,
         correlation_factor,
         certainty,
         sd: whole.sd,
@@ -154,6 +131,7 @@ pub(super) fn estimate<P: Problem>(
         basins,
         complete,
         warnings,
+        ..evaluated(problem, machine, (place, values, gain))
     })
 }
 
@@ -306,29 +284,40 @@ fn hull(region: &Region) -> (f64, f64) {
 /// as those by noise and tolerances, so that they consist of misfit for the larger part. Model error is no noise, so that its part is no probability.
 const EXCESS: f64 = 4.0;
 
-/// Evaluates the objective at the start values.
-fn evaluated<P: Problem>(problem: &P, machine: &Machine) -> Estimation {
-    let place = problem.start_near(&Place(Vec::new()));
-    let chi_square = problem.squares(None, |squares| squares.chi_square(&place));
-    let values = problem.values(&place);
+/// Returns the result of an objective evaluated at coordinates with these values and gain, without a fit.
+fn evaluated<P: Problem>(problem: &P, machine: &Machine, (place, values, gain): (Place, ParameterValues, f64)) -> Identification {
+    let free = problem.free().to_vec();
     let nothing = certainty(&DMatrix::zeros(0, 0), 1.0);
-    Estimation {
-        gain: problem.gain_at(&place),
-        cost: problem.cost(&place),
+    Identification {
+        machine: machine.clone(),
         estimates: parameter_estimates(machine, &[], &place, &values, &[], &nothing, (false, 1.0)).0,
-        gain_interval95: None,
-        gain_identifiable: None,
+        tolerances: Vec::new(),
+        channels: Vec::new(),
+        basins: Vec::new(),
+        gain: AmplitudeFit { gain, count: 0 },
+        cost: problem.cost(&place),
+        evaluations: 0,
         repeats: Vec::new(),
         effort: SearchEffort { starts: 0, found: 0, required: 0 },
         agree: None,
-        chi_square,
-        freedom: problem.observations(),
-        correlation_factor: problem.correlation_factor(&place),
+        chi_square: problem.squares(None, |squares| squares.chi_square(&place)),
+        degrees_of_freedom: problem.observations(),
+        gain_interval95: None,
+        gain_identifiable: None,
         certainty: nothing,
-        sd: Vec::new(),
+        derived: Vec::new(),
         combinations: Vec::new(),
         bootstraps: Vec::new(),
-        basins: Vec::new(),
+        correlation_factor: problem.correlation_factor(&place),
+        posterior: None,
+        varied_parameters: free.clone(),
+        free,
+        fitted: Vec::new(),
+        held_out: Vec::new(),
+        fitted_frfs: Vec::new(),
+        held_out_frfs: Vec::new(),
+        observations: problem.observations(),
+        sd: Vec::new(),
         complete: true,
         warnings: vec!["no parameter is free: the objective and all errors are those of the start values".into()],
         values,

@@ -29,22 +29,24 @@ const STEPS: u64 = 200;
 /// Largest number of least-squares steps from a nearby start.
 pub(super) const POLISH: u64 = 100;
 
-/// The end of a search and its cost.
+/// A minimum, found from some of the starts of a search.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SearchEnd {
+pub struct Basin {
+    /// Its coordinates.
     pub place: Place,
+    /// χ², or the cost of an objective that is no likelihood.
     pub cost: f64,
+    /// Number of spread starts that ended in it; 0 if it was met on the way of a profile.
+    pub starts: usize,
 }
 
 /// Searches from a number of new spread starts.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Round {
-    /// Their ends on the data of [`Problem::coarse_misfit`], each with the number of starts that led to it; those of hopeless starts are left out.
-    pub ends: Vec<(SearchEnd, usize)>,
+    /// Their ends on the data of [`Problem::coarse_misfit`]; those of hopeless starts are left out.
+    pub ends: Vec<Basin>,
     /// Number of evaluations of the cost or its derivatives.
     pub evaluations: u64,
-    /// Number of generations, or of starts.
-    pub generations: u64,
     /// Least cost after each generation or start.
     pub trace: Vec<f64>,
     /// Whether it ran to its end.
@@ -71,7 +73,7 @@ pub trait Problem: Sync {
     /// Searches from new spread starts.
     fn round(&self, seed: u64, strategy: Strategy, control: &Control) -> Round;
     /// Refines the end of a round on all data. Returns also the number of evaluations.
-    fn refined(&self, end: &SearchEnd, control: &Control) -> (SearchEnd, u64);
+    fn refined(&self, end: &Basin, control: &Control) -> (Basin, u64);
     /// Returns χ² per degree of freedom, at least 1, of a cost of the rounds.
     fn coarse_misfit(&self, cost: f64) -> f64;
     /// Returns the information JᵀJ about an end of a round, on its data; `None` where the cost is no likelihood.
@@ -113,12 +115,12 @@ pub trait Problem: Sync {
         self.squares(None, |squares| squares.chi_square(place))
     }
     /// Runs least squares on all data from a nearby solution. Returns also the number of evaluations.
-    fn polished_from(&self, near: &Place, control: &Control) -> (SearchEnd, u64)
+    fn polished_from(&self, near: &Place, control: &Control) -> (Basin, u64)
     where
         Self: Sized,
     {
         let found = self.squares(None, |squares| least_squares(squares, &self.start_near(near), &[], POLISH, control.stop()));
-        (SearchEnd { place: Place(found.place), cost: found.normal.chi_square }, found.evaluations)
+        (Basin { place: Place(found.place), cost: found.normal.chi_square, starts: 1 }, found.evaluations)
     }
 }
 
@@ -196,23 +198,23 @@ impl Problem for ModeObjective<'_> {
             let last = self.squares(None, |squares| least_squares(squares, &self.extended(&place), &[], STEPS, control.stop()));
             let better = Cost::at(self, &last.place[..self.free.len()]);
             let end = if better <= cost {
-                SearchEnd { place: Place(last.place), cost: better }
+                Basin { place: Place(last.place), cost: better, starts: 1 }
             } else {
-                SearchEnd { place: self.extended(&place), cost }
+                Basin { place: self.extended(&place), cost, starts: 1 }
             };
             (end, last.evaluations + 1)
         } else {
             let (place, cost, last) = simplex(self, (&place, cost), FINAL_SIMPLEX, control);
-            (SearchEnd { place: self.extended(&place), cost }, last)
+            (Basin { place: self.extended(&place), cost, starts: 1 }, last)
         };
         let evaluations = found.evaluations + spent + last;
         let complete = found.complete && !control.stopped();
-        Round { ends: vec![(end, 1)], evaluations, generations: found.generations, trace: found.trace, complete }
+        Round { ends: vec![end], evaluations, trace: found.trace, complete }
     }
     fn cost(&self, place: &Place) -> f64 {
         Cost::at(self, &place[..self.free.len()])
     }
-    fn refined(&self, end: &SearchEnd, _control: &Control) -> (SearchEnd, u64) {
+    fn refined(&self, end: &Basin, _control: &Control) -> (Basin, u64) {
         (end.clone(), 0)
     }
     fn coarse_misfit(&self, cost: f64) -> f64 {
@@ -296,21 +298,21 @@ impl Problem for FrfObjective<'_> {
             }
         }
         let step = control.steps("minima", minima.len());
-        let further: Vec<((SearchEnd, usize), u64)> = minima
+        let further: Vec<(Basin, u64)> = minima
             .par_iter()
             .map(|(minimum, _, starts)| {
                 let found = least_squares_within(thin, &thin.extended(&minimum.place[..self.own_count]), &[], THIN, control.stop());
                 step();
-                ((SearchEnd { place: Place(found.place), cost: found.normal.chi_square }, *starts), found.evaluations)
+                (Basin { place: Place(found.place), cost: found.normal.chi_square, starts: *starts }, found.evaluations)
             })
             .collect();
         let evaluations = first + further.iter().map(|f| f.1).sum::<u64>();
         let ends = further.into_iter().map(|f| f.0).collect();
-        Round { ends, evaluations, generations: Self::STARTS as u64, trace, complete: !control.stopped() }
+        Round { ends, evaluations, trace, complete: !control.stopped() }
     }
-    fn refined(&self, end: &SearchEnd, control: &Control) -> (SearchEnd, u64) {
+    fn refined(&self, end: &Basin, control: &Control) -> (Basin, u64) {
         let found = least_squares(self, &end.place, &[], STEPS, control.stop());
-        (SearchEnd { place: Place(found.place), cost: found.normal.chi_square }, found.evaluations)
+        (Basin { place: Place(found.place), cost: found.normal.chi_square, starts: end.starts }, found.evaluations)
     }
     fn coarse_misfit(&self, cost: f64) -> f64 {
         per_freedom(cost, self.thin().observations(), self.own_count)

@@ -1,10 +1,9 @@
 //! Global search with a stopping rule: new spread starts until the best minimum has been found often enough.
 
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use super::place::Place;
-use super::problem::{Problem, Round, SearchEnd, Surroundings};
+use super::problem::{Basin, Problem, Round, Surroundings};
 use super::profile::CHI_SQUARE_95;
 use super::settings::{IdentificationSettings, Repeat};
 use crate::objective::{FrfObjective, ModeObjective};
@@ -32,17 +31,6 @@ impl SearchEffort {
     pub fn is_enough(&self) -> bool {
         self.found >= self.required
     }
-}
-
-/// A minimum of χ² that the data cannot distinguish from the least one.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Basin {
-    /// Its coordinates.
-    pub place: Place,
-    /// χ².
-    pub cost: f64,
-    /// Number of spread starts that ended in it; 0 if it was met on the way of a profile.
-    pub starts: usize,
 }
 
 /// Result of a search: its rounds, best first, and its minima in rising order.
@@ -123,18 +111,18 @@ pub(super) fn searched<P: Problem>(problem: &P, plan: &IdentificationSettings, c
 }
 
 /// Adds the ends of a round to the minima of the coarse data and returns the largest cost at which one of these may be the least on all data.
-fn gather<'e, P: Problem>(problem: &P, candidates: &mut Vec<Candidate>, ends: impl Iterator<Item = &'e (SearchEnd, usize)>) -> f64 {
-    let mut ends: Vec<&(SearchEnd, usize)> = ends.collect();
-    ends.sort_by(|a, b| a.0.cost.total_cmp(&b.0.cost));
-    let least = candidates.iter().map(|c| c.coarse.cost).chain(ends.first().map(|end| end.0.cost)).fold(f64::INFINITY, f64::min);
+fn gather<'e, P: Problem>(problem: &P, candidates: &mut Vec<Candidate>, ends: impl Iterator<Item = &'e Basin>) -> f64 {
+    let mut ends: Vec<&Basin> = ends.collect();
+    ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let least = candidates.iter().map(|c| c.coarse.cost).chain(ends.first().map(|end| end.cost)).fold(f64::INFINITY, f64::min);
     let misfit = problem.coarse_misfit(least);
     let limit = least + MARGIN * misfit;
-    for (end, starts) in ends.into_iter().filter(|end| end.0.cost <= limit) {
+    for end in ends.into_iter().filter(|end| end.cost <= limit) {
         match candidates.iter_mut().find(|c| c.coarse.holds(&end.place, misfit)) {
-            Some(known) => known.starts += starts,
+            Some(known) => known.starts += end.starts,
             None => {
                 let around = Surroundings { place: end.place.clone(), information: problem.coarse_information(&end.place) };
-                candidates.push(Candidate { coarse: Centre { around, cost: end.cost }, refined: None, starts: *starts });
+                candidates.push(Candidate { coarse: Centre { around, cost: end.cost }, refined: None, starts: end.starts });
             }
         }
     }
@@ -158,7 +146,7 @@ pub fn frf_search_minima(objective: &FrfObjective<'_>, seed: u64, control: &Cont
 /// Searches once for the least cost of modes from spread starts, as [`identify`](crate::identify) does. Returns coordinates and cost.
 pub fn mode_search_end(objective: &ModeObjective<'_>, seed: u64, control: &Control) -> Option<(Place, f64)> {
     let round = objective.round(seed, IdentificationSettings::default().strategy, control);
-    round.ends.into_iter().map(|(end, _)| (end.place, end.cost)).min_by(|a, b| a.1.total_cmp(&b.1))
+    round.ends.into_iter().map(|end| (end.place, end.cost)).min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// Refines the best candidates on all data. Those that end in one minimum share it.
@@ -171,7 +159,7 @@ fn refine<P: Problem>(problem: &P, candidates: &mut [Candidate], refined: &mut V
         .par_iter()
         .map(|at| {
             let coarse = &candidates[*at].coarse;
-            let end = SearchEnd { place: coarse.around.place.clone(), cost: coarse.cost };
+            let end = Basin { place: coarse.around.place.clone(), cost: coarse.cost, starts: 0 };
             let (end, evaluations) = control.cached(&format!("minimum {end:?}"), || problem.refined(&end, control));
             let around = Surroundings { information: problem.information(&end.place), place: end.place };
             step();
@@ -200,18 +188,17 @@ fn refine<P: Problem>(problem: &P, candidates: &mut [Candidate], refined: &mut V
 
 /// Returns the rounds with their best ends on all data, best first. The evaluations of the refinement are those of the best round.
 fn repeats(rounds: Vec<(u64, Round)>, candidates: &[Candidate], refined: &[(Centre, u64)], spent: u64, control: &Control) -> Vec<Repeat> {
-    let on_all_data = |end: &SearchEnd| {
+    let on_all_data = |end: &Basin| {
         let known = candidates.iter().find(|c| c.coarse.holds(&end.place, 1.0)).and_then(|c| c.refined);
         known.map_or_else(|| (end.place.0.clone(), end.cost), |at| (refined[at].0.around.place.0.clone(), refined[at].0.cost))
     };
     let mut all: Vec<Repeat> = rounds
         .into_iter()
         .map(|(seed, round)| {
-            let best = round.ends.iter().map(|end| &end.0).min_by(|a, b| a.cost.total_cmp(&b.cost)).map(on_all_data);
+            let best = round.ends.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).map(on_all_data);
             let (place, cost) = best.unwrap_or((Vec::new(), f64::MAX));
-            let Round { evaluations, generations, trace, complete, .. } = round;
-            let complete = complete && !control.stopped();
-            Repeat { seed, found: SearchResult { place, cost, evaluations, generations, trace, population: Vec::new(), complete } }
+            let Round { evaluations, trace, complete, .. } = round;
+            Repeat { seed, found: SearchResult { place, cost, evaluations, trace, complete: complete && !control.stopped() } }
         })
         .collect();
     all.sort_by(|a, b| a.found.cost.total_cmp(&b.found.cost));
@@ -224,18 +211,11 @@ fn repeats(rounds: Vec<(u64, Round)>, candidates: &[Candidate], refined: &[(Cent
 /// Runs least squares from a nearby solution, in place of a search.
 pub(super) fn polished_from_nearby<P: Problem>(problem: &P, near: &Place, plan: &IdentificationSettings, control: &Control) -> Searched {
     let (end, evaluations) = control.cached("polish", || problem.polished_from(near, control));
-    let found = SearchResult {
-        place: end.place.0.clone(),
-        cost: end.cost,
-        evaluations,
-        generations: 0,
-        trace: Vec::new(),
-        population: Vec::new(),
-        complete: !control.stopped(),
-    };
+    let (place, cost, trace, complete) = (end.place.0.clone(), end.cost, Vec::new(), !control.stopped());
+    let found = SearchResult { place, cost, evaluations, trace, complete };
     Searched {
         rounds: vec![Repeat { seed: plan.seed, found }],
-        minima: vec![Basin { place: end.place, cost: end.cost, starts: 1 }],
+        minima: vec![end],
         effort: SearchEffort { starts: 1, found: 1, required: 1 },
     }
 }
@@ -272,18 +252,12 @@ mod tests {
             let round = seed / 1_000_003;
             let ([x, y], coarse, _, _) = self.0.iter().find(|well| round.is_multiple_of(well.3)).unwrap();
             let place = Place(vec![x + 1e-3 * (round as f64).sin(), y + 0.3 * (round as f64).cos()]);
-            Round {
-                ends: vec![(SearchEnd { place, cost: *coarse }, 1)],
-                evaluations: 10,
-                generations: 1,
-                trace: Vec::new(),
-                complete: true,
-            }
+            Round { ends: vec![Basin { place, cost: *coarse, starts: 1 }], evaluations: 10, trace: Vec::new(), complete: true }
         }
-        fn refined(&self, end: &SearchEnd, _: &Control) -> (SearchEnd, u64) {
+        fn refined(&self, end: &Basin, _: &Control) -> (Basin, u64) {
             self.1.fetch_add(1, Ordering::Relaxed);
             let well = self.around(&end.place);
-            (SearchEnd { place: Place(vec![well.0[0], end.place[1]]), cost: well.2 }, 1)
+            (Basin { place: Place(vec![well.0[0], end.place[1]]), cost: well.2, starts: end.starts }, 1)
         }
         fn coarse_misfit(&self, _: f64) -> f64 {
             1.0

@@ -13,7 +13,7 @@ use serde_json::Value;
 
 use numeric::digest::digest;
 
-const SCHEMA: &str = "jointid/unfinished/2";
+const SCHEMA: &str = "jointid/unfinished/3";
 
 /// The first line, which identifies the work.
 #[derive(PartialEq, Serialize, Deserialize)]

@@ -41,12 +41,8 @@ pub struct SearchResult {
     pub cost: f64,
     /// Number of cost evaluations.
     pub evaluations: u64,
-    /// Number of generations.
-    pub generations: u64,
-    /// Best cost after each generation.
+    /// Best cost after each generation, or after each start of a search by many starts.
     pub trace: Vec<f64>,
-    /// Places of the last population, best first.
-    pub population: Vec<Vec<f64>>,
     /// Whether it ran to its end without an external stop.
     pub complete: bool,
 }
@@ -98,22 +94,12 @@ pub fn search<C: Cost>(cost: &C, settings: SearchSettings, control: &Control) ->
     let middle = vec![0.5; cost.dimension()];
     let Ok(result) = run else {
         let value = cost.at(&middle);
-        return SearchResult {
-            place: middle,
-            cost: value,
-            evaluations: 1,
-            generations: 0,
-            trace: Vec::new(),
-            population: Vec::new(),
-            complete: false,
-        };
+        return SearchResult { place: middle, cost: value, evaluations: 1, trace: Vec::new(), complete: false };
     };
     let evaluations = result.solver.evaluations();
     let trace = result.solver.trace().to_vec();
-    let population = result.solver.population().into_iter().map(|m| m.0).collect();
     let place = result.state.best_individual.unwrap_or(middle);
     let best = result.state.best_cost;
     control.report(Progress::Generation { search: number, done: most, most, best });
-    let generations = trace.len() as u64;
-    SearchResult { place, cost: best, evaluations, generations, trace, population, complete: !control.stopped() }
+    SearchResult { place, cost: best, evaluations, trace, complete: !control.stopped() }
 }

@@ -30,6 +30,8 @@ pub struct ForceFit {
     pub derivatives: DMatrix<f64>,
     /// Number of evaluations of the prediction.
     pub evaluations: u64,
+    /// Whether the fit converged and was not stopped.
+    pub converged: bool,
 }
 
 /// Stopping rule of the force fit.
@@ -71,21 +73,12 @@ pub fn estimate(
     let found = STOP
         .fit(&force, &recorded(motions), start, &coordinates(machine, free, &is_linear_in_inverse(machine, free)))
         .map_err(|e| unidentifiable(machine, free, e))?;
-    let GaussNewtonFit { values, prediction: here, residual, derivatives: last, at_end, mut evaluations, .. } = found;
-    let derivatives = if at_end {
-        last
-    } else {
-        evaluations += free.len() as u64;
-        derivatives(rigid, machine, &values, free, motions, &here)
-    };
-    Ok(ForceFit {
-        free: free.to_vec(),
-        squares: residual.norm_squared(),
-        values: ParameterValues(values),
-        residual,
-        derivatives,
-        evaluations,
-    })
+    if found.at_end {
+        return Ok(ForceFit::new(found, free));
+    }
+    let last = derivatives(rigid, machine, &found.values, free, motions, &found.prediction);
+    let evaluations = found.evaluations + free.len() as u64;
+    Ok(ForceFit { derivatives: last, evaluations, ..ForceFit::new(found, free) })
 }
 
 /// Most starts all over the ranges of the parameters, and those of one batch.
@@ -246,6 +239,13 @@ fn dependent(machine: &Machine, free: &[usize], derivatives: &DMatrix<f64>) -> I
 }
 
 impl ForceFit {
+    /// Returns a fit of the free parameters with the derivatives of its last step.
+    pub(super) fn new(found: GaussNewtonFit, free: &[usize]) -> Self {
+        let GaussNewtonFit { values, residual, derivatives, evaluations, converged, .. } = found;
+        let (values, squares) = (ParameterValues(values), residual.norm_squared());
+        ForceFit { values, free: free.to_vec(), squares, residual, derivatives, evaluations, converged }
+    }
+
     /// Returns the free parameters with intervals that allow for noise with the correlation of the residual, and for a misfit that repeats.
     pub fn estimates(&self, machine: &Machine, free: &[usize], motions: &[&MotionSignal]) -> Vec<Estimate> {
         let inside = self.inside(machine, free);

@@ -16,6 +16,6 @@ mod tolerant_fit;
 pub use force_fit::{ForceFit, best_anywhere, correlation, estimate, estimate_identifiable, estimate_weighted};
 pub use interval::half_widths;
 pub use marginal::ToleranceSize;
-pub use output_error::{OutputError, output_error, simulated_gaps};
+pub use output_error::{output_error, simulated_gaps};
 pub use small_print::{SmallPrint, StatedSizes};
 pub use tolerant_fit::{TolerantFit, estimate_with_tolerances};

@@ -3,29 +3,14 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::force_fit::{coordinates, unidentifiable};
+use super::force_fit::{ForceFit, coordinates, unidentifiable};
 use dynamics::inverse_dynamics::InverseError;
 use dynamics::motion::{MotionError, RecordGap, SimulationSettings, simulate_record};
 use long_work::Control;
 use machine::{Machine, ParameterValues};
 use measurement::MotionRecord;
 use numeric::parallel::OrFirstError;
-use optimizer::{GaussNewton, GaussNewtonFit, PredictionFunction};
-
-/// Result of an output-error fit.
-#[derive(Debug, Clone, PartialEq)]
-pub struct OutputError {
-    /// Values of all parameters of the machine.
-    pub values: ParameterValues,
-    /// Recorded less simulated force (N or N·m), record after record.
-    pub residual: DVector<f64>,
-    /// Derivatives of the simulated force with respect to the free parameters.
-    pub derivatives: DMatrix<f64>,
-    /// Number of simulations of all records.
-    pub evaluations: u64,
-    /// Whether the fit converged and was not stopped.
-    pub complete: bool,
-}
+use optimizer::{GaussNewton, PredictionFunction};
 
 /// Stopping rule of the fit, with few steps because simulations are expensive.
 const STOP: GaussNewton = GaussNewton { steps: 8, lengths: 4, gain: 1e-5 };
@@ -58,7 +43,8 @@ impl PredictionFunction for Loop<'_> {
     }
 }
 
-/// Fits the free parameters by Gauss–Newton steps, shortened where they do not reduce the residual.
+/// Fits the free parameters by Gauss–Newton steps, shortened where they do not reduce the residual: recorded less simulated force, record after record,
+/// counted in simulations of all records.
 ///
 /// # Errors  as [`simulate_record`]; a loop that is unstable at the start values; parameters that these records cannot distinguish.
 pub fn output_error(
@@ -67,7 +53,7 @@ pub fn output_error(
     free: &[usize],
     records: &[&MotionRecord],
     control: &Control,
-) -> Result<OutputError, InverseError> {
+) -> Result<ForceFit, InverseError> {
     let y =
         DVector::from_iterator(records.iter().map(|r| r.samples()).sum(), records.iter().flat_map(|r| r.load.samples().iter().copied()));
     let simulated = Loop { machine, free, records, control };
@@ -75,8 +61,7 @@ pub fn output_error(
         .fit(&simulated, &y, start, &coordinates(machine, free, &vec![false; free.len()]))
         .map_err(|e| unidentifiable(machine, free, e))?;
     // The derivatives are those before the last step: new ones would need one simulation per parameter.
-    let GaussNewtonFit { values, residual, derivatives, evaluations, converged, .. } = found;
-    Ok(OutputError { values: ParameterValues(values), residual, derivatives, evaluations, complete: converged && !control.stopped() })
+    Ok(ForceFit { converged: found.converged && !control.stopped(), ..ForceFit::new(found, free) })
 }
 
 /// Simulates the force of the records, one after another; `None` if stopped.

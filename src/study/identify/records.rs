@@ -48,7 +48,8 @@ impl Study {
         let fitted: Vec<&MotionSignal> = fit.iter().map(|i| &motions[*i]).collect();
         if simulated {
             self.control.begin("simulate");
-            (found, estimates, complete) = refine_by_simulation(self, (&free, found), (fit, &motions), &self.control)?;
+            (found, estimates) = refine_by_simulation(self, (&free, found), (fit, &motions), &self.control)?;
+            complete = found.converged;
         } else if made.tolerances {
             let tolerant = estimate_with_tolerances(&rigid, machine, found, &fitted);
             tolerances = tolerance_rows(&tolerant, fitted[0].load_column);
@@ -99,28 +100,21 @@ impl Study {
     }
 }
 
-/// Refines the estimate of inverse dynamics by simulating the closed loop. Returns also whether the refinement converged.
+/// Refines the estimate of inverse dynamics by simulating the closed loop.
 fn refine_by_simulation(
     study: &Study,
     (free, found): (&[usize], ForceFit),
     (fit, motions): (&[usize], &[MotionSignal]),
     control: &Control,
-) -> Result<(ForceFit, Vec<Estimate>, bool), InverseError> {
+) -> Result<(ForceFit, Vec<Estimate>), InverseError> {
     let machine = &study.config.machine;
     let records: Vec<&MotionRecord> = fit.iter().map(|i| &study.set.motions[*i]).collect();
     let closed = output_error(machine, &found.values, free, &records, control)?;
     let length = |i: &usize| (study.set.motions[*i].samples(), motions[*i].period.map(|p| p * motions[*i].preprocessing.factor));
     let lengths: Vec<(usize, Option<usize>)> = fit.iter().map(length).collect();
-    let refined = ForceFit {
-        squares: closed.residual.norm_squared(),
-        values: closed.values,
-        free: free.to_vec(),
-        residual: closed.residual,
-        derivatives: closed.derivatives,
-        evaluations: found.evaluations + closed.evaluations,
-    };
+    let refined = ForceFit { evaluations: found.evaluations + closed.evaluations, ..closed };
     let estimates = refined.estimates_of(machine, free, &lengths);
-    Ok((refined, estimates, closed.complete))
+    Ok((refined, estimates))
 }
 
 /// Returns warnings about parameters that the records do not determine, and about those at a bound.
