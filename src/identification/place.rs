@@ -3,7 +3,8 @@
 use machine::numbers_as_slice;
 use serde::{Deserialize, Serialize};
 
-/// All coordinates of a problem in the unit cube: its free parameters, then its [`Tail`].
+/// All coordinates of a problem in the unit cube: its free parameters, then the unknowns of the data (an unknown gain, nut positions, and the gains and
+/// delays of channels).
 ///
 /// They are not values of parameters:
 ///
@@ -26,10 +27,4 @@ use serde::{Deserialize, Serialize};
 #[serde(transparent)]
 pub struct Place(pub Vec<f64>);
 
-/// Coordinates of the unknowns of the data, which follow those of the free parameters: an unknown gain, nut positions, and the gains and delays of
-/// channels.
-#[derive(Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct Tail(pub Vec<f64>);
-
-numbers_as_slice!(Place, Tail);
+numbers_as_slice!(Place);
