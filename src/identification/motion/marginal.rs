@@ -43,6 +43,8 @@ pub struct ToleranceSize {
     pub value: f64,
     /// Standard deviation of `value`.
     pub sd: f64,
+    /// Stated size: standard deviation of the delay (s), root mean square of the ripple, or standard deviation of friction (N or N·m).
+    pub stated: f64,
 }
 
 /// Correction of a fit.
@@ -119,11 +121,13 @@ pub(super) fn marginal(
     for (at, tolerance) in tolerances.iter().enumerate().filter(|(_, t)| !t.kind.is_sized()) {
         let value = mean(&|f| f.tolerances[at].0);
         let sd = mean(&|f| f.tolerances[at].1 + (f.tolerances[at].0 - value).powi(2)).sqrt();
-        sizes.push(ToleranceSize { kind: tolerance.kind, value, sd });
+        sizes.push(ToleranceSize { kind: tolerance.kind, value, sd, stated: tolerance.stated });
     }
     for (k, kind) in kinds.iter().enumerate() {
         let value = mean(&|f| f.sizes[k]);
-        sizes.push(ToleranceSize { kind: *kind, value, sd: mean(&|f| (f.sizes[k] - value).powi(2)).sqrt() });
+        let sd = mean(&|f| (f.sizes[k] - value).powi(2)).sqrt();
+        let of_kind = tolerances.iter().find(|t| t.kind == *kind);
+        sizes.push(ToleranceSize { kind: *kind, value, sd, stated: of_kind.map_or(0.0, |t| t.stated) });
     }
     Some(Marginal { change, half_widths, sizes, residual: left, basis })
 }

@@ -17,5 +17,5 @@ pub use force_fit::{ForceFit, best_anywhere, correlation, estimate, estimate_ide
 pub use interval::half_widths;
 pub use marginal::ToleranceSize;
 pub use output_error::{output_error, simulated_gaps};
-pub use small_print::{SmallPrint, StatedSizes};
+pub use small_print::SmallPrint;
 pub use tolerant_fit::{TolerantFit, estimate_with_tolerances};

@@ -54,23 +54,10 @@ impl SmallPrint {
 pub(super) struct Tolerance {
     /// Kind.
     pub kind: SmallPrint,
+    /// Stated size of the kind: standard deviation of the delay (s), root mean square of the ripple, or standard deviation of friction (N or N·m).
+    pub stated: f64,
     /// Change of the force (N or N·m) and of extra channels, in the layout of the prediction.
     pub force: Vec<f64>,
-}
-
-/// Stated sizes of the tolerances with their reference quantities.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StatedSizes {
-    /// Standard deviation of the delay (s).
-    pub delay_s: f64,
-    /// Standard deviation of friction at reversals (N or N·m).
-    pub reversal: f64,
-    /// Root mean square of the ripple (N or N·m).
-    pub ripple: f64,
-    /// Standard deviation of dry friction along the travel (N or N·m).
-    pub friction: f64,
-    /// Standard deviation of the rise towards standstill (N or N·m).
-    pub rise: f64,
 }
 
 /// Standard deviation of the half-normal prior of a size, over the stated size.
@@ -78,8 +65,8 @@ pub(super) const SIZE_SD: f64 = 2.0;
 /// Largest number of half-waves of the ripple over the number of samples.
 const COLUMNS_PER_SAMPLE: f64 = 0.04;
 
-/// Returns the tolerances that the machine does not describe by parameters of its own, and their stated sizes.
-pub(super) fn tolerances(rigid: &Rigid, machine: &Machine, values: &[f64], motions: &[&MotionSignal]) -> (Vec<Tolerance>, StatedSizes) {
+/// Returns the tolerances that the machine does not describe by parameters of its own.
+pub(super) fn tolerances(rigid: &Rigid, machine: &Machine, values: &[f64], motions: &[&MotionSignal]) -> Vec<Tolerance> {
     let used: usize = motions.iter().map(|m| m.is_moving.iter().filter(|x| **x).count()).sum();
     let squares: f64 = motions.iter().flat_map(|m| &m.load).map(|f| f * f).sum();
     let level = (squares / used.max(1) as f64).sqrt();
@@ -87,16 +74,11 @@ pub(super) fn tolerances(rigid: &Rigid, machine: &Machine, values: &[f64], motio
     let sliding = rigid.steady(machine, values, 1e-9 * fastest) - rigid.steady(machine, values, -1e-9 * fastest);
     let dry = 0.5 * sliding.abs();
     let (low, high) = extremes(motions.iter().flat_map(|m| &m.position_m));
-    let step_s = root_mean_square(motions.iter().map(|m| m.step_s)).unwrap_or(0.0);
-    let sizes = StatedSizes {
-        delay_s: DELAY_SAMPLES * step_s,
-        reversal: REVERSAL.1 * dry,
-        ripple: RIPPLE * level,
-        friction: FRICTION_ALONG_TRAVEL * dry,
-        rise: LOW_SPEED_RISE * dry,
-    };
     let mut found: Vec<Tolerance> = Vec::new();
-    let mut add = |kind: SmallPrint, of: &dyn Fn(&MotionSignal) -> Vec<f64>| {
+    let mut add = |kind: SmallPrint, stated: f64, of: &dyn Fn(&MotionSignal) -> Vec<f64>| {
+        if is_described(kind, machine, values) {
+            return;
+        }
         // Extra channels follow the force of their motion; their own tolerances are not estimated.
         let channels = |m: &&MotionSignal| {
             let mut all = m.thinned(&of(m)).unwrap_or_default();
@@ -105,67 +87,49 @@ pub(super) fn tolerances(rigid: &Rigid, machine: &Machine, values: &[f64], motio
         };
         let force: Vec<f64> = motions.iter().flat_map(channels).collect();
         if force.iter().any(|f| *f != 0.0) && force.iter().all(|f| f.is_finite()) {
-            found.push(Tolerance { kind, force });
+            found.push(Tolerance { kind, stated, force });
         }
     };
-    let described = Described::new(machine, values);
-    if !described.delay {
-        add(SmallPrint::Delay, &|m| {
-            let slope = central_differences(&rigid.force(machine, values, m));
-            slope.into_iter().map(|d| d * sizes.delay_s / m.step_s).collect()
-        });
-    }
+    let delay_s = DELAY_SAMPLES * root_mean_square(motions.iter().map(|m| m.step_s)).unwrap_or(0.0);
+    add(SmallPrint::Delay, delay_s, &|m| {
+        let slope = central_differences(&rigid.force(machine, values, m));
+        slope.into_iter().map(|d| d * delay_s / m.step_s).collect()
+    });
     let along = |m: &MotionSignal, force: Vec<f64>| -> Vec<f64> { force.iter().zip(m.direction()).map(|(f, s)| f * s).collect() };
     let below = |m: &MotionSignal, share: f64, size: f64| -> Vec<f64> {
         along(m, m.velocity_m_s.iter().map(|v| size * (-(v / (share * fastest)).powi(2)).exp()).collect())
     };
-    if !described.presliding {
-        add(SmallPrint::Reversal, &|m| below(m, REVERSAL.0, sizes.reversal));
-    }
+    let reversal = REVERSAL.1 * dry;
+    add(SmallPrint::Reversal, reversal, &|m| below(m, REVERSAL.0, reversal));
     let wave = |m: &MotionSignal, n: u32, size: f64| -> Vec<f64> {
         let phase = |x: &f64| std::f64::consts::PI * f64::from(n) * (x - low) / (high - low).max(f64::MIN_POSITIVE);
         m.position_m.iter().map(|x| size * phase(x).cos()).collect()
     };
-    if !described.ripple {
-        let count = RIPPLE_HALF_WAVES.min((COLUMNS_PER_SAMPLE * used as f64) as u32);
-        // Their squares add to that of the stated ripple.
-        let size = sizes.ripple * (2.0 / f64::from(count.max(1))).sqrt();
-        (1..=count).for_each(|n| add(SmallPrint::Ripple, &|m| wave(m, n, size)));
+    let count = RIPPLE_HALF_WAVES.min((COLUMNS_PER_SAMPLE * used as f64) as u32);
+    let ripple = RIPPLE * level;
+    // Their squares add to that of the stated ripple.
+    let size = ripple * (2.0 / f64::from(count.max(1))).sqrt();
+    (1..=count).for_each(|n| add(SmallPrint::Ripple, ripple, &|m| wave(m, n, size)));
+    let friction = FRICTION_ALONG_TRAVEL * dry;
+    for n in 0..=TRAVEL_HALF_WAVES {
+        let size = friction * half_wave_share(n);
+        add(SmallPrint::FrictionAlongTravel, friction, &|m| along(m, wave(m, n, size)));
     }
-    if !described.along_travel {
-        for n in 0..=TRAVEL_HALF_WAVES {
-            let size = sizes.friction * half_wave_share(n);
-            add(SmallPrint::FrictionAlongTravel, &|m| along(m, wave(m, n, size)));
-        }
-    }
-    if !described.stribeck {
-        for share in LOW_SPEEDS {
-            add(SmallPrint::LowSpeedRise, &|m| below(m, share, sizes.rise));
-        }
-    }
-    (found, sizes)
+    let rise = LOW_SPEED_RISE * dry;
+    LOW_SPEEDS.into_iter().for_each(|share| add(SmallPrint::LowSpeedRise, rise, &|m| below(m, share, rise)));
+    found
 }
 
-/// Kinds of tolerance that the machine describes by its own parameters.
-struct Described {
-    delay: bool,
-    ripple: bool,
-    along_travel: bool,
-    stribeck: bool,
-    presliding: bool,
-}
-
-impl Described {
-    fn new(machine: &Machine, values: &[f64]) -> Self {
-        let is_set = |value: &Value| value.depends_on().next().is_some() || value.at(values, &Operating::default()) != 0.0;
-        let drive = machine.drive.as_ref();
-        let any = |of: &dyn Fn(&machine::Friction) -> bool| machine.joints.iter().any(|j| of(&j.friction));
-        Described {
-            delay: drive.is_some_and(|d| is_set(&d.delay_s)),
-            ripple: drive.is_some_and(|d| is_set(&d.ripple.cosine) || is_set(&d.ripple.sine)),
-            along_travel: any(&|f| is_set(&f.position.cosine) || is_set(&f.position.sine)),
-            stribeck: any(&|f| is_set(&f.stribeck)),
-            presliding: any(&|f| is_set(&f.presliding_stiffness)),
-        }
+/// Whether the machine describes a kind of tolerance by its own parameters.
+fn is_described(kind: SmallPrint, machine: &Machine, values: &[f64]) -> bool {
+    let is_set = |value: &Value| value.depends_on().next().is_some() || value.at(values, &Operating::default()) != 0.0;
+    let drive = machine.drive.as_ref();
+    let any = |of: &dyn Fn(&machine::Friction) -> bool| machine.joints.iter().any(|j| of(&j.friction));
+    match kind {
+        SmallPrint::Delay => drive.is_some_and(|d| is_set(&d.delay_s)),
+        SmallPrint::Reversal => any(&|f| is_set(&f.presliding_stiffness)),
+        SmallPrint::Ripple => drive.is_some_and(|d| is_set(&d.ripple.cosine) || is_set(&d.ripple.sine)),
+        SmallPrint::FrictionAlongTravel => any(&|f| is_set(&f.position.cosine) || is_set(&f.position.sine)),
+        SmallPrint::LowSpeedRise => any(&|f| is_set(&f.stribeck)),
     }
 }

@@ -3,7 +3,7 @@
 use super::discrepancy::systematic_share;
 use super::force_fit::{ForceFit, channels};
 use super::marginal::{ToleranceSize, marginal};
-use super::small_print::{StatedSizes, tolerances};
+use super::small_print::tolerances;
 use crate::uncertainty::Estimate;
 use dynamics::inverse_dynamics::{MotionSignal, Rigid, prediction, recorded};
 use machine::Machine;
@@ -17,8 +17,6 @@ pub struct TolerantFit {
     pub estimates: Vec<Estimate>,
     /// Estimated sizes of the tolerances.
     pub sizes: Vec<ToleranceSize>,
-    /// Their stated sizes.
-    pub stated: StatedSizes,
     /// Share of the squared residual, parameters and tolerances fitted, that smooth functions of speed and acceleration explain.
     pub systematic_share: f64,
 }
@@ -55,11 +53,11 @@ impl TolerantFit {
 pub fn estimate_with_tolerances(rigid: &Rigid, machine: &Machine, fit: ForceFit, motions: &[&MotionSignal]) -> TolerantFit {
     let free = fit.free.clone();
     let inside = fit.inside(machine, &free);
-    let (small_print, stated) = tolerances(rigid, machine, &fit.values, motions);
+    let small_print = tolerances(rigid, machine, &fit.values, motions);
     let channels = channels(motions);
     let Some(found) = marginal(&fit.derivatives.select_columns(&inside), &fit.residual, &small_print, &channels) else {
         let estimates = fit.estimates_with(machine, &free, &inside, None);
-        return TolerantFit { fit, estimates, sizes: Vec::new(), stated, systematic_share: 0.0 };
+        return TolerantFit { fit, estimates, sizes: Vec::new(), systematic_share: 0.0 };
     };
     let mut corrected = fit;
     for (at, change) in inside.iter().zip(found.change.iter()) {
@@ -72,7 +70,7 @@ pub fn estimate_with_tolerances(rigid: &Rigid, machine: &Machine, fit: ForceFit,
     corrected.evaluations += 1;
     let estimates = corrected.estimates_with(machine, &free, &inside, Some(&found.half_widths));
     let systematic_share = systematic_share(&found, motions, &channels);
-    let mut fit = TolerantFit { fit: corrected, estimates: Vec::new(), sizes: found.sizes, stated, systematic_share };
+    let mut fit = TolerantFit { fit: corrected, estimates: Vec::new(), sizes: found.sizes, systematic_share };
     let depends = fit.depends_on_discrepancy();
     fit.estimates = estimates.into_iter().map(|estimate| estimate.with_discrepancy(depends)).collect();
     fit

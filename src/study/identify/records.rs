@@ -142,15 +142,13 @@ fn parameter_rows(machine: &Machine, values: &[f64], estimates: &[Estimate]) -> 
 fn tolerance_rows(fit: &TolerantFit, load_column: &str) -> BTreeMap<String, ToleranceRow> {
     let force = if load_column == "torque_nm" { "N*m" } else { "N" };
     let row = |size: &ToleranceSize| {
-        let (unit, stated, kind) = match size.kind {
-            SmallPrint::Delay => ("s", fit.stated.delay_s, PriorKind::Normal),
-            SmallPrint::Reversal => (force, fit.stated.reversal, PriorKind::Normal),
-            SmallPrint::Ripple => (force, fit.stated.ripple, PriorKind::HalfNormal),
-            SmallPrint::FrictionAlongTravel => (force, fit.stated.friction, PriorKind::HalfNormal),
-            SmallPrint::LowSpeedRise => (force, fit.stated.rise, PriorKind::HalfNormal),
-        };
-        let prior = PriorRow { mean: 0.0, sd: size.kind.prior_sd() * stated, kind };
-        (size.kind.name().to_string(), ToleranceRow { unit: unit.into(), prior, value: size.value * stated, sd: size.sd * stated })
+        let unit = if size.kind == SmallPrint::Delay { "s" } else { force };
+        let kind = if size.kind.is_sized() { PriorKind::HalfNormal } else { PriorKind::Normal };
+        let prior = PriorRow { mean: 0.0, sd: size.kind.prior_sd() * size.stated, kind };
+        (
+            size.kind.name().to_string(),
+            ToleranceRow { unit: unit.into(), prior, value: size.value * size.stated, sd: size.sd * size.stated },
+        )
     };
     fit.sizes.iter().map(row).collect()
 }
