@@ -11,6 +11,7 @@ use super::evidence::{Domain, PartialGap, gap_over};
 use super::fit::{Fitted, Fitter, coordinates_of, values_of};
 use super::hypothesis::Hypothesis;
 use super::measuring_chain::{ChainFault, FREQUENCY_SCALES};
+use identification::Tail;
 use identification::objective::{FrfObjective, ObjectiveError};
 use long_work::Control;
 use measurement::{HoldOutSet, MeasurementSet};
@@ -136,7 +137,7 @@ pub(super) fn fault_of_some_with_others(
     let own = fitter.fit.to_predict().with_frfs(|frf| records.contain(set, frf));
     let fitted_along = |first: &ChainFault| -> Option<(ChainFault, f64)> {
         // Channels of the fit differ from those of all records.
-        let (mut fault, mut fitted, mut found) = (*first, Fitted { tail: Vec::new(), ..others.clone() }, None);
+        let (mut fault, mut fitted, mut found) = (*first, Fitted { tail: Tail::default(), ..others.clone() }, None);
         for _ in 0..ROUNDS {
             let corrected = fault.corrected_in(set, |frf| records.contain(set, frf));
             let all = fitter.on(fitter.fit.in_version(&corrected));

@@ -7,7 +7,7 @@ use super::amplitudes::amplitudes;
 use super::evidence::{Domain, DomainObjective, PartialGap, gaps};
 use super::hypothesis::Hypothesis;
 use identification::objective::{ObjectiveError, operating};
-use identification::{CHI_SQUARE_95, Place, Surroundings, ToleranceEstimate, mode_search_end, tolerances_at};
+use identification::{CHI_SQUARE_95, Place, Surroundings, Tail, ToleranceEstimate, mode_search_end, tolerances_at};
 use long_work::Control;
 use machine::{OperatingVariable, Parameter, ParameterValues, UnitValues};
 use measurement::{FitSet, FrfLine, HoldOutSet};
@@ -20,7 +20,7 @@ pub struct Fitted {
     /// Coordinate of each parameter of the hypothesis' machine in its unit interval.
     pub units: UnitValues,
     /// Coordinates of an unknown gain, of nut positions, and of the gains and delays of channels.
-    pub tail: Vec<f64>,
+    pub tail: Tail,
     /// Least χ².
     pub chi_square: f64,
     /// Number of searches that ended in it.
@@ -371,7 +371,7 @@ pub fn values_of(hypothesis: &Hypothesis, fitted: &Fitted) -> ParameterValues {
 /// Returns the start values of a machine as a fit.
 pub fn at_start(hypothesis: &Hypothesis) -> Fitted {
     let units = hypothesis.machine.to_units(&hypothesis.machine.start());
-    Fitted { units, tail: Vec::new(), chi_square: f64::INFINITY, found: 1 }
+    Fitted { units, tail: Tail::default(), chi_square: f64::INFINITY, found: 1 }
 }
 
 /// Returns the coordinates of a fit in the unit cube of an objective. For other data than those of the fit, gain and channels are kept and nut
@@ -400,7 +400,7 @@ pub(super) fn read_back(objective: &DomainObjective<'_>, from: &Fitted, place: &
     for (&index, &u) in objective.free().iter().zip(place) {
         units[index] = u;
     }
-    Fitted { units, tail: place[objective.free().len()..].to_vec(), chi_square, found: from.found }
+    Fitted { units, tail: Tail(place[objective.free().len()..].to_vec()), chi_square, found: from.found }
 }
 
 /// Returns the added parameters that a fit of the machine without the last addition leaves open: those of that addition. A released parameter is

@@ -10,8 +10,8 @@ use rayon::prelude::*;
 use super::evidence::Domain;
 use super::fit::{Fitted, Fitter, MULTISTART, coordinates_of};
 use super::hypothesis::Hypothesis;
-use identification::CHI_SQUARE_95;
 use identification::objective::ObjectiveError;
+use identification::{CHI_SQUARE_95, Tail};
 use long_work::Control;
 use measurement::{Frf, FrfLine, Gain, MeasurementSet};
 use numeric::minimum::golden_section;
@@ -240,7 +240,7 @@ pub(super) fn fault_of_all(
 
 /// Returns a fit whose unknowns of the data start anew.
 fn without_tail(fitted: &Fitted) -> Fitted {
-    Fitted { tail: Vec::new(), ..fitted.clone() }
+    Fitted { tail: Tail::default(), ..fitted.clone() }
 }
 
 /// Returns the set corrected for a fault of all records, with an unknown gain for a factor; `None` for a factor where the gain is unknown anyway.

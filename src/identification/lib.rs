@@ -23,7 +23,7 @@ pub mod validation;
 pub use bootstrap::{Bootstrap, Drawn};
 pub use combination::{Combination, CombinationKind};
 pub use measurement_plan::{Choice, FrfPlan, PlanDesign, PlannedMeasurement};
-pub use place::Place;
+pub use place::{Place, Tail};
 pub use plan_discrimination::{Discrimination, RivalMachine};
 pub use posterior::{Coordinate, Drawing, Posterior, PosteriorDraw, PosteriorSample, draw_posterior};
 pub use problem::{Basin, Surroundings};

@@ -3,8 +3,7 @@
 use machine::numbers_as_slice;
 use serde::{Deserialize, Serialize};
 
-/// All coordinates of a problem in the unit cube: its free parameters, then the unknowns of the data (an unknown gain, nut positions, and the gains and
-/// delays of channels).
+/// All coordinates of a problem in the unit cube: its free parameters, then its [`Tail`].
 ///
 /// They are not values of parameters:
 ///
@@ -27,4 +26,10 @@ use serde::{Deserialize, Serialize};
 #[serde(transparent)]
 pub struct Place(pub Vec<f64>);
 
-numbers_as_slice!(Place);
+/// Coordinates of the unknowns of the data, which follow those of the free parameters: an unknown gain, nut positions, and the gains and delays of
+/// channels.
+#[derive(Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Tail(pub Vec<f64>);
+
+numbers_as_slice!(Place, Tail);

@@ -253,7 +253,7 @@ mod tests {
 
     #[test]
     fn limit_interval_of_a_parabola_is_that_of_its_covariance() {
-        let best = least_squares(&TwoParameters, &[0.4, 0.4], &[], 50, &Default::default());
+        let best = least_squares(&TwoParameters, &[0.4, 0.4], &[], 50, &std::sync::Arc::default());
         let ends = ends(&TwoParameters, best, &[0, 1]);
         let half = 1.96 * f64::hypot(0.05, 0.01);
         assert!((ends[0].0 - (0.5 - 0.098)).abs() < 2e-3 && (ends[0].1 - 0.598).abs() < 2e-3, "{ends:?}");
@@ -298,7 +298,7 @@ mod tests {
 
     #[test]
     fn limit_end_of_a_steep_rise_is_exact() {
-        let best = least_squares(&SteepRise, &[0.2], &[], 50, &Default::default());
+        let best = least_squares(&SteepRise, &[0.2], &[], 50, &std::sync::Arc::default());
         let ends = ends(&SteepRise, best, &[0]);
         let exact = 0.2 + 0.4 * (0.98_f64).powf(1.0 / 9.0);
         assert!((ends[0].1 - exact).abs() < 2e-3 && ends[0].0 == 0.0, "{ends:?}, {exact}");
@@ -323,7 +323,7 @@ mod tests {
 
     #[test]
     fn limit_interval_at_the_upper_bound_extends_inward_only() {
-        let best = least_squares(&BeyondRange, &[0.5], &[], 50, &Default::default());
+        let best = least_squares(&BeyondRange, &[0.5], &[], 50, &std::sync::Arc::default());
         let ends = ends(&BeyondRange, best, &[0]);
         // χ² = ((x − 1.05)/0.1)² rises by 3.84 from 0.25 at x = 1.
         let exact = 1.05 - 0.1 * (0.25 + CHI_SQUARE_95).sqrt();
@@ -332,7 +332,7 @@ mod tests {
 
     #[test]
     fn limit_open_interval_ends_at_the_range() {
-        let best = least_squares(&Flat, &[0.9], &[], 50, &Default::default());
+        let best = least_squares(&Flat, &[0.9], &[], 50, &std::sync::Arc::default());
         let ends = ends(&Flat, best, &[0]);
         assert!(ends[0].1 == 1.0 && (ends[0].0 - (0.8 - 0.196)).abs() < 4e-3, "{ends:?}");
     }
@@ -356,7 +356,7 @@ mod tests {
 
     #[test]
     fn limit_two_minima_give_two_intervals() {
-        let at = |x: f64| least_squares(&TwoMinima, &[x], &[], 50, &Default::default());
+        let at = |x: f64| least_squares(&TwoMinima, &[x], &[], 50, &std::sync::Arc::default());
         let found = regions(&TwoMinima, vec![at(0.2), at(0.8)], &[0]);
         // (x − 0.5)² = 0.0625 ± 0.00625·√3.84.
         let inner = (0.0625 - 0.00625 * CHI_SQUARE_95.sqrt()).sqrt();

@@ -1,22 +1,40 @@
-//! Differential evolution.
+//! Differential evolution as an argmin solver.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use argmin::argmin_error;
+use argmin::core::{CostFunction, Error, KV, PopulationState, Problem, Solver, SyncAlias, TerminationReason, TerminationStatus};
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use numeric::random::{latin_hypercube, normal};
 
+/// How a trial is formed from the population.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Strategy {
+    /// rand/1/bin: a random member plus one scaled difference. Storn and Price, J. Global Optim. 11 (1997) 341–359.
+    Rand1Bin,
+    /// best/1/bin with dithered scale: the best member plus one scaled difference.
+    Best1Bin,
+    /// current-to-pbest/1/bin with an archive and success-history adaptation of scale and crossover: Tanabe and Fukunaga, IEEE CEC 2013,
+    /// 71–78 (SHADE).
+    CurrentToPbest,
+}
+
 /// Length of the success history (SHADE's H).
 const HISTORY: usize = 6;
-/// Differential evolution on the unit cube: current-to-pbest/1/bin with an archive and success-history adaptation of scale and crossover.
+/// Scale F and crossover CR of the non-adaptive strategies.
+const FIXED: (f64, f64) = (0.7, 0.9);
+
+/// Differential evolution on the unit cube.
 ///
 /// Trials of a generation are drawn sequentially and evaluated in bulk; selection follows after the whole generation. A search that is
 /// serialised between generations and restored continues with identical results.
-///
-/// # Source  Tanabe and Fukunaga, IEEE CEC 2013, 71–78 (SHADE).
 #[derive(Serialize, Deserialize)]
 pub struct DifferentialEvolution {
+    strategy: Strategy,
     dimension: usize,
     size: usize,
     spread: f64,
@@ -27,7 +45,14 @@ pub struct DifferentialEvolution {
     next_in_history: usize,
     trace: Vec<f64>,
     evaluations: u64,
+    #[serde(skip)]
+    stop: Arc<AtomicBool>,
+    #[serde(skip)]
+    watcher: Option<Observer>,
 }
+
+/// Callback that receives the search after every generation.
+type Observer = Box<dyn FnMut(&DifferentialEvolution) + Send>;
 
 /// A place to evaluate, with the cost above which its exact value is irrelevant.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,8 +66,9 @@ pub struct Trial {
 impl DifferentialEvolution {
     /// Creates a search with `size` members in `dimension` coordinates. It has converged when the costs of all members lie within `spread`
     /// of the best, relative to it.
-    pub fn new(dimension: usize, size: usize, spread: f64, seed: u64) -> Self {
+    pub fn new(strategy: Strategy, dimension: usize, size: usize, spread: f64, seed: u64) -> Self {
         DifferentialEvolution {
+            strategy,
             dimension,
             size: size.max(6),
             spread,
@@ -53,7 +79,16 @@ impl DifferentialEvolution {
             next_in_history: 0,
             trace: Vec::new(),
             evaluations: 0,
+            stop: Arc::default(),
+            watcher: None,
         }
+    }
+
+    /// Returns the members, best first.
+    pub fn population(&self) -> Vec<(Vec<f64>, f64)> {
+        let mut members = self.members.clone();
+        members.sort_by(|a, b| a.1.total_cmp(&b.1));
+        members
     }
 
     /// Returns the best cost after each generation.
@@ -66,16 +101,34 @@ impl DifferentialEvolution {
         self.evaluations
     }
 
+    /// Sets the callback that receives the search after every generation.
+    pub fn with_watcher(mut self, watcher: impl FnMut(&DifferentialEvolution) + Send + 'static) -> Self {
+        self.watcher = Some(Box::new(watcher));
+        self
+    }
+
+    /// Sets the flag that ends the search after the current generation.
+    pub fn with_stop_flag(mut self, stop: Arc<AtomicBool>) -> Self {
+        self.stop = stop;
+        self
+    }
+
     /// Draws scale and crossover of one trial.
     fn controls(&mut self) -> (f64, f64) {
-        let (scale_mean, crossover_mean) = self.history[self.generator.random_range(0..HISTORY)];
-        let crossover = (crossover_mean + 0.1 * normal(&mut self.generator)).clamp(0.0, 1.0);
-        let mut scale = 0.0;
-        while scale <= 0.0 {
-            // Cauchy distribution.
-            scale = scale_mean + 0.1 * (std::f64::consts::PI * (self.generator.random::<f64>() - 0.5)).tan();
+        match self.strategy {
+            Strategy::Rand1Bin => FIXED,
+            Strategy::Best1Bin => (self.generator.random_range(0.5..1.0), FIXED.1),
+            Strategy::CurrentToPbest => {
+                let (scale_mean, crossover_mean) = self.history[self.generator.random_range(0..HISTORY)];
+                let crossover = (crossover_mean + 0.1 * normal(&mut self.generator)).clamp(0.0, 1.0);
+                let mut scale = 0.0;
+                while scale <= 0.0 {
+                    // Cauchy distribution.
+                    scale = scale_mean + 0.1 * (std::f64::consts::PI * (self.generator.random::<f64>() - 0.5)).tan();
+                }
+                (scale.min(1.0), crossover)
+            }
         }
-        (scale.min(1.0), crossover)
     }
 
     /// Draws a member other than those given.
@@ -91,17 +144,25 @@ impl DifferentialEvolution {
     /// Forms a trial for the member `target`; `ranking` lists the members from best to worst.
     fn trial(&mut self, target: usize, ranking: &[usize], scale: f64, crossover: f64) -> Vec<f64> {
         let a = self.other_than(&[target]);
-        // Drawn and not used: searches keep the random numbers that follow.
-        self.other_than(&[target, a]);
-        let share = self.generator.random_range(2.0 / self.size as f64..=0.2_f64.max(2.0 / self.size as f64 + 1e-9));
-        let count = ((share * self.size as f64).round() as usize).clamp(1, self.size);
-        let leader = ranking[self.generator.random_range(0..count)];
-        let second = self.generator.random_range(0..self.size + self.archive.len());
-        let here = &self.members[target].0;
-        let minus = if second < self.size { &self.members[second].0 } else { &self.archive[second - self.size] };
-        let plus = &self.members[a].0;
-        let mutant: Vec<f64> =
-            (0..self.dimension).map(|d| here[d] + scale * (self.members[leader].0[d] - here[d]) + scale * (plus[d] - minus[d])).collect();
+        let b = self.other_than(&[target, a]);
+        let mutant: Vec<f64> = match self.strategy {
+            Strategy::Rand1Bin | Strategy::Best1Bin => {
+                let base = if self.strategy == Strategy::Best1Bin { ranking[0] } else { self.other_than(&[target, a, b]) };
+                (0..self.dimension).map(|d| self.members[base].0[d] + scale * (self.members[a].0[d] - self.members[b].0[d])).collect()
+            }
+            Strategy::CurrentToPbest => {
+                let share = self.generator.random_range(2.0 / self.size as f64..=0.2_f64.max(2.0 / self.size as f64 + 1e-9));
+                let count = ((share * self.size as f64).round() as usize).clamp(1, self.size);
+                let leader = ranking[self.generator.random_range(0..count)];
+                let second = self.generator.random_range(0..self.size + self.archive.len());
+                let here = &self.members[target].0;
+                let minus = if second < self.size { &self.members[second].0 } else { &self.archive[second - self.size] };
+                let plus = &self.members[a].0;
+                (0..self.dimension)
+                    .map(|d| here[d] + scale * (self.members[leader].0[d] - here[d]) + scale * (plus[d] - minus[d]))
+                    .collect()
+            }
+        };
         let forced = self.generator.random_range(0..self.dimension);
         let here = &self.members[target].0;
         let mut place = Vec::with_capacity(self.dimension);
@@ -123,7 +184,7 @@ impl DifferentialEvolution {
     /// Updates the success history by weighted means of the successful controls, after SHADE.
     fn learn(&mut self, successes: &[(f64, f64, f64)]) {
         let total: f64 = successes.iter().map(|s| s.2).sum();
-        if !(total > 0.0) {
+        if self.strategy != Strategy::CurrentToPbest || !(total > 0.0) {
             return;
         }
         let crossover = successes.iter().map(|s| s.1 * s.2).sum::<f64>() / total;
@@ -137,35 +198,45 @@ impl DifferentialEvolution {
         (0..self.members.len()).min_by(|a, b| self.members[*a].1.total_cmp(&self.members[*b].1)).unwrap_or(0)
     }
 
-    /// Returns the best member and its cost.
-    pub fn leader(&self) -> &(Vec<f64>, f64) {
-        &self.members[self.best()]
+    fn publish(&self, state: PopulationState<Vec<f64>, f64>) -> PopulationState<Vec<f64>, f64> {
+        let (place, cost) = self.members[self.best()].clone();
+        state.individual(place).cost(cost)
+    }
+}
+
+impl<O> Solver<O, PopulationState<Vec<f64>, f64>> for DifferentialEvolution
+where
+    O: CostFunction<Param = Trial, Output = f64> + SyncAlias,
+{
+    fn name(&self) -> &str {
+        "differential evolution"
     }
 
-    /// Whether the costs of all members lie within the spread of the best.
-    pub fn has_converged(&self) -> bool {
-        let best = self.leader().1;
-        let worst = self.members.iter().map(|m| m.1).fold(f64::NEG_INFINITY, f64::max);
-        worst - best <= self.spread * best.abs().max(f64::MIN_POSITIVE)
-    }
-
-    /// Draws and evaluates the first population, unless there is one.
-    pub fn begin(&mut self, cost: &(impl Fn(&Trial) -> f64 + Sync)) {
+    fn init(
+        &mut self,
+        problem: &mut Problem<O>,
+        state: PopulationState<Vec<f64>, f64>,
+    ) -> Result<(PopulationState<Vec<f64>, f64>, Option<KV>), Error> {
+        if self.dimension == 0 {
+            return Err(argmin_error!(InvalidParameter, "there is no free coordinate to search"));
+        }
         if self.members.is_empty() {
-            let places = latin_hypercube(self.size, self.dimension, &mut self.generator);
-            let first: Vec<Trial> = places.into_iter().map(|place| Trial { place, limit: f64::INFINITY }).collect();
-            let costs = self.costs(&first, cost);
+            let first: Vec<Trial> = latin_hypercube(self.size, self.dimension, &mut self.generator)
+                .into_iter()
+                .map(|place| Trial { place, limit: f64::INFINITY })
+                .collect();
+            let costs = problem.bulk_cost(&first)?;
+            self.evaluations += costs.len() as u64;
             self.members = first.into_iter().map(|trial| trial.place).zip(costs).collect();
         }
+        Ok((self.publish(state), None))
     }
 
-    fn costs(&mut self, trials: &[Trial], cost: &(impl Fn(&Trial) -> f64 + Sync)) -> Vec<f64> {
-        self.evaluations += trials.len() as u64;
-        trials.par_iter().map(cost).collect()
-    }
-
-    /// Makes one generation.
-    pub fn evolve(&mut self, cost: &(impl Fn(&Trial) -> f64 + Sync)) {
+    fn next_iter(
+        &mut self,
+        problem: &mut Problem<O>,
+        state: PopulationState<Vec<f64>, f64>,
+    ) -> Result<(PopulationState<Vec<f64>, f64>, Option<KV>), Error> {
         let mut ranking: Vec<usize> = (0..self.size).collect();
         ranking.sort_by(|a, b| self.members[*a].1.total_cmp(&self.members[*b].1));
         let mut controls = Vec::with_capacity(self.size);
@@ -175,7 +246,8 @@ impl DifferentialEvolution {
             trials.push(Trial { place: self.trial(target, &ranking, scale, crossover), limit: self.members[target].1 });
             controls.push((scale, crossover));
         }
-        let costs = self.costs(&trials, cost);
+        let costs = problem.bulk_cost(&trials)?;
+        self.evaluations += costs.len() as u64;
         let mut successes = Vec::new();
         for (target, (trial, cost)) in trials.into_iter().zip(costs).enumerate() {
             let old = self.members[target].1;
@@ -193,70 +265,106 @@ impl DifferentialEvolution {
             }
         }
         self.learn(&successes);
-        self.trace.push(self.leader().1);
+        self.trace.push(self.members[self.best()].1);
+        if let Some(mut watcher) = self.watcher.take() {
+            watcher(self);
+            self.watcher = Some(watcher);
+        }
+        Ok((self.publish(state), None))
+    }
+
+    fn terminate(&mut self, state: &PopulationState<Vec<f64>, f64>) -> TerminationStatus {
+        if self.stop.load(Ordering::Relaxed) {
+            return TerminationStatus::Terminated(TerminationReason::Interrupt);
+        }
+        let best = state.get_best_cost();
+        let worst = self.members.iter().map(|m| m.1).fold(f64::NEG_INFINITY, f64::max);
+        if worst - best <= self.spread * best.abs().max(f64::MIN_POSITIVE) {
+            return TerminationStatus::Terminated(TerminationReason::SolverConverged);
+        }
+        TerminationStatus::NotTerminated
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use argmin::core::Executor;
 
-    /// Rastrigin's function with its minimum 0 at 0.3 in every coordinate.
-    fn rastrigin(trial: &Trial) -> f64 {
-        let term = |x: &f64| {
-            let y = 6.0 * (x - 0.3);
-            y * y + 10.0 - 10.0 * (std::f64::consts::TAU * y).cos()
-        };
-        trial.place.iter().map(term).sum()
-    }
+    struct Rastrigin;
 
-    /// Continues a search by a number of generations.
-    fn searched(mut search: DifferentialEvolution, generations: usize, cost: fn(&Trial) -> f64) -> DifferentialEvolution {
-        search.begin(&cost);
-        for _ in 0..generations {
-            if !search.has_converged() {
-                search.evolve(&cost);
-            }
+    impl CostFunction for Rastrigin {
+        type Param = Trial;
+        type Output = f64;
+        /// Rastrigin's function with its minimum 0 at 0.3 in every coordinate.
+        fn cost(&self, trial: &Trial) -> Result<f64, Error> {
+            Ok(trial
+                .place
+                .iter()
+                .map(|x| {
+                    let y = 6.0 * (x - 0.3);
+                    y * y + 10.0 - 10.0 * (std::f64::consts::TAU * y).cos()
+                })
+                .sum())
         }
-        search
     }
 
-    fn run(seed: u64) -> (Vec<f64>, f64) {
-        searched(DifferentialEvolution::new(4, 40, 1e-12, seed), 600, rastrigin).leader().clone()
+    fn run(strategy: Strategy, seed: u64) -> (Vec<f64>, f64) {
+        let solver = DifferentialEvolution::new(strategy, 4, 40, 1e-12, seed);
+        let result = Executor::new(Rastrigin, solver).configure(|s| s.max_iters(600)).run().unwrap();
+        (result.state.best_individual.clone().unwrap(), result.state.best_cost)
     }
 
     #[test]
-    fn a_search_finds_the_lowest_of_many_minima() {
-        let (place, cost) = run(1);
-        assert!(cost < 1e-6, "{cost}");
-        assert!(place.iter().all(|x| (x - 0.3).abs() < 1e-3), "{place:?}");
+    fn every_strategy_finds_the_lowest_of_many_minima() {
+        for strategy in [Strategy::Rand1Bin, Strategy::Best1Bin, Strategy::CurrentToPbest] {
+            let (place, cost) = run(strategy, 1);
+            assert!(cost < 1e-6, "{strategy:?}: {cost}");
+            assert!(place.iter().all(|x| (x - 0.3).abs() < 1e-3), "{strategy:?}: {place:?}");
+        }
     }
 
     #[test]
     fn a_restored_search_continues_with_identical_results() {
-        let whole = searched(DifferentialEvolution::new(4, 40, 1e-12, 5), 60, rastrigin);
-        let half = searched(DifferentialEvolution::new(4, 40, 1e-12, 5), 23, rastrigin);
-        let text = serde_json::to_string(&half).unwrap();
-        let rest = searched(serde_json::from_str(&text).unwrap(), 37, rastrigin);
-        assert_eq!(rest.members, whole.members);
-        assert_eq!((rest.trace(), rest.evaluations()), (whole.trace(), whole.evaluations()));
+        for strategy in [Strategy::Rand1Bin, Strategy::Best1Bin, Strategy::CurrentToPbest] {
+            let run = |solver: DifferentialEvolution, generations| {
+                Executor::new(Rastrigin, solver).configure(|s| s.max_iters(generations)).run().unwrap()
+            };
+            let whole = run(DifferentialEvolution::new(strategy, 4, 40, 1e-12, 5), 60).solver;
+            let half = run(DifferentialEvolution::new(strategy, 4, 40, 1e-12, 5), 23).solver;
+            let text = serde_json::to_string(&half).unwrap();
+            let rest = run(serde_json::from_str(&text).unwrap(), 37).solver;
+            assert_eq!(rest.population(), whole.population());
+            assert_eq!((rest.trace(), rest.evaluations()), (whole.trace(), whole.evaluations()));
+        }
+    }
+
+    /// Rastrigin's function that returns no exact cost above the limit.
+    struct Bounded;
+
+    impl CostFunction for Bounded {
+        type Param = Trial;
+        type Output = f64;
+        fn cost(&self, trial: &Trial) -> Result<f64, Error> {
+            let cost = Rastrigin.cost(trial)?;
+            Ok(if cost <= trial.limit { cost } else { trial.limit * 1.5 + 1.0 })
+        }
     }
 
     #[test]
     fn costs_above_the_limit_need_not_be_exact() {
-        let bounded = |trial: &Trial| {
-            let cost = rastrigin(trial);
-            if cost <= trial.limit { cost } else { trial.limit * 1.5 + 1.0 }
-        };
-        let search = || DifferentialEvolution::new(4, 40, 1e-12, 9);
-        assert_eq!(searched(search(), 80, bounded).members, searched(search(), 80, rastrigin).members);
+        let run = |solver: DifferentialEvolution| Executor::new(Bounded, solver).configure(|s| s.max_iters(80)).run().unwrap().solver;
+        let bounded = run(DifferentialEvolution::new(Strategy::CurrentToPbest, 4, 40, 1e-12, 9));
+        let solver = DifferentialEvolution::new(Strategy::CurrentToPbest, 4, 40, 1e-12, 9);
+        let whole = Executor::new(Rastrigin, solver).configure(|s| s.max_iters(80)).run().unwrap().solver;
+        assert_eq!(bounded.population(), whole.population());
     }
 
     #[test]
     fn the_same_seed_gives_the_same_bits_on_one_and_on_two_threads() {
         let on = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| run(7))
+            pool.install(|| run(Strategy::CurrentToPbest, 7))
         };
         assert_eq!(on(1), on(2));
     }

@@ -1,7 +1,9 @@
-//! Bounded least squares: Levenberg–Marquardt on the unit cube.
+//! Bounded least squares: Levenberg–Marquardt on the unit cube as an argmin solver.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use argmin::core::{CostFunction, Error, Executor, IterState, Jacobian, KV, Problem, Solver, State, TerminationReason, TerminationStatus};
 use nalgebra::{DMatrix, DVector};
 
 /// The normal equations of a sum of squares χ² = Σ r² at a place. They suffice for a step, for the covariance and for a sum over data sets.
@@ -58,6 +60,26 @@ pub trait LeastSquares: Sync {
     fn normal(&self, place: &[f64]) -> NormalEquations;
 }
 
+struct Problemwise<'p, P: LeastSquares + ?Sized>(&'p P);
+
+impl<P: LeastSquares + ?Sized> CostFunction for Problemwise<'_, P> {
+    type Param = Vec<f64>;
+    type Output = f64;
+    fn cost(&self, place: &Vec<f64>) -> Result<f64, Error> {
+        Ok(self.0.chi_square(place))
+    }
+}
+
+impl<P: LeastSquares + ?Sized> Jacobian for Problemwise<'_, P> {
+    type Param = Vec<f64>;
+    type Jacobian = NormalEquations;
+    fn jacobian(&self, place: &Vec<f64>) -> Result<NormalEquations, Error> {
+        Ok(self.0.normal(place))
+    }
+}
+
+type PolishState = IterState<Vec<f64>, (), (), (), (), f64>;
+
 /// Longest step in any coordinate, as a share of the unit cube.
 const LONGEST_STEP: f64 = 0.25;
 
@@ -68,15 +90,29 @@ const LONGEST_STEP: f64 = 0.25;
 ///
 /// # Source  Madsen, Nielsen, Tingleff, Methods for Non-Linear Least Squares Problems, IMM 2004, Alg. 3.16;
 /// bounds by projection: Kanzow, Yamashita, Fukushima, J. Comput. Appl. Math. 172 (2004) 375–397.
-struct LevenbergMarquardt {
+pub struct LevenbergMarquardt {
     held: Vec<bool>,
     damping: f64,
     growth: f64,
+    here: Option<(Vec<f64>, NormalEquations)>,
     tolerance: f64,
     converged: bool,
+    stop: Arc<AtomicBool>,
 }
 
 impl LevenbergMarquardt {
+    /// Creates a solver. Coordinates marked in `held` keep their place; the solver ends when a step reduces χ² by less than `tolerance`
+    /// (relative).
+    pub fn new(held: Vec<bool>, tolerance: f64) -> Self {
+        LevenbergMarquardt { held, damping: 1e-3, growth: 2.0, here: None, tolerance, converged: false, stop: Arc::default() }
+    }
+
+    /// Sets the flag that ends the solver after the current step.
+    pub fn with_stop_flag(mut self, stop: Arc<AtomicBool>) -> Self {
+        self.stop = stop;
+        self
+    }
+
     /// Returns the coordinates that may move: neither held nor pushed out of the cube at a face.
     fn active(&self, place: &[f64], normal: &NormalEquations) -> Vec<usize> {
         let moves = |i: &usize| {
@@ -141,36 +177,6 @@ impl LevenbergMarquardt {
         });
         step.map_or(f64::INFINITY, |step| slope.dot(&step))
     }
-
-    /// Makes one step from a place, unless it does not reduce χ², and adapts the damping.
-    fn iterate<P: LeastSquares + ?Sized>(&mut self, problem: &P, here: &mut Polished) {
-        let before = here.normal.chi_square;
-        let stepped = self.step(&here.place, &here.normal);
-        let least_gain = self.tolerance * before.max(f64::MIN_POSITIVE);
-        let Some((next, predicted)) = stepped.filter(|(_, predicted)| *predicted > least_gain) else {
-            // Either a minimum, or a step distorted by faces and damping; then a shorter step, closer to the gradient, is tried.
-            self.converged = self.remaining_gain(&here.place, &here.normal) <= least_gain || self.damping > 1e12;
-            self.damping = (self.damping * self.growth).max(1e-3);
-            self.growth *= 2.0;
-            return;
-        };
-        let after = problem.chi_square(&next);
-        here.evaluations += 1;
-        let gain = (before - after) / predicted;
-        if gain > 1e-4 && after.is_finite() {
-            let normal = problem.normal(&next);
-            here.evaluations += 1;
-            self.converged =
-                before - after <= self.tolerance * before && self.remaining_gain(&next, &normal) <= 10.0 * self.tolerance * after;
-            self.damping = (self.damping * (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(1.0 / 3.0, 2.0)).max(1e-12);
-            self.growth = 2.0;
-            (here.place, here.normal) = (next, normal);
-            return;
-        }
-        self.damping *= self.growth;
-        self.growth *= 2.0;
-        self.converged = self.damping > 1e12;
-    }
 }
 
 impl NormalEquations {
@@ -219,6 +225,64 @@ fn within(longest: f64, solve: impl Fn(f64) -> Option<DVector<f64>>) -> Option<D
     }
 }
 
+impl<O> Solver<O, PolishState> for LevenbergMarquardt
+where
+    O: CostFunction<Param = Vec<f64>, Output = f64> + Jacobian<Param = Vec<f64>, Jacobian = NormalEquations>,
+{
+    fn name(&self) -> &str {
+        "bounded Levenberg–Marquardt"
+    }
+
+    fn init(&mut self, problem: &mut Problem<O>, state: PolishState) -> Result<(PolishState, Option<KV>), Error> {
+        let start: Vec<f64> = state.get_param().cloned().unwrap_or_default().iter().map(|x: &f64| x.clamp(0.0, 1.0)).collect();
+        let normal = problem.jacobian(&start)?;
+        let cost = normal.chi_square;
+        self.here = Some((start.clone(), normal));
+        Ok((state.param(start).cost(cost), None))
+    }
+
+    fn next_iter(&mut self, problem: &mut Problem<O>, state: PolishState) -> Result<(PolishState, Option<KV>), Error> {
+        let Some((place, normal)) = self.here.take() else {
+            self.converged = true;
+            return Ok((state, None));
+        };
+        let before = normal.chi_square;
+        let stepped = self.step(&place, &normal);
+        let least_gain = self.tolerance * before.max(f64::MIN_POSITIVE);
+        let Some((next, predicted)) = stepped.filter(|(_, predicted)| *predicted > least_gain) else {
+            // Either a minimum, or a step distorted by faces and damping; then a shorter step, closer to the gradient, is tried.
+            self.converged = self.remaining_gain(&place, &normal) <= least_gain || self.damping > 1e12;
+            self.damping = (self.damping * self.growth).max(1e-3);
+            self.growth *= 2.0;
+            self.here = Some((place.clone(), normal));
+            return Ok((state.param(place).cost(before), None));
+        };
+        let after = problem.cost(&next)?;
+        let gain = (before - after) / predicted;
+        if gain > 1e-4 && after.is_finite() {
+            let normal = problem.jacobian(&next)?;
+            self.converged =
+                before - after <= self.tolerance * before && self.remaining_gain(&next, &normal) <= 10.0 * self.tolerance * after;
+            self.damping = (self.damping * (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(1.0 / 3.0, 2.0)).max(1e-12);
+            self.growth = 2.0;
+            self.here = Some((next.clone(), normal));
+            return Ok((state.param(next).cost(after), None));
+        }
+        self.damping *= self.growth;
+        self.growth *= 2.0;
+        self.converged = self.damping > 1e12;
+        self.here = Some((place.clone(), normal));
+        Ok((state.param(place).cost(before), None))
+    }
+
+    fn terminate(&mut self, _state: &PolishState) -> TerminationStatus {
+        if self.stop.load(Ordering::Relaxed) {
+            return TerminationStatus::Terminated(TerminationReason::Interrupt);
+        }
+        if self.converged { TerminationStatus::Terminated(TerminationReason::SolverConverged) } else { TerminationStatus::NotTerminated }
+    }
+}
+
 /// Result of a local optimisation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polished {
@@ -233,7 +297,13 @@ pub struct Polished {
 }
 
 /// Minimises χ² from a place, with some coordinates held.
-pub fn least_squares<P: LeastSquares + ?Sized>(problem: &P, start: &[f64], held: &[bool], iterations: u64, stop: &AtomicBool) -> Polished {
+pub fn least_squares<P: LeastSquares + ?Sized>(
+    problem: &P,
+    start: &[f64],
+    held: &[bool],
+    iterations: u64,
+    stop: &Arc<AtomicBool>,
+) -> Polished {
     least_squares_within(problem, start, held, (iterations, 1e-9), stop)
 }
 
@@ -243,21 +313,25 @@ pub fn least_squares_within<P: LeastSquares + ?Sized>(
     start: &[f64],
     held: &[bool],
     (iterations, tolerance): (u64, f64),
-    stop: &AtomicBool,
+    stop: &Arc<AtomicBool>,
 ) -> Polished {
     let held = if held.is_empty() { vec![false; start.len()] } else { held.to_vec() };
-    let mut solver = LevenbergMarquardt { held, damping: 1e-3, growth: 2.0, tolerance, converged: false };
-    let place: Vec<f64> = start.iter().map(|x| x.clamp(0.0, 1.0)).collect();
-    let mut here = Polished { normal: problem.normal(&place), place, evaluations: 1, converged: false };
-    let stopped = || stop.load(Ordering::Relaxed);
-    for _ in 0..iterations {
-        if stopped() || solver.converged {
-            break;
+    let solver = LevenbergMarquardt::new(held, tolerance).with_stop_flag(Arc::clone(stop));
+    let run = Executor::new(Problemwise(problem), solver)
+        .configure(|state| state.param(start.to_vec()).max_iters(iterations).counting(true))
+        .timer(false)
+        .run();
+    match run {
+        Ok(mut result) => {
+            let counts = &result.problem.counts;
+            let evaluations = ["cost_count", "jacobian_count"].iter().filter_map(|k| counts.get(*k)).sum();
+            let converged = matches!(result.state.get_termination_reason(), Some(TerminationReason::SolverConverged));
+            let (place, normal) = result.solver.here.take().unwrap_or_else(|| (start.to_vec(), problem.normal(start)));
+            Polished { place, normal, evaluations, converged }
         }
-        solver.iterate(problem, &mut here);
+        // A `LeastSquares` problem returns no errors; the start is the fallback.
+        Err(_) => Polished { place: start.to_vec(), normal: problem.normal(start), evaluations: 1, converged: false },
     }
-    here.converged = solver.converged && !stopped();
-    here
 }
 
 #[cfg(test)]
@@ -284,7 +358,7 @@ mod tests {
     }
 
     fn run(start: &[f64], held: &[bool]) -> Polished {
-        least_squares(&Valley, start, held, 200, &AtomicBool::default())
+        least_squares(&Valley, start, held, 200, &Arc::default())
     }
 
     #[test]
@@ -343,7 +417,7 @@ mod tests {
     #[test]
     fn limit_a_valley_that_leaves_the_square_is_followed_to_the_face() {
         for start in [[0.5, 0.1], [0.0, 0.0], [0.1, 0.9], [0.99, 0.01]] {
-            let found = least_squares(&Slanted, &start, &[], 200, &AtomicBool::default());
+            let found = least_squares(&Slanted, &start, &[], 200, &Arc::default());
             assert!(found.converged && found.place[0] == 1.0, "{found:?}");
             assert!((found.normal.chi_square - 116.64).abs() < 0.01, "{found:?}");
         }
@@ -351,7 +425,7 @@ mod tests {
 
     #[test]
     fn limit_a_minimum_outside_the_square_is_reached_at_the_face() {
-        let found = least_squares(&Outside, &[0.9, 0.9], &[], 100, &AtomicBool::default());
+        let found = least_squares(&Outside, &[0.9, 0.9], &[], 100, &Arc::default());
         assert!(found.converged && found.place[0] == 0.0 && (found.normal.chi_square - 1.0).abs() < 1e-9, "{found:?}");
     }
 }

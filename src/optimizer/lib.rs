@@ -1,7 +1,8 @@
 //! Minimisation of a function on the unit cube, independent of drives and data.
 //!
-//! The global search is a differential evolution. The local optimisation is the simplex of Nelder and Mead, or for sums of squares a bounded
-//! Levenberg–Marquardt. Nearly linear predictions use a bounded Gauss–Newton. Random numbers are drawn sequentially and costs are evaluated in parallel, so that the result does not depend on the number of threads.
+//! The global search is a differential evolution written as an argmin [`Solver`](argmin::core::Solver). The local optimisation is argmin's
+//! Nelder–Mead, or for sums of squares a bounded Levenberg–Marquardt. Nearly linear predictions use a bounded Gauss–Newton. Random numbers
+//! are drawn sequentially and costs are evaluated in parallel, so that the result does not depend on the number of threads.
 
 mod differential_evolution;
 mod gauss_newton;
@@ -9,8 +10,9 @@ mod least_squares;
 mod polish;
 mod search;
 
+pub use differential_evolution::{DifferentialEvolution, Strategy, Trial};
 pub use gauss_newton::{Coordinate, GaussNewton, GaussNewtonError, GaussNewtonFit, PredictionFunction, nonzero_columns};
-pub use least_squares::{LeastSquares, NormalEquations, Polished, least_squares, least_squares_within};
+pub use least_squares::{LeastSquares, LevenbergMarquardt, NormalEquations, Polished, least_squares, least_squares_within};
 pub use polish::simplex;
 pub use search::{SearchResult, SearchSettings, search};
 

@@ -7,6 +7,7 @@ use dynamics::model::RodModel;
 use identification::objective::{FrfSettings, ModeSettings, Objective};
 use identification::{IdentificationSettings, REPEATS};
 use measurement::MeasurementSet;
+use optimizer::Strategy;
 use report::vocabulary::ObjectiveKind;
 
 /// Numbers of masses per rod of the lumped model.
@@ -106,6 +107,7 @@ impl Settings {
             frozen: self.freeze.clone(),
             seed: self.seed,
             repeats: self.repeats,
+            strategy: Strategy::CurrentToPbest,
             frf: self.fits_frfs(set).then_some(frf),
             near: None,
             profile: true,
