@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::diagnosis::{DiagnosisDocument, candidates_text, estimated_text, gap_text, verdict_text};
+use super::diagnosis::DiagnosisDocument;
+use super::diagnosis_text::{candidates_text, estimated_text, gap_text, verdict_text};
 pub use super::motion_row::{
     ChannelRow, CurveRow, LearnableRow, MeasuringChainRow, MisfitRow, MotionRecordRow, MotionRows, PreprocessingRow, TraceRow,
     TransmissionRow,

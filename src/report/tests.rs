@@ -67,7 +67,7 @@ fn a_diagnosis_as_text() {
         "verdict": { "kind": "effect", "effects": ["rotor-hold"], "confirmed": true, "reason": "It predicts the held-out positions.",
                      "next_measurement": "strike at the rotor", "band_hz": [20.0, 90.0] },
     }));
-    assert_snapshot!(diagnosis::diagnosis_text(&found));
+    assert_snapshot!(diagnosis_text(&found));
 }
 
 #[test]

@@ -7,7 +7,8 @@ use plotly::{Bar, HeatMap, Scatter};
 use super::chart::{Chart, Switches, axis, colour, layout, line, log_axis};
 use super::curve::{self, PageCurve};
 use super::text::{TextTable, cell, escape, paragraph, rounded};
-use crate::diagnosis::{DiagnosisDocument, EffectRow, combination_text, effect_ids, interval_text, is_undetermined};
+use crate::diagnosis::{DiagnosisDocument, EffectRow, combination_text, effect_ids};
+use crate::diagnosis_text::{interval_text, is_undetermined};
 use crate::terminal::{figure, listed, percent, probability, share_closed, unit};
 use crate::vocabulary::{EffectStatus, VerdictKind};
 
