@@ -132,12 +132,13 @@ const SIMULATIONS: [Group; 2] = [("Structure", &["modes", "frf", "stiffness"]), 
 
 /// The command line, with commands listed by heading.
 pub fn command() -> clap::Command {
-    let root = Arguments::command().term_width(report::width().min(HELP_WIDTH));
-    grouped(root, &COMMANDS).mut_subcommand("simulate", |command| grouped(command.disable_help_subcommand(true), &SIMULATIONS))
+    grouped(Arguments::command(), &COMMANDS)
+        .mut_subcommand("simulate", |command| grouped(command.disable_help_subcommand(true), &SIMULATIONS))
 }
 
 /// Lists the commands below a command by heading in its help.
 pub fn grouped(command: clap::Command, groups: &[Group]) -> clap::Command {
+    let command = command.term_width(report::width().min(HELP_WIDTH));
     let header = *command.get_styles().get_header();
     let name = command.get_styles().get_literal();
     let line = |id: &&str| {

@@ -21,6 +21,8 @@ pub fn requested(words: &[OsString]) -> Option<&[OsString]> {
     match (word(0), word(1)) {
         ("lab", _) => Some(&words[1..]),
         ("simulate", name) if SIMULATIONS.contains(&name) => Some(&words[1..]),
+        // The schema `machine` is that of a machine file, not of the laboratory's records.
+        ("schema", "machine") => None,
         ("schema", name) if COMMANDS.iter().chain(&SIMULATIONS).any(|moved| *moved == name) => Some(words),
         (name, _) if COMMANDS.contains(&name) => Some(words),
         _ => None,

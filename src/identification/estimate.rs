@@ -42,9 +42,7 @@ pub(super) fn estimate<P: Problem>(
 ) -> Result<Identification, ObjectiveError> {
     let free = problem.free().to_vec();
     if free.is_empty() {
-        let place = problem.start_near(&Place(Vec::new()));
-        let (values, gain) = (problem.values(&place), problem.gain_at(&place));
-        return Ok(evaluated(problem, machine, (place, values, gain)));
+        return Ok(evaluated(problem, machine, problem.start_near(&Place(Vec::new()))));
     }
     let found = match &plan.near {
         Some(near) => polished_from_nearby(problem, near, plan, control),
@@ -67,7 +65,6 @@ pub(super) fn estimate<P: Problem>(
         basins = control.cached("weakened", || refined_basins(inflated, basins, CHI_SQUARE_95, control));
     }
     let mut place = basins[0].place.clone();
-    let (mut values, mut gain) = (problem.values(&place), problem.gain_at(&place));
     let has_intervals = problem.is_likelihood();
     let profiled = has_intervals && plan.profile;
     let inflation = if inflated.is_some() { 1.0 } else { misfit * correlation_factor };
@@ -86,7 +83,6 @@ pub(super) fn estimate<P: Problem>(
     if inflated.is_some() || wider.is_none() {
         // A profile may have met a deeper minimum.
         place = basins[0].place.clone();
-        (values, gain) = (problem.values(&place), problem.gain_at(&place));
     }
     let (chi_square, misfit, correlation_factor) = if inflated.is_some() { misfit_at(&place) } else { first };
     let combinations =
@@ -100,7 +96,7 @@ pub(super) fn estimate<P: Problem>(
     let bootstraps = bootstraps(problem, &place, (plan.bootstrap, plan.seed), control);
     let mut warnings = shortage(problem.observations(), best.len());
     let kind = (has_intervals, misfit * correlation_factor);
-    let (estimates, at_bounds) = parameter_estimates(machine, &free, &place, &values, &regions, &certainty, kind);
+    let (estimates, at_bounds) = parameter_estimates(machine, &free, &place, &problem.values(&place), &regions, &certainty, kind);
     warnings.extend(at_bounds);
     let gain_column = problem.gain_column();
     let gain_interval95 = gain_column.filter(|_| has_intervals).map(|_| gain_interval(&regions[free.len()]));
@@ -131,7 +127,7 @@ pub(super) fn estimate<P: Problem>(
         basins,
         complete,
         warnings,
-        ..evaluated(problem, machine, (place, values, gain))
+        ..evaluated(problem, machine, place)
     })
 }
 
@@ -285,7 +281,8 @@ fn hull(region: &Region) -> (f64, f64) {
 const EXCESS: f64 = 4.0;
 
 /// Returns the result of an objective evaluated at coordinates with these values and gain, without a fit.
-fn evaluated<P: Problem>(problem: &P, machine: &Machine, (place, values, gain): (Place, ParameterValues, f64)) -> Identification {
+fn evaluated<P: Problem>(problem: &P, machine: &Machine, place: Place) -> Identification {
+    let values = problem.values(&place);
     let free = problem.free().to_vec();
     let nothing = certainty(&DMatrix::zeros(0, 0), 1.0);
     Identification {
@@ -294,7 +291,7 @@ fn evaluated<P: Problem>(problem: &P, machine: &Machine, (place, values, gain): 
         tolerances: Vec::new(),
         channels: Vec::new(),
         basins: Vec::new(),
-        gain: AmplitudeFit { gain, count: 0 },
+        gain: AmplitudeFit { gain: problem.gain_at(&place), count: 0 },
         cost: problem.cost(&place),
         evaluations: 0,
         repeats: Vec::new(),

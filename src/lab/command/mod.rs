@@ -25,7 +25,7 @@ use cli::{Group, grouped};
     version,
     propagate_version = true,
     disable_help_subcommand = true,
-    after_help = "«jointid lab COMMAND --help» explains a command."
+    after_help = "Example:\n  jointid lab withheld --out blind --cases quick\n\n«jointid lab COMMAND --help» explains a command."
 )]
 struct Arguments {
     /// Command to run
