@@ -68,7 +68,7 @@ fn end() -> ! {
     std::process::exit(3);
 }
 
-/// Lets Ctrl-C end the command: work that looks at [`stop_flag`] stops and delivers what it has found, within [`DELIVERY`]; other work ends at once,
+/// Lets Ctrl-C end the command: work that looks at [`stop_flag`] stops and delivers what it has found, within `DELIVERY`; other work ends at once,
 /// and so does any at a second Ctrl-C.
 pub fn watch_ctrl_c() {
     // Where no handler can be set, Ctrl-C ends the process as usual.

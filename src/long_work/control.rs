@@ -120,7 +120,7 @@ impl Control {
         self.journal.as_ref()?.read(&format!("{}{piece}", self.part))
     }
 
-    /// Returns a function that keeps the states of a piece of work, at most one per [`BETWEEN_STATES`].
+    /// Returns a function that keeps the states of a piece of work, at most one per `BETWEEN_STATES`.
     pub fn states<T: Serialize>(&self, piece: &str) -> impl FnMut(&T) + use<T> {
         let (journal, name) = (self.journal.clone(), format!("{}{piece}", self.part));
         let mut last = Instant::now();

@@ -30,7 +30,8 @@ impl Study {
         self.add_channels(made?)
     }
 
-    /// Adds the extra channels of the set's records to their preprocessed motions. Returns as [`Study::preprocess_all`].
+    /// Adds the extra channels of the set's records to their preprocessed motions. Returns them with the rigid machine and the
+    /// warnings about their columns.
     pub fn add_channels(&self, made: Vec<MotionSignal>) -> StudyResult<(Vec<MotionSignal>, Rigid, Vec<String>)> {
         let rigid = self.rigid_model()?;
         let machine = &self.config.machine;
