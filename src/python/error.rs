@@ -28,8 +28,7 @@ pub fn argument(key: &str, fault: &str) -> PyErr {
 ///
 /// # Errors  the word is unknown; the message lists those that there are.
 pub fn word<T: DeserializeOwned>(key: &str, given: Option<&str>) -> PyResult<Option<T>> {
-    let read = given.map(report::vocabulary::word).transpose();
-    read.map_err(|error| argument(key, &format!("{error}; write one of them")))
+    given.map(report::vocabulary::word).transpose().map_err(|error| argument(key, &error.to_string()))
 }
 
 /// Makes the exception of a fault inside the extension.

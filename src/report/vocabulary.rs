@@ -4,8 +4,10 @@ use std::fmt;
 
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
-use serde::de::value::{Error, StrDeserializer};
+use serde::de::value::StrDeserializer;
 use serde::{Deserialize, Serialize};
+
+use super::terminal::listed;
 
 /// What a fit did with a position or record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -157,17 +159,40 @@ macro_rules! written_as_in_json {
 
 written_as_in_json!(Role, ObjectiveKind, VerdictKind, EffectStatus, Direction);
 
+/// A word that a vocabulary lacks; its text names the words that there are.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{0}")]
+pub struct UnknownWord(String);
+
+impl serde::de::Error for UnknownWord {
+    fn custom<T: fmt::Display>(fault: T) -> Self {
+        UnknownWord(fault.to_string())
+    }
+
+    fn unknown_variant(word: &str, known: &'static [&'static str]) -> Self {
+        let known: Vec<String> = known.iter().map(ToString::to_string).collect();
+        UnknownWord(format!("is «{word}»; write {}", listed(&known, "or")))
+    }
+}
+
 /// Reads a word of a closed vocabulary.
 ///
 /// # Errors
 /// Names the word and those that there are.
-pub fn word<T: DeserializeOwned>(text: &str) -> Result<T, Error> {
+pub fn word<T: DeserializeOwned>(text: &str) -> Result<T, UnknownWord> {
     T::deserialize(StrDeserializer::new(text))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn refuse_a_word_that_a_vocabulary_lacks() {
+        let fault = |text: &str| word::<Role>(text).unwrap_err().to_string();
+        assert_eq!(fault("kept"), "is «kept»; write fit or held_out");
+        assert_eq!(word::<DataKind>("uff").unwrap_err().to_string(), "is «uff»; write frf, modes or motion");
+    }
 
     #[test]
     fn words_are_those_of_the_documents() {
