@@ -2,16 +2,16 @@
 #![cfg(unix)]
 
 use std::fs;
-use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 /// Copies the command into a folder, and a script as the laboratory's program beside it.
+///
+/// Another process writes both: a file that this one holds open for writing could not be started while another test starts a program.
 fn with_script(folder: &Path, script: &str) {
-    fs::copy(env!("CARGO_BIN_EXE_jointid"), folder.join("jointid")).unwrap();
-    let laboratory = folder.join("jointid-lab");
-    fs::write(&laboratory, format!("#!/bin/sh\n{script}\n")).unwrap();
-    fs::set_permissions(&laboratory, fs::Permissions::from_mode(0o755)).unwrap();
+    let write = "cp \"$1\" jointid && printf '#!/bin/sh\\n%s\\n' \"$2\" > jointid-lab && chmod 755 jointid-lab";
+    let words = ["-c", write, "sh", env!("CARGO_BIN_EXE_jointid"), script];
+    assert!(Command::new("sh").args(words).current_dir(folder).status().unwrap().success());
 }
 
 /// The command of a folder, started outside Cargo.
@@ -67,11 +67,12 @@ fn former_names_are_forwarded_with_the_new_one() {
     assert!(of("simulate modes").0.contains("frequency Hz"));
 }
 
-/// Ctrl-C reaches the laboratory's program, and its end is that of the command.
+/// Ctrl-C reaches the laboratory's program, and its end is that of the command. A script that was started with Ctrl-C ignored cannot trap it, hence `env`.
+#[cfg(target_os = "linux")]
 #[test]
 fn an_interrupt_passes_through() {
     let folder = tempfile::tempdir().unwrap();
-    with_script(folder.path(), "trap 'exit 3' INT; echo ready; while :; do sleep 0.05; done");
+    with_script(folder.path(), "exec env --default-signal=INT sh -c \"trap 'exit 3' INT; echo ready; while :; do sleep 0.05; done\"");
     let mut child = jointid(folder.path()).args(["lab", "machine"]).stdout(Stdio::piped()).spawn().unwrap();
     let mut line = String::new();
     std::io::BufRead::read_line(&mut std::io::BufReader::new(child.stdout.take().unwrap()), &mut line).unwrap();

@@ -189,8 +189,7 @@ mod tests {
 
     #[test]
     fn refuse_a_word_that_a_vocabulary_lacks() {
-        let fault = |text: &str| word::<Role>(text).unwrap_err().to_string();
-        assert_eq!(fault("kept"), "is «kept»; write fit or held_out");
+        assert_eq!(word::<Role>("hold").unwrap_err().to_string(), "is «hold»; write fit or held_out");
         assert_eq!(word::<DataKind>("uff").unwrap_err().to_string(), "is «uff»; write frf, modes or motion");
     }
 
@@ -202,6 +201,5 @@ mod tests {
         assert_eq!(serde_json::to_value(ObjectiveKind::Eq26).unwrap(), json("eq26"));
         assert_eq!(format!("{} {:>8}", VerdictKind::WrongParameter, Role::HeldOut), "wrong-parameter held_out");
         assert_eq!(word::<ObjectiveKind>("inverse-dynamics"), Ok(ObjectiveKind::InverseDynamics));
-        assert!(word::<Role>("hold").unwrap_err().to_string().contains("`hold`, expected `fit` or `held_out`"));
     }
 }
