@@ -171,7 +171,8 @@ impl serde::de::Error for UnknownWord {
 
     fn unknown_variant(word: &str, known: &'static [&'static str]) -> Self {
         let known: Vec<String> = known.iter().map(ToString::to_string).collect();
-        UnknownWord(format!("is «{word}»; write {}", listed(&known, "or")))
+        let what = if known.len() > 4 { format!("one of {}", known.join(", ")) } else { listed(&known, "or") };
+        UnknownWord(format!("is «{word}»; write {what}"))
     }
 }
 
