@@ -1,9 +1,9 @@
 //! Scaling of computing time with problem size: `cargo bench --bench growth [-- [WORD] [--threads N]]`.
 //!
-//! Each row of the table is one kind of work in increasing sizes. All sizes run in turn, several times. The time of a size is the least of
-//! its runs, which other load on the machine disturbs least. The exponent is d ln t / d ln n, by least squares over all sizes, and between
-//! the two largest; 1 is linear. A WORD selects the rows whose name contains it. The default is one thread, so that the time scales with
-//! the work.
+//! Each row of the table is one kind of work in increasing sizes. All sizes run in turn, several times. The
+//! time of a size is the least of its runs, which other load on the machine disturbs least. The exponent is d
+//! ln t / d ln n, by least squares over all sizes, and between the two largest; 1 is linear. A WORD selects
+//! the rows whose name contains it. The default is one thread, so that the time scales with the work.
 
 mod support;
 
@@ -29,7 +29,9 @@ use optimizer::{Cost, LeastSquares, SearchSettings, search};
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use support::simulated_frfs;
-use universal_files::{Abscissa, ByteOrder, Encoding, NodeLocation, RecordAxis, UniversalRecord, UniversalWriter, read};
+use universal_files::{
+    Abscissa, ByteOrder, Encoding, NodeLocation, RecordAxis, UniversalRecord, UniversalWriter, read,
+};
 
 /// Limits of the runs of a size: total time, and number of runs.
 const RUN_LIMITS: (Duration, usize) = (Duration::from_millis(100), 1000);
@@ -58,7 +60,8 @@ fn exponent(times: &[(usize, f64)]) -> f64 {
     let logs: Vec<(f64, f64)> = times.iter().map(|(n, t)| ((*n as f64).ln(), t.ln())).collect();
     let mean = |of: fn(&(f64, f64)) -> f64| logs.iter().map(of).sum::<f64>() / logs.len() as f64;
     let (x, y) = (mean(|l| l.0), mean(|l| l.1));
-    logs.iter().map(|l| (l.0 - x) * (l.1 - y)).sum::<f64>() / logs.iter().map(|l| (l.0 - x).powi(2)).sum::<f64>()
+    logs.iter().map(|l| (l.0 - x) * (l.1 - y)).sum::<f64>()
+        / logs.iter().map(|l| (l.0 - x).powi(2)).sum::<f64>()
 }
 
 /// Table of the selected rows, printed as they are measured.
@@ -117,8 +120,12 @@ fn chain_of_masses(points: usize, parameters: usize) -> Machine {
     let mut text = "title = \"a chain of masses\"\n".to_string();
     for i in 0..points {
         let name = if i + 1 == points { "table".into() } else { format!("p{i}") };
-        writeln!(text, "[[point]]\nname = \"{name}\"\nmotion = \"translation\"\nmass_kg = {}", 2.0 + i as f64 / 8.0)
-            .expect("a string accepts text");
+        writeln!(
+            text,
+            "[[point]]\nname = \"{name}\"\nmotion = \"translation\"\nmass_kg = {}",
+            2.0 + i as f64 / 8.0
+        )
+        .expect("a string accepts text");
     }
     let name = |i: usize| if i + 1 == points { "table".into() } else { format!("p{i}") };
     let springs = parameters / 2;
@@ -150,14 +157,16 @@ fn chain_of_masses(points: usize, parameters: usize) -> Machine {
 /// Computes the modes of a machine at its start values, at nut positions of the bench.
 fn simulated_modes(machine: &Machine, count: usize) -> MeasurementSet {
     let table = machine.point("table").expect("the machine has a table");
-    let structure = Arc::new(Structure::new(machine, table, table, RodModel::Exact).expect("the table can move"));
+    let structure =
+        Arc::new(Structure::new(machine, table, table, RodModel::Exact).expect("the table can move"));
     let (mut network, mut work) = (structure.empty_model(), structure.workspace());
     let mut set = simulated_frfs(machine, ("table", "table"), &nuts_m(count), &[100.0]);
     set.frfs.clear();
     set.quantity = Some(Quantity::Mobility);
     set.gain = Gain::Unknown;
     (set.response, set.excitation) = (Some("table".into()), Some("table".into()));
-    let band = PeakSearch { from_hz: 10.0, to_hz: 1000.0, precision: 1e-7, omega_power: Quantity::Mobility.power() };
+    let band =
+        PeakSearch { from_hz: 10.0, to_hz: 1000.0, precision: 1e-7, omega_power: Quantity::Mobility.power() };
     let observed = |position: usize| -> Vec<ModeObservation> {
         network.update(machine, &machine.start(), &Operating::at(set.positions[position].nut_m));
         let peaks = peaks(&network, band, &mut work);
@@ -168,7 +177,11 @@ fn simulated_modes(machine: &Machine, count: usize) -> MeasurementSet {
         };
         peaks.iter().enumerate().map(observation).collect()
     };
-    set.modes = Some(ModeTable { positions: (0..count).map(observed).collect(), resolution_hz: Some(1.0), ..ModeTable::default() });
+    set.modes = Some(ModeTable {
+        positions: (0..count).map(observed).collect(),
+        resolution_hz: Some(1.0),
+        ..ModeTable::default()
+    });
     set
 }
 
@@ -180,7 +193,11 @@ fn one_frf(machine: &Machine, lines: usize) -> MeasurementSet {
 /// Measures the time of one generation of the default differential evolution (s).
 fn generation_seconds(cost: &impl Cost) -> f64 {
     const GENERATIONS: u64 = 4;
-    let settings = SearchSettings { generations: GENERATIONS, spread: 0.0, ..SearchSettings::for_dimension(cost.dimension(), 1) };
+    let settings = SearchSettings {
+        generations: GENERATIONS,
+        spread: 0.0,
+        ..SearchSettings::for_dimension(cost.dimension(), 1)
+    };
     // The initial population counts as a generation.
     least_seconds(|| search(cost, settings, &Control::default())) / (GENERATIONS + 1) as f64
 }
@@ -212,8 +229,12 @@ fn normal_seconds(machine: &Machine, set: &MeasurementSet) -> f64 {
 /// Measures the time of one search (s), without profile intervals, whose cost scales differently.
 fn identify_seconds(machine: &Machine, set: &MeasurementSet, frf: bool) -> f64 {
     let (fit, held_out) = set.split(None, &[]).expect("the split is valid");
-    let plan =
-        IdentificationSettings { repeats: 1, profile: false, frf: frf.then(FrfSettings::default), ..IdentificationSettings::default() };
+    let plan = IdentificationSettings {
+        repeats: 1,
+        profile: false,
+        frf: frf.then(FrfSettings::default),
+        ..IdentificationSettings::default()
+    };
     let begin = Instant::now();
     let found = identify(machine, &fit, &held_out, &plan, &Control::default());
     black_box(&found).as_ref().expect("the identification succeeds");
@@ -227,7 +248,13 @@ fn universal(records: usize, lines: usize, encoding: Encoding) -> Vec<u8> {
         let place = NodeLocation { node, direction: 3, ..NodeLocation::default() };
         let values = (0..lines).map(|i| Complex64::new(1e-7 / (1.0 + i as f64), -1e-9 * i as f64)).collect();
         let abscissa = Abscissa::Even { first: 0.0, step: 0.25, count: lines };
-        let record = UniversalRecord::frequency_response(place.clone(), place, RecordAxis::new(8, "Displacement", "m"), abscissa, values);
+        let record = UniversalRecord::frequency_response(
+            place.clone(),
+            place,
+            RecordAxis::new(8, "Displacement", "m"),
+            abscissa,
+            values,
+        );
         writer.record(&record, encoding).expect("the record can be written");
     }
     writer.finish().expect("the file can be finished").into_inner()
@@ -236,7 +263,8 @@ fn universal(records: usize, lines: usize, encoding: Encoding) -> Vec<u8> {
 fn receptances(table: &Table) {
     let per_line = |machine: &Machine, nut_m: Option<f64>, lines: usize| {
         let at = machine.point("table").expect("the machine has a table");
-        let structure = Arc::new(Structure::new(machine, at, at, RodModel::Exact).expect("the table can move"));
+        let structure =
+            Arc::new(Structure::new(machine, at, at, RodModel::Exact).expect("the table can move"));
         let (mut network, mut work) = (structure.empty_model(), structure.workspace());
         network.update(machine, &machine.start(), &Operating::at(nut_m));
         let omegas: Vec<f64> = frequencies_hz(lines).into_iter().map(omega_rad_s).collect();
@@ -244,8 +272,12 @@ fn receptances(table: &Table) {
             black_box(network.sweep(black_box(&omegas), &mut work));
         })
     };
-    table.row("receptance", "lines of the bench", &[100, 1000, 10_000, 100_000], |n| per_line(&bench(), Some(1.0), n));
-    table.row("receptance, 1,000 lines", "points", &[4, 8, 16, 32, 64], |n| per_line(&chain_of_masses(n, 4), None, 1000));
+    table.row("receptance", "lines of the bench", &[100, 1000, 10_000, 100_000], |n| {
+        per_line(&bench(), Some(1.0), n)
+    });
+    table.row("receptance, 1,000 lines", "points", &[4, 8, 16, 32, 64], |n| {
+        per_line(&chain_of_masses(n, 4), None, 1000)
+    });
 }
 
 fn objectives(table: &Table) {
@@ -258,7 +290,10 @@ fn objectives(table: &Table) {
         })
     });
     table.row("objective, FRFs of 1,000 lines", "positions", &positions, |n| {
-        chi_square_seconds(&machine, &simulated_frfs(&machine, ("table", "table"), &nuts_m(n), &frequencies_hz(1000)))
+        chi_square_seconds(
+            &machine,
+            &simulated_frfs(&machine, ("table", "table"), &nuts_m(n), &frequencies_hz(1000)),
+        )
     });
     let of_lines = |n: usize| simulated_frfs(&machine, ("table", "table"), &[Some(1.0)], &frequencies_hz(n));
     let lines = [100, 1000, 10_000, 100_000];
@@ -273,10 +308,15 @@ fn objectives(table: &Table) {
         let machine = chain_of_masses(n, 4);
         normal_seconds(&machine, &one_frf(&machine, 1000))
     });
-    table.row("normal equations, one FRF of 1,000 lines, 16 points", "free parameters", &[4, 8, 12, 16], |n| {
-        let machine = chain_of_masses(16, n);
-        normal_seconds(&machine, &one_frf(&machine, 1000))
-    });
+    table.row(
+        "normal equations, one FRF of 1,000 lines, 16 points",
+        "free parameters",
+        &[4, 8, 12, 16],
+        |n| {
+            let machine = chain_of_masses(16, n);
+            normal_seconds(&machine, &one_frf(&machine, 1000))
+        },
+    );
 }
 
 fn generations(table: &Table) {
@@ -307,10 +347,12 @@ fn identifications(table: &Table) {
     });
 }
 
-/// Times diagnoses of the bench described without its rotor hold. The null distribution is simulated beforehand, as the command caches it.
+/// Times diagnoses of the bench described without its rotor hold. The null distribution is simulated
+/// beforehand, as the command caches it.
 fn diagnoses(table: &Table) {
     let without = ["rotor-hold".to_string()];
-    let machine = read_machine("configs/tian.toml", &[], &without).expect("the bench's machine is valid").machine;
+    let machine =
+        read_machine("configs/tian.toml", &[], &without).expect("the bench's machine is valid").machine;
     let set = read_set("measurements/tian").expect("the bench's measurements are valid");
     let (fit, held_out) = set.split(None, &[]).expect("the split is valid");
     let library = effect_library().expect("the library is valid");
@@ -318,17 +360,20 @@ fn diagnoses(table: &Table) {
     let run = |effects: usize, settings: &DiagnosisSettings| {
         let begin = Instant::now();
         let found =
-            diagnose(&machine, &library[..effects], &fitter, &held_out, settings, &Control::default()).expect("the diagnosis succeeds");
+            diagnose(&machine, &library[..effects], &fitter, &held_out, settings, &Control::default())
+                .expect("the diagnosis succeeds");
         (begin.elapsed().as_secs_f64(), found.null)
     };
     // The null distribution of all effects, once: the row shows the cost of a diagnosis that reuses it.
     let mut null = None;
     table.row("diagnosis, modes, null distribution known", "effects", &[1, 4, 12], |n| {
-        let known = null.get_or_insert_with(|| run(12, &DiagnosisSettings { seed: 1, draws: 2, null: None }).1);
+        let known =
+            null.get_or_insert_with(|| run(12, &DiagnosisSettings { seed: 1, draws: 2, null: None }).1);
         run(n, &DiagnosisSettings { seed: 1, draws: 2, null: Some(known.clone()) }).0
     });
     for held in [false, true] {
-        let title = format!("diagnosis, six FRFs, {}", if held { "none missing" } else { "the rotor hold missing" });
+        let title =
+            format!("diagnosis, six FRFs, {}", if held { "none missing" } else { "the rotor hold missing" });
         let mut nulls = std::collections::BTreeMap::new();
         table.row(&format!("{title}, null distribution simulated"), "lines", &[250, 1000], |n| {
             let (seconds, null) = frf_diagnosis_seconds(n, held, None);
@@ -342,12 +387,20 @@ fn diagnoses(table: &Table) {
     }
 }
 
-/// Measures a diagnosis of six FRFs of the bench with 1.4 % noise, three of them fitted, with every effect of the library.
+/// Measures a diagnosis of six FRFs of the bench with 1.4 % noise, three of them fitted, with every effect of
+/// the library.
 ///
-/// If an effect is named, the interval of its gap reduction is included. Returns the time (s) and the null distribution. The rotor of the
-/// described machine is held by the drive, as in the simulated measurement, or free.
-fn frf_diagnosis_seconds(lines: usize, held: bool, null: Option<NullDistribution>) -> (f64, NullDistribution) {
-    let read = |without: &[String]| read_machine("configs/tian.toml", &[], without).expect("the bench's machine is valid").machine;
+/// If an effect is named, the interval of its gap reduction is included. Returns the time (s) and the null
+/// distribution. The rotor of the described machine is held by the drive, as in the simulated measurement, or
+/// free.
+fn frf_diagnosis_seconds(
+    lines: usize,
+    held: bool,
+    null: Option<NullDistribution>,
+) -> (f64, NullDistribution) {
+    let read = |without: &[String]| {
+        read_machine("configs/tian.toml", &[], without).expect("the bench's machine is valid").machine
+    };
     let without = ["rotor-hold".to_string()];
     let machine = read(if held { &[] } else { &without });
     let bench = read_set("measurements/tian").expect("the bench's measurements are valid");
@@ -363,8 +416,15 @@ fn frf_diagnosis_seconds(lines: usize, held: bool, null: Option<NullDistribution
     let (library, control) = (effect_library().expect("the library is valid"), Control::default());
     let fitter = fitter(&fit, Domain::Frf(FrfSettings::default()), &[], &[]);
     let begin = Instant::now();
-    let found = diagnose(&machine, &library, &fitter, &held_out, &DiagnosisSettings { seed: 1, draws: NULL_SIMULATIONS, null }, &control)
-        .expect("the diagnosis succeeds");
+    let found = diagnose(
+        &machine,
+        &library,
+        &fitter,
+        &held_out,
+        &DiagnosisSettings { seed: 1, draws: NULL_SIMULATIONS, null },
+        &control,
+    )
+    .expect("the diagnosis succeeds");
     black_box(closed_interval(&fitter, &held_out, &found, 1, &control));
     (begin.elapsed().as_secs_f64(), found.null)
 }
@@ -375,8 +435,15 @@ fn files(table: &Table) {
             let bytes = universal(records, lines, encoding);
             least_seconds(|| read(Cursor::new(black_box(&bytes))).expect("the universal file is valid"))
         };
-        table.row(&format!("universal file, {name}, 1,000 lines"), "records", &[1, 4, 16, 64], |n| reading(n, 1000));
-        table.row(&format!("universal file, {name}, one record"), "lines", &[100, 1000, 10_000, 100_000], |n| reading(1, n));
+        table.row(&format!("universal file, {name}, 1,000 lines"), "records", &[1, 4, 16, 64], |n| {
+            reading(n, 1000)
+        });
+        table.row(
+            &format!("universal file, {name}, one record"),
+            "lines",
+            &[100, 1000, 10_000, 100_000],
+            |n| reading(1, n),
+        );
     }
 }
 
@@ -393,15 +460,24 @@ struct Arguments {
     bench: bool,
 }
 
-/// Times a sine motion of the hybrid axis: synchronous motor, current loop of 31.25 µs, backlash and friction.
+/// Times a sine motion of the hybrid axis: synchronous motor, current loop of 31.25 µs, backlash and
+/// friction.
 fn motions(table: &Table) {
-    let axis = read_machine("configs/hybrid-axis.toml", &[], &[]).expect("the shipped machine is valid").machine;
+    let axis =
+        read_machine("configs/hybrid-axis.toml", &[], &[]).expect("the shipped machine is valid").machine;
     table.row("motion of the hybrid axis", "ms", &[1000, 2500, 5000, 10_000], |milliseconds| {
-        let sine = Sine { centre: 0.0, amplitude: 0.1, frequency_hz: 0.159_15, periods: milliseconds as f64 * 0.159_15e-3 };
+        let sine = Sine {
+            centre: 0.0,
+            amplitude: 0.1,
+            frequency_hz: 0.159_15,
+            periods: milliseconds as f64 * 0.159_15e-3,
+        };
         let course = sine.course(1e-3).expect("the sine is valid");
         least_seconds(|| {
-            simulate(&axis, &axis.start(), &course, &dynamics::motion::SimulationSettings::default(), &|| true)
-                .expect("the simulation succeeds")
+            simulate(&axis, &axis.start(), &course, &dynamics::motion::SimulationSettings::default(), &|| {
+                true
+            })
+            .expect("the simulation succeeds")
         })
     });
 }
@@ -410,8 +486,13 @@ fn main() {
     let arguments = Arguments::parse();
     let table = Table { word: arguments.word };
     println!("threads: {}\n", arguments.threads);
-    println!("| work | size n | least time | exponent | exponent of the two largest |\n|---|---|---|---|---|");
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build().expect("the thread pool can be built");
+    println!(
+        "| work | size n | least time | exponent | exponent of the two largest |\n|---|---|---|---|---|"
+    );
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(arguments.threads)
+        .build()
+        .expect("the thread pool can be built");
     pool.install(|| {
         receptances(&table);
         objectives(&table);

@@ -70,7 +70,9 @@ def bench_binary():
     command = ["cargo", "bench", "--bench", "side_by_side", "--no-run", "--message-format=json"]
     output = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True).stdout
     messages = [json.loads(line) for line in output.splitlines() if line.startswith("{")]
-    return next(m["executable"] for m in messages if m.get("executable") and m["target"]["name"] == "side_by_side")
+    return next(
+        m["executable"] for m in messages if m.get("executable") and m["target"]["name"] == "side_by_side"
+    )
 
 
 def imports(rounds):
@@ -78,7 +80,9 @@ def imports(rounds):
     numpy = [sys.executable, "-c", "import numpy"]
     wall = [timed(lambda: subprocess.run(command, check=True), time.perf_counter) for _ in range(rounds)]
     bare = [timed(lambda: subprocess.run(numpy, check=True), time.perf_counter) for _ in range(rounds)]
-    print(f"import jointid: {statistics.median(wall):.3f} s of wall time, interpreter included (import numpy alone: {statistics.median(bare):.3f} s)")
+    print(
+        f"import jointid: {statistics.median(wall):.3f} s of wall time, interpreter included (import numpy alone: {statistics.median(bare):.3f} s)"
+    )
 
 
 def responses(rounds, binary):
@@ -89,21 +93,45 @@ def responses(rounds, binary):
         return timed(lambda: [found.frf(lines, nut_m=0.6, **CHANNEL) for _ in range(200)]) / 200
 
     def rust():
-        ran = subprocess.run([binary, "identified-frf", "--repeats", "200"], cwd=ROOT, capture_output=True, text=True, check=True)
+        ran = subprocess.run(
+            [binary, "identified-frf", "--repeats", "200"],
+            cwd=ROOT,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
         return json.loads(ran.stdout)["seconds"] / 200
 
-    row("FRF of the identified bench, 1,000 lines: Python against the call in Rust", in_turn(rounds, ours, rust), "≤ 1.5")
+    row(
+        "FRF of the identified bench, 1,000 lines: Python against the call in Rust",
+        in_turn(rounds, ours, rust),
+        "≤ 1.5",
+    )
 
 
 def identification(rounds):
     study = jd.Study().fit(["l1", "l3", "l5"])
-    command = [sys.executable, "-m", "jointid", "identify", "--positions", "l1,l3,l5", "--threads", "1", "--json"]
+    command = [
+        sys.executable,
+        "-m",
+        "jointid",
+        "identify",
+        "--positions",
+        "l1,l3,l5",
+        "--threads",
+        "1",
+        "--json",
+    ]
     start = of_child([sys.executable, "-m", "jointid", "effects", "rotor-hold"])
 
     def python():
         return timed(lambda: study.identify(threads=1, progress=False))
 
-    row("identification of the bench: Python against the command, less its start", in_turn(rounds, python, lambda: of_child(command) - start), "≤ 1.03")
+    row(
+        "identification of the bench: Python against the command, less its start",
+        in_turn(rounds, python, lambda: of_child(command) - start),
+        "≤ 1.03",
+    )
 
 
 def universal_files(rounds, folder):
@@ -115,8 +143,16 @@ def universal_files(rounds, folder):
     file = folder / "taps.uff"
     jd.MeasurementSet.from_arrays(frfs=records, **CHANNEL).to_uff(file)
     assert len(pyuff.UFF(str(file)).read_sets()) >= 60 and len(jd.read_uff(file).frfs) == 60
-    pairs = in_turn(rounds, lambda: timed(lambda: pyuff.UFF(str(file)).read_sets()), lambda: timed(lambda: jd.read_uff(file)))
-    row("universal file, 60 × 6,401 lines, binary: pyuff 2.5.8 against jd.read_uff, which also checks every line and estimates its noise", pairs, "")
+    pairs = in_turn(
+        rounds,
+        lambda: timed(lambda: pyuff.UFF(str(file)).read_sets()),
+        lambda: timed(lambda: jd.read_uff(file)),
+    )
+    row(
+        "universal file, 60 × 6,401 lines, binary: pyuff 2.5.8 against jd.read_uff, which also checks every line and estimates its noise",
+        pairs,
+        "",
+    )
 
 
 def modal(rounds):
@@ -141,9 +177,17 @@ def modal(rounds):
             found.stabilisation(name)
 
     pairs = in_turn(rounds, lambda: timed(theirs), lambda: timed(ours))
-    row("stabilisation diagrams of 3 × 1,590 lines to order 48: sdypy-EMA 0.31.0 against jd.peaks(…).stabilisation", pairs, "> 1")
+    row(
+        "stabilisation diagrams of 3 × 1,590 lines to order 48: sdypy-EMA 0.31.0 against jd.peaks(…).stabilisation",
+        pairs,
+        "> 1",
+    )
     pairs = in_turn(rounds, lambda: timed(theirs), lambda: timed(lambda: jd.peaks(taps)))
-    row("the same diagrams of sdypy-EMA against jd.peaks, which also chooses modes, refines and tracks them", pairs, "")
+    row(
+        "the same diagrams of sdypy-EMA against jd.peaks, which also chooses modes, refines and tracks them",
+        pairs,
+        "",
+    )
 
 
 def search(rounds):
@@ -152,9 +196,15 @@ def search(rounds):
 
     study = jd.Study().fit(["l1", "l3", "l5"])
     pairs = in_turn(
-        rounds, lambda: timed(lambda: tasks.search("refined", 15, 200, 1)), lambda: timed(lambda: study.identify(threads=1, progress=False))
+        rounds,
+        lambda: timed(lambda: tasks.search("refined", 15, 200, 1)),
+        lambda: timed(lambda: study.identify(threads=1, progress=False)),
     )
-    row("identification of the bench from modes: SciPy's differential evolution, 24,120 evaluations, against identify with intervals", pairs, "> 1")
+    row(
+        "identification of the bench from modes: SciPy's differential evolution, 24,120 evaluations, against identify with intervals",
+        pairs,
+        "> 1",
+    )
 
 
 def fleets(folder, rounds):
@@ -166,7 +216,9 @@ def fleets(folder, rounds):
         noise = generator.normal(size=(2, *values.shape)) * 0.007
         measured = dict(zip(nuts, values * (1 + noise[0] + 1j * noise[1]), strict=True))
         relative_sd = {name: np.full(lines.size, 0.01) for name in nuts}
-        sets[f"m{at:03d}"] = jd.MeasurementSet.from_arrays(lines, measured, relative_sd=relative_sd, nut_m=nuts, **CHANNEL)
+        sets[f"m{at:03d}"] = jd.MeasurementSet.from_arrays(
+            lines, measured, relative_sd=relative_sd, nut_m=nuts, **CHANNEL
+        )
 
     def seconds(workers, name):
         made = jd.Fleet(folder / name, "configs/tian.toml", sets, tolerances=False)
@@ -185,11 +237,21 @@ def fleets(folder, rounds):
         seen += [one[1], two[1]]
     row("fleet of 200 machines, wall time: one worker against two", pairs, "≥ 1.8")
     two = statistics.median(b for _, b in pairs)
-    alone = statistics.median(timed(lambda: jd.Study("configs/tian.toml", sets["m000"]).identify(tolerances=False, threads=1), time.perf_counter) for _ in range(20))
+    alone = statistics.median(
+        timed(
+            lambda: jd.Study("configs/tian.toml", sets["m000"]).identify(tolerances=False, threads=1),
+            time.perf_counter,
+        )
+        for _ in range(20)
+    )
     kept = statistics.median(seen) / 200
     each = two / 200
-    print(f"a machine: {1e3 * alone:.1f} ms alone; in the fleet on two workers {1e3 * each:.1f} ms, of which {1e3 * (each - alone / 2):.1f} ms overhead;")
-    print(f"a machine that is there already: {1e3 * kept:.2f} ms; 1,000 machines {1000 * each:.0f} s, 100,000 machines {1e5 * each / 3600:.1f} h (extrapolated)")
+    print(
+        f"a machine: {1e3 * alone:.1f} ms alone; in the fleet on two workers {1e3 * each:.1f} ms, of which {1e3 * (each - alone / 2):.1f} ms overhead;"
+    )
+    print(
+        f"a machine that is there already: {1e3 * kept:.2f} ms; 1,000 machines {1000 * each:.0f} s, 100,000 machines {1e5 * each / 3600:.1f} h (extrapolated)"
+    )
 
 
 def main():

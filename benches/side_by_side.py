@@ -29,7 +29,11 @@ from concurrent.futures import ThreadPoolExecutor
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 PINNED = {name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")}
-KEEPS_MEMORY = {"MALLOC_MMAP_THRESHOLD_": "1000000000", "MALLOC_TRIM_THRESHOLD_": "1000000000", "MALLOC_TOP_PAD_": "100000000"}
+KEEPS_MEMORY = {
+    "MALLOC_MMAP_THRESHOLD_": "1000000000",
+    "MALLOC_TRIM_THRESHOLD_": "1000000000",
+    "MALLOC_TOP_PAD_": "100000000",
+}
 LINES, POSITIONS = 1000, 3
 
 
@@ -44,7 +48,9 @@ def built():
     command = ["cargo", "bench", "--bench", "side_by_side", "--no-run", "--message-format=json"]
     output = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True).stdout
     messages = [json.loads(line) for line in output.splitlines() if line.startswith("{")]
-    return next(m["executable"] for m in messages if m.get("executable") and m["target"]["name"] == "side_by_side")
+    return next(
+        m["executable"] for m in messages if m.get("executable") and m["target"]["name"] == "side_by_side"
+    )
 
 
 class Sides:
@@ -55,17 +61,35 @@ class Sides:
 
     def ours(self, task, *arguments, repeats=1, threads=1):
         """Runs one task of benches/side_by_side.rs; `each` is the time of one evaluation."""
-        command = [self.binary, task, *map(str, arguments), "--repeats", str(repeats), "--threads", str(threads)]
+        command = [
+            self.binary,
+            task,
+            *map(str, arguments),
+            "--repeats",
+            str(repeats),
+            "--threads",
+            str(threads),
+        ]
         result = parsed(subprocess.run(command, cwd=ROOT, capture_output=True, text=True))
         if result.get("evaluations"):
-            result["each"], result["wall_each"] = (result[clock] / result["evaluations"] for clock in ("seconds", "wall"))
+            result["each"], result["wall_each"] = (
+                result[clock] / result["evaluations"] for clock in ("seconds", "wall")
+            )
         return result
 
     def theirs(self, task, pinned=True, **arguments):
         """Runs one task of benches/peers/tasks.py."""
-        environment = {k: v for k, v in os.environ.items() if k not in PINNED} | KEEPS_MEMORY | (PINNED if pinned else {})
+        environment = (
+            {k: v for k, v in os.environ.items() if k not in PINNED}
+            | KEEPS_MEMORY
+            | (PINNED if pinned else {})
+        )
         command = [sys.executable, "-B", ROOT / "benches/peers/tasks.py", task]
-        return parsed(subprocess.run(command, input=json.dumps(arguments), env=environment, capture_output=True, text=True))
+        return parsed(
+            subprocess.run(
+                command, input=json.dumps(arguments), env=environment, capture_output=True, text=True
+            )
+        )
 
     def places(self, count, dimension, name="places.json"):
         """Returns random points of the unit cube, and a file with them for our side."""
@@ -83,7 +107,10 @@ class Table:
     """Table of ratios in Markdown."""
 
     def __init__(self):
-        self.lines = ["| work | compared with | ours | theirs | theirs / ours: least, median, largest | aim |", "|---|---|---|---|---|---|"]
+        self.lines = [
+            "| work | compared with | ours | theirs | theirs / ours: least, median, largest | aim |",
+            "|---|---|---|---|---|---|",
+        ]
         self.notes = []
 
     def ratios(self, work, peer, ours, theirs, aim=""):
@@ -134,10 +161,19 @@ def modes(sides, table, rounds):
     places, file = sides.places(10, 10)
     ours = sides.ours("receptances", file)
     theirs = sides.theirs("receptances", places=places, parameters=ours["parameters"])
-    same(table, "receptances of the bench, 10 machines × 3 positions × 2,000 lines", deviation(theirs["receptances"], ours["receptances"]), 1e-9)
+    same(
+        table,
+        "receptances of the bench, 10 machines × 3 positions × 2,000 lines",
+        deviation(theirs["receptances"], ours["receptances"]),
+        1e-9,
+    )
     places, file = sides.places(240, 8)
     exact = sides.ours("modes", file, "--peaks")
-    forms = {"grid": "grid of 1 Hz", "refined": "grid of 1 Hz, then refined", "fine-grid": "grid of relative 2e-4"}
+    forms = {
+        "grid": "grid of 1 Hz",
+        "refined": "grid of 1 Hz, then refined",
+        "fine-grid": "grid of relative 2e-4",
+    }
     for form, words in forms.items():
         found = sides.theirs("modes", places=places, form=form, peaks=True)
         missed, errors = peak_errors(exact["peaks"], found["peaks"])
@@ -149,10 +185,17 @@ def modes(sides, table, rounds):
         )
     repeats = max(1, round(0.3 / exact["wall"]))
     runs = in_turn(
-        rounds, lambda _: sides.ours("modes", file, repeats=repeats), *(lambda _, f=f: sides.theirs("modes", places=places, form=f) for f in forms)
+        rounds,
+        lambda _: sides.ours("modes", file, repeats=repeats),
+        *(lambda _, f=f: sides.theirs("modes", places=places, form=f) for f in forms),
     )
     for (form, words), theirs in zip(forms.items(), runs[1:]):
-        table.ratios("objective on modes, 3 positions × 4 orders", f"NumPy, {words}", column(runs[0], "each"), column(theirs, "seconds"))
+        table.ratios(
+            "objective on modes, 3 positions × 4 orders",
+            f"NumPy, {words}",
+            column(runs[0], "each"),
+            column(theirs, "seconds"),
+        )
     if missing("scipy", table):
         return
     generations, popsize = 200, 15
@@ -164,9 +207,20 @@ def modes(sides, table, rounds):
         count = 10 if form == "fine-grid" else generations
         runs = in_turn(
             rounds,
-            lambda seed: sides.ours("search", "--population", popsize * 8, "--generations", count, "--seed", seed + 1, threads=our_threads),
+            lambda seed: sides.ours(
+                "search",
+                "--population",
+                popsize * 8,
+                "--generations",
+                count,
+                "--seed",
+                seed + 1,
+                threads=our_threads,
+            ),
             *(
-                lambda seed, n=n: sides.theirs("search", form=form, popsize=popsize, generations=count, seed=seed + 1, threads=n)
+                lambda seed, n=n: sides.theirs(
+                    "search", form=form, popsize=popsize, generations=count, seed=seed + 1, threads=n
+                )
                 for n in their_threads
             ),
         )
@@ -182,8 +236,15 @@ def modes(sides, table, rounds):
             reached(sides, table, words, target, ours, theirs)
     for form, aim in (("grid", "10"), ("fine-grid", "100")):
         work, (ours, one, two) = searches(form, 2, 1, 2)
-        table.ratios(f"{work}, on two threads", f"SciPy, {forms[form]}", column(ours, "wall"), column(one, "wall"), aim)
-        table.ratios("the same", f"SciPy, {forms[form]}, members shared by two threads", column(ours, "wall"), column(two, "wall"))
+        table.ratios(
+            f"{work}, on two threads", f"SciPy, {forms[form]}", column(ours, "wall"), column(one, "wall"), aim
+        )
+        table.ratios(
+            "the same",
+            f"SciPy, {forms[form]}, members shared by two threads",
+            column(ours, "wall"),
+            column(two, "wall"),
+        )
 
 
 def peak_errors(exact, found):
@@ -207,7 +268,9 @@ def reached(sides, table, words, target, ours, theirs):
     for a, b in zip(ours, theirs, strict=True):
         exact = sides.ours("modes", sides.written([x for _, _, x in b["trace"]], "trace.json"))["costs"]
         final.append(exact[-1])
-        pairs.append((first(a["trace"]), first([(time, cost) for (time, _, _), cost in zip(b["trace"], exact)])))
+        pairs.append(
+            (first(a["trace"]), first([(time, cost) for (time, _, _), cost in zip(b["trace"], exact)]))
+        )
     both = [(a, b) for a, b in pairs if a and b]
     count = lambda side: sum(p[side] is not None for p in pairs)
     table.note(
@@ -215,17 +278,34 @@ def reached(sides, table, words, target, ours, theirs):
         f"({words}); median final costs {statistics.median(column(ours, 'cost')):.3f} and {statistics.median(final):.3f}"
     )
     if both:
-        table.ratios("the same: time to that cost, where both reach it", f"SciPy, {words}", *map(list, zip(*both)))
+        table.ratios(
+            "the same: time to that cost, where both reach it", f"SciPy, {words}", *map(list, zip(*both))
+        )
 
 
 def frfs(sides, table, rounds):
     """Compares χ² of whole FRFs, and identifications from them."""
     places, file = sides.places(20, 10)
     exact = sides.ours("frfs", file)
-    same(table, "χ² of whole FRFs, 20 machines", deviation(sides.theirs("frfs", places=places)["costs"], exact["costs"]), 1e-9)
+    same(
+        table,
+        "χ² of whole FRFs, 20 machines",
+        deviation(sides.theirs("frfs", places=places)["costs"], exact["costs"]),
+        1e-9,
+    )
     repeats = max(1, round(0.3 / exact["wall"]))
-    ours, theirs = in_turn(rounds, lambda _: sides.ours("frfs", file, repeats=repeats), lambda _: sides.theirs("frfs", places=places))
-    table.ratios(f"objective on whole FRFs, {POSITIONS} × {LINES} lines", "NumPy, closed form", column(ours, "each"), column(theirs, "seconds"), "12")
+    ours, theirs = in_turn(
+        rounds,
+        lambda _: sides.ours("frfs", file, repeats=repeats),
+        lambda _: sides.theirs("frfs", places=places),
+    )
+    table.ratios(
+        f"objective on whole FRFs, {POSITIONS} × {LINES} lines",
+        "NumPy, closed form",
+        column(ours, "each"),
+        column(theirs, "seconds"),
+        "12",
+    )
     if missing("scipy", table):
         return
     cost = lambda found: sides.theirs("frf_cost", values=found["values"])["cost"]
@@ -238,15 +318,30 @@ def frfs(sides, table, rounds):
     )
     if not all(cost(found) <= target for found in ours + profiled):
         raise SystemExit("our identifications from whole FRFs do not all reach the same χ²")
-    reaching = [(a["seconds"], p["seconds"], b["seconds"]) for a, p, b in zip(ours, profiled, theirs) if b["cost"] <= target]
+    reaching = [
+        (a["seconds"], p["seconds"], b["seconds"])
+        for a, p, b in zip(ours, profiled, theirs)
+        if b["cost"] <= target
+    ]
     evaluations = statistics.median(column(theirs, "evaluations"))
     table.note(
         f"SciPy reached 1.01 times our χ² of {target / 1.01:.1f} in {len(reaching)} of {rounds} searches, with a median of {evaluations:,.0f} evaluations"
     )
     if reaching:
         alone, with_intervals, others = map(list, zip(*reaching))
-        table.ratios("identification from whole FRFs", "SciPy, differential evolution to the same χ²", alone, others, "12")
-        table.ratios("the same with intervals by profile likelihood", "SciPy, which computes none", with_intervals, others)
+        table.ratios(
+            "identification from whole FRFs",
+            "SciPy, differential evolution to the same χ²",
+            alone,
+            others,
+            "12",
+        )
+        table.ratios(
+            "the same with intervals by profile likelihood",
+            "SciPy, which computes none",
+            with_intervals,
+            others,
+        )
 
 
 def coupling(sides, table, rounds):
@@ -254,12 +349,24 @@ def coupling(sides, table, rounds):
     forms = {"pinv": "LM-FBS with pinv", "solve": "LM-FBS with solve", "one": "LM-FBS with solve, one entry"}
     for machine in ("screw", "bench"):
         exact = sides.ours("coupling", machine)["receptances"]
-        works = [lambda _: sides.ours("coupling", machine, repeats=5000), lambda _: sides.ours("coupling", machine, "--all", repeats=500)]
-        works += [lambda _, f=f, p=p: sides.theirs("coupling", p, machine=machine, form=f) for f in forms for p in (True, False)]
+        works = [
+            lambda _: sides.ours("coupling", machine, repeats=5000),
+            lambda _: sides.ours("coupling", machine, "--all", repeats=500),
+        ]
+        works += [
+            lambda _, f=f, p=p: sides.theirs("coupling", p, machine=machine, form=f)
+            for f in forms
+            for p in (True, False)
+        ]
         runs = in_turn(rounds, *works)
         found = runs[2][0]
         for (form, words), at in zip(forms.items(), (2, 4, 6)):
-            same(table, f"coupling of the {machine}, {words}", deviation(runs[at][0]["receptances"], exact), 1e-6 if form == "pinv" else 1e-9)
+            same(
+                table,
+                f"coupling of the {machine}, {words}",
+                deviation(runs[at][0]["receptances"], exact),
+                1e-6 if form == "pinv" else 1e-9,
+            )
         size = f"{found['coordinates']} coordinates, {found['interface']} conditions"
         one, one_wall, every = column(runs[0], "each"), column(runs[0], "wall_each"), column(runs[1], "each")
         for (form, words), at in zip(forms.items(), (2, 4, 6)):
@@ -277,16 +384,33 @@ def lumped(sides, table, rounds):
         exact = sides.ours("lumped", lumps, "--matrices")
         ask = exact["matrices"]
         works = [lambda _: sides.ours("lumped", lumps, repeats=5000)]
-        works += [lambda _, f=f, p=p: sides.theirs("lumped", p, **ask, form=f) for f in ("solve", "modes") for p in (True, False)]
+        works += [
+            lambda _, f=f, p=p: sides.theirs("lumped", p, **ask, form=f)
+            for f in ("solve", "modes")
+            for p in (True, False)
+        ]
         runs = in_turn(rounds, *works)
         for at, form in ((1, "solve"), (3, "modes")):
-            same(table, f"lumped model, {lumps} springs per rod, {form}", deviation(runs[at][0]["receptances"], exact["receptances"]), 1e-8)
-        ours, work = column(runs[0], "each"), f"line of the lumped model, {runs[1][0]['coordinates']} coordinates"
+            same(
+                table,
+                f"lumped model, {lumps} springs per rod, {form}",
+                deviation(runs[at][0]["receptances"], exact["receptances"]),
+                1e-8,
+            )
+        ours, work = (
+            column(runs[0], "each"),
+            f"line of the lumped model, {runs[1][0]['coordinates']} coordinates",
+        )
         table.ratios(work, "numpy.linalg.solve, batched", ours, column(runs[1], "seconds"), "20")
         wall = column(runs[0], "wall_each")
         table.ratios("the same", "numpy.linalg.solve, batched, BLAS unpinned", wall, column(runs[2], "wall"))
         table.ratios("the same", "numpy.linalg.eig once, then a modal sum", ours, column(runs[3], "seconds"))
-        table.ratios("the same", "numpy.linalg.eig once, then a modal sum, BLAS unpinned", wall, column(runs[4], "wall"))
+        table.ratios(
+            "the same",
+            "numpy.linalg.eig once, then a modal sum, BLAS unpinned",
+            wall,
+            column(runs[4], "wall"),
+        )
 
 
 def universal(sides, table, rounds):
@@ -296,14 +420,31 @@ def universal(sides, table, rounds):
     for words, flags in (("text", []), ("binary", ["--binary"])):
         file = sides.folder / f"{words}.uff"
         size = sides.ours("write-universal", file, *flags)["bytes"]
-        ours, theirs = in_turn(rounds, lambda _: sides.ours("read-universal", file, repeats=10), lambda _: sides.theirs("universal", file=str(file)))
-        same(table, f"universal file, {words}, sum of the values", deviation([theirs[0]["sum"]], [ours[0]["sum"]]), 1e-9)
-        table.ratios(f"universal file, {words}, {size / 1e6:.1f} MB", "pyuff", column(ours, "each"), column(theirs, "seconds"), "4")
+        ours, theirs = in_turn(
+            rounds,
+            lambda _: sides.ours("read-universal", file, repeats=10),
+            lambda _: sides.theirs("universal", file=str(file)),
+        )
+        same(
+            table,
+            f"universal file, {words}, sum of the values",
+            deviation([theirs[0]["sum"]], [ours[0]["sum"]]),
+            1e-9,
+        )
+        table.ratios(
+            f"universal file, {words}, {size / 1e6:.1f} MB",
+            "pyuff",
+            column(ours, "each"),
+            column(theirs, "seconds"),
+            "4",
+        )
 
 
 def threads(sides, table, rounds):
     """Compares the default identification on one thread and on two."""
-    two, one = in_turn(rounds, lambda _: sides.ours("identify", threads=2), lambda _: sides.ours("identify", threads=1))
+    two, one = in_turn(
+        rounds, lambda _: sides.ours("identify", threads=2), lambda _: sides.ours("identify", threads=1)
+    )
     if {r["cost"] for r in one} != {r["cost"] for r in two}:
         raise SystemExit("the result depends on the number of threads")
     work = f"identify, default plan, {one[0]['evaluations']:,} evaluations, on two threads"
@@ -311,11 +452,27 @@ def threads(sides, table, rounds):
     # Upper limit set by the machine: two independent runs at once.
     with ThreadPoolExecutor(2) as pool:
         pair = lambda: list(pool.map(lambda _: sides.ours("identify", threads=1), range(2)))
-        both, alone = in_turn(rounds, lambda _: max(column(pair(), "wall")) / 2, lambda _: sides.ours("identify", threads=1)["wall"])
-    table.ratios("half the time of two independent runs at once, one thread each: limit of the machine", "one run alone", both, alone)
+        both, alone = in_turn(
+            rounds,
+            lambda _: max(column(pair(), "wall")) / 2,
+            lambda _: sides.ours("identify", threads=1)["wall"],
+        )
+    table.ratios(
+        "half the time of two independent runs at once, one thread each: limit of the machine",
+        "one run alone",
+        both,
+        alone,
+    )
 
 
-COMPARISONS = {"modes": modes, "frfs": frfs, "coupling": coupling, "lumped": lumped, "universal": universal, "threads": threads}
+COMPARISONS = {
+    "modes": modes,
+    "frfs": frfs,
+    "coupling": coupling,
+    "lumped": lumped,
+    "universal": universal,
+    "threads": threads,
+}
 
 
 def instructions(sides):
@@ -334,7 +491,15 @@ def instructions(sides):
     for words, (task, evaluations) in tasks.items():
         counts = []
         for repeats in (1, 3):
-            command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", sides.binary, *map(str, task), "--repeats", str(repeats)]
+            command = [
+                "valgrind",
+                "--tool=callgrind",
+                "--callgrind-out-file=/dev/null",
+                sides.binary,
+                *map(str, task),
+                "--repeats",
+                str(repeats),
+            ]
             report = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stderr
             counts.append(int(re.search(r"Collected : (\d+)", report).group(1)))
         print(f"| {words} | {(counts[1] - counts[0]) / (2 * evaluations):,.0f} |", flush=True)
@@ -348,10 +513,16 @@ def missing(package, table):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--rounds", type=int, default=5, help="rounds in which the sides take turns")
-    parser.add_argument("--only", nargs="+", choices=COMPARISONS, default=list(COMPARISONS), help="comparisons to run")
-    parser.add_argument("--instructions", action="store_true", help="count our instructions with valgrind instead")
+    parser.add_argument(
+        "--only", nargs="+", choices=COMPARISONS, default=list(COMPARISONS), help="comparisons to run"
+    )
+    parser.add_argument(
+        "--instructions", action="store_true", help="count our instructions with valgrind instead"
+    )
     parser.add_argument("--binary", help="existing bench binary, instead of a new build")
     parser.add_argument("--out", type=pathlib.Path, help="Markdown file for table and notes")
     given = parser.parse_args()

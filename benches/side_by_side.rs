@@ -1,4 +1,5 @@
-//! The jointid side of `benches/side_by_side.py`: repeats one task and prints its results and times as one line of JSON.
+//! The jointid side of `benches/side_by_side.py`: repeats one task and prints its results and times as one
+//! line of JSON.
 //!
 //! Without a task, as called by `cargo bench`, it prints how it is used.
 
@@ -28,7 +29,9 @@ use report::document::Input;
 use serde_json::{Value, json};
 use study::{Study, simulation};
 use support::simulated_frfs;
-use universal_files::{Abscissa, ByteOrder, Encoding, NodeLocation, Ordinate, RecordAxis, UniversalRecord, UniversalWriter, read};
+use universal_files::{
+    Abscissa, ByteOrder, Encoding, NodeLocation, Ordinate, RecordAxis, UniversalRecord, UniversalWriter, read,
+};
 
 /// Nut positions l1, l3 and l5 of the bench (m).
 const FITTED_M: [f64; 3] = [0.6, 1.0, 1.6];
@@ -69,7 +72,8 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Receptances of the bench's table at the three fitted positions, 1–2000 Hz, for given values of its ten free parameters.
+    /// Receptances of the bench's table at the three fitted positions, 1–2000 Hz, for given values of its ten
+    /// free parameters.
     Receptances {
         /// JSON list of unit-cube coordinates.
         places: PathBuf,
@@ -132,7 +136,8 @@ enum Task {
     Identify,
     /// FRF of the identified bench, 1,000 lines at one nut position, as the Python package calls it.
     IdentifiedFrf,
-    /// One identification of the bench from whole FRFs with noise, three positions × 1,000 lines, with the covariance of the estimates.
+    /// One identification of the bench from whole FRFs with noise, three positions × 1,000 lines, with the
+    /// covariance of the estimates.
     IdentifyFrfs {
         /// Seed.
         #[arg(long, default_value_t = 1)]
@@ -146,14 +151,20 @@ enum Task {
 fn main() {
     let arguments = Arguments::parse();
     let Some(task) = arguments.task else {
-        println!("side_by_side: run by benches/side_by_side.py, which compares it with other programs; --help lists its tasks");
+        println!(
+            "side_by_side: run by benches/side_by_side.py, which compares it with other programs; --help lists its tasks"
+        );
         return;
     };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads).build().expect("the thread pool can be built");
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(arguments.threads)
+        .build()
+        .expect("the thread pool can be built");
     println!("{}", pool.install(|| run(&task, arguments.repeats)));
 }
 
-/// Measures wall time and, on Linux, the processor time of this thread, which other load on the machine disturbs little.
+/// Measures wall time and, on Linux, the processor time of this thread, which other load on the machine
+/// disturbs little.
 struct Clock {
     begin: Instant,
     processor_ns: Option<u64>,
@@ -174,10 +185,12 @@ impl Clock {
         self.begin.elapsed().as_secs_f64()
     }
 
-    /// Returns the processor time of this thread (s), or the wall time if the system does not state it or several threads work.
+    /// Returns the processor time of this thread (s), or the wall time if the system does not state it or
+    /// several threads work.
     fn work(&self) -> f64 {
         let alone = rayon::current_num_threads() == 1;
-        let spent = self.processor_ns.filter(|_| alone).and_then(|before| Some(Self::processor_ns()? - before));
+        let spent =
+            self.processor_ns.filter(|_| alone).and_then(|before| Some(Self::processor_ns()? - before));
         spent.map_or_else(|| self.wall(), |ns| ns as f64 * 1e-9)
     }
 }
@@ -249,7 +262,8 @@ fn receptances(places: &[Vec<f64>]) -> Value {
     let mut work = structure.workspace();
     let mut all = Vec::new();
     for place in places {
-        let parameters: Vec<f64> = machine.parameters.iter().zip(place).map(|(p, u)| p.from_unit(*u)).collect();
+        let parameters: Vec<f64> =
+            machine.parameters.iter().zip(place).map(|(p, u)| p.from_unit(*u)).collect();
         for nut_m in FITTED_M {
             network.update(&machine, &parameters, &Operating::at_nut(nut_m));
             all.extend((1..=2000).map(|f| network.receptance(omega_rad_s(f64::from(f)), &mut work)));
@@ -261,14 +275,18 @@ fn receptances(places: &[Vec<f64>]) -> Value {
 fn modes(places: &[Vec<f64>], with_peaks: bool, repeats: usize) -> Value {
     let (machine, set) = bench();
     let (fit, _) = set.split(None, &[]).expect("the split is valid");
-    let objective = ModeObjective::new(&machine, &fit, ModeSettings::default(), &[]).expect("the objective is valid");
+    let objective =
+        ModeObjective::new(&machine, &fit, ModeSettings::default(), &[]).expect("the objective is valid");
     let mut costs = vec![0.0; places.len()];
     let timing = timed(repeats, places.len(), || {
         costs.iter_mut().zip(places).for_each(|(cost, place)| *cost = objective.at(black_box(place)));
     });
     let peaks = |place: &Vec<f64>| -> Vec<Vec<[f64; 3]>> {
         let predictions = objective.predict(&objective.parameters(&Place(place.clone())));
-        predictions.iter().map(|p| p.peaks.iter().map(|p| [p.frequency_hz, p.amplitude, p.prominence]).collect()).collect()
+        predictions
+            .iter()
+            .map(|p| p.peaks.iter().map(|p| [p.frequency_hz, p.amplitude, p.prominence]).collect())
+            .collect()
     };
     let peaks: Vec<_> = places.iter().filter(|_| with_peaks).map(peaks).collect();
     with(json!({ "costs": costs, "peaks": peaks }), timing)
@@ -277,8 +295,14 @@ fn modes(places: &[Vec<f64>], with_peaks: bool, repeats: usize) -> Value {
 fn searched(population: usize, generations: u64, seed: u64) -> Value {
     let (machine, set) = bench();
     let (fit, _) = set.split(None, &[]).expect("the split is valid");
-    let objective = ModeObjective::new(&machine, &fit, ModeSettings::default(), &[]).expect("the objective is valid");
-    let settings = SearchSettings { population, generations, spread: 0.0, ..SearchSettings::for_dimension(objective.dimension(), seed) };
+    let objective =
+        ModeObjective::new(&machine, &fit, ModeSettings::default(), &[]).expect("the objective is valid");
+    let settings = SearchSettings {
+        population,
+        generations,
+        spread: 0.0,
+        ..SearchSettings::for_dimension(objective.dimension(), seed)
+    };
     let trace = Arc::new(Mutex::new(Vec::new()));
     let clock = Arc::new(Clock::start());
     let watcher = {
@@ -305,7 +329,8 @@ fn frfs(places: &[Vec<f64>], repeats: usize) -> Value {
     let (machine, _) = bench();
     let set = table_frfs(&machine);
     let (fit, _) = set.split(None, &[]).expect("the set can be fitted as a whole");
-    let objective = FrfObjective::new(&machine, &fit, FrfSettings::default(), &[]).expect("the objective is valid");
+    let objective =
+        FrfObjective::new(&machine, &fit, FrfSettings::default(), &[]).expect("the objective is valid");
     let mut costs = vec![0.0; places.len()];
     let timing = timed(repeats, places.len(), || {
         costs.iter_mut().zip(places).for_each(|(cost, place)| *cost = objective.chi_square(black_box(place)));
@@ -314,8 +339,11 @@ fn frfs(places: &[Vec<f64>], repeats: usize) -> Value {
 }
 
 fn coupling(name: &str, all: bool, repeats: usize) -> Value {
-    let machine =
-        if name == "screw" { read_machine_text("screw", SCREW, &[], &[]).expect("the screw is valid").machine } else { bench().0 };
+    let machine = if name == "screw" {
+        read_machine_text("screw", SCREW, &[], &[]).expect("the screw is valid").machine
+    } else {
+        bench().0
+    };
     let (structure, network) = table_model(&machine, FITTED_M[1], RodModel::Exact);
     let mut work = structure.workspace();
     let omegas = thousand_lines();
@@ -328,7 +356,8 @@ fn coupling(name: &str, all: bool, repeats: usize) -> Value {
             return;
         }
         for (value, &omega) in values.iter_mut().zip(&omegas) {
-            *value = coupling::coupled_receptances(&machine, &start, &operating, black_box(omega))[(table, table)];
+            *value =
+                coupling::coupled_receptances(&machine, &start, &operating, black_box(omega))[(table, table)];
         }
     });
     with(json!({ "receptances": pairs(&values) }), timing)
@@ -345,7 +374,9 @@ fn lumped(lumps: usize, with_matrices: bool, repeats: usize) -> Value {
         network.update(&machine, black_box(&start), &operating);
         values = network.sweep(black_box(&omegas), &mut work);
     });
-    let rows = |m: &nalgebra::DMatrix<f64>| -> Vec<Vec<f64>> { m.row_iter().map(|r| r.iter().copied().collect()).collect() };
+    let rows = |m: &nalgebra::DMatrix<f64>| -> Vec<Vec<f64>> {
+        m.row_iter().map(|r| r.iter().copied().collect()).collect()
+    };
     let described = with_matrices.then(|| {
         let m = matrices(&machine, &start, &operating, lumps).expect("the matrices can be built");
         let table = m.names.iter().position(|n| n == "table");
@@ -355,7 +386,8 @@ fn lumped(lumps: usize, with_matrices: bool, repeats: usize) -> Value {
 }
 
 fn write_universal(file: &Path, binary: bool) -> Value {
-    let mut writer = UniversalWriter::new(BufWriter::new(File::create(file).expect("the file can be created")));
+    let mut writer =
+        UniversalWriter::new(BufWriter::new(File::create(file).expect("the file can be created")));
     let encoding = if binary { Encoding::Binary(ByteOrder::Little) } else { Encoding::Ascii };
     for node in 1..=60_i32 {
         // A resonance that shifts from record to record.
@@ -406,7 +438,10 @@ fn identified_frf(repeats: usize) -> Value {
         ..simulation::FrfRequest::default()
     };
     timed(repeats, 1, || {
-        black_box(simulation::identified_frf(&study, Path::new(""), (&found, &input), &request).expect("the bench has this position"));
+        black_box(
+            simulation::identified_frf(&study, Path::new(""), (&found, &input), &request)
+                .expect("the bench has this position"),
+        );
     })
 }
 
@@ -415,8 +450,9 @@ fn identified(repeats: usize) -> Value {
     let (fit, held_out) = set.split(None, &[]).expect("the split is valid");
     let (mut cost, mut evaluations) = (f64::NAN, 0);
     let timing = timed(repeats, 0, || {
-        let found = identify(&machine, &fit, &held_out, &IdentificationSettings::default(), &Control::default())
-            .expect("the identification succeeds");
+        let found =
+            identify(&machine, &fit, &held_out, &IdentificationSettings::default(), &Control::default())
+                .expect("the identification succeeds");
         cost = found.cost;
         evaluations += found.evaluations;
     });

@@ -1,8 +1,11 @@
-//! Identifies joint stiffness and damping of ball-screw feed drives from hammer tests, and diagnoses which effect their model lacks.
+//! Identifies joint stiffness and damping of ball-screw feed drives from hammer tests, and diagnoses which
+//! effect their model lacks.
 //!
-//! The [guide] explains the command. From code, a [`Study`] holds a machine, its measurements, and what is fitted; it identifies, validates, compares,
-//! diagnoses and plans, on modes, FRFs and motion records alike. Results are documents, which serialise as the command's JSON. A set may also be made
-//! of arrays ([`MeasurementSet::from_arrays`](measurement::MeasurementSet::from_arrays)); progress, stopping and resuming go through [`Control`].
+//! The [guide] explains the command. From code, a [`Study`] holds a machine, its measurements, and what is
+//! fitted; it identifies, validates, compares, diagnoses and plans, on modes, FRFs and motion records alike.
+//! Results are documents, which serialise as the command's JSON. A set may also be made of arrays
+//! ([`MeasurementSet::from_arrays`](measurement::MeasurementSet::from_arrays)); progress, stopping and
+//! resuming go through [`Control`].
 //!
 //! ```
 //! use jointid::Study;
@@ -27,9 +30,10 @@ pub mod guide;
 
 #[doc(inline)]
 pub use study::{
-    Ablation, Control, DiagnosisRequest, Drawing, MachineConfig, NullCache, ObjectiveKind, PlanRequest, PlannedData, PredictionRequest,
-    Progress, RodModel, Settings, Sources, Study, StudyError, ValidationRequest, Watcher, compare_results, effects, machine_from_text,
-    read_diagnosis, read_identification, read_machine, simulation,
+    Ablation, Control, DiagnosisRequest, Drawing, MachineConfig, NullCache, ObjectiveKind, PlanRequest,
+    PlannedData, PredictionRequest, Progress, RodModel, Settings, Sources, Study, StudyError,
+    ValidationRequest, Watcher, compare_results, effects, machine_from_text, read_diagnosis,
+    read_identification, read_machine, simulation,
 };
 
 /// Result documents, as the command prints them with `--json`.
@@ -47,7 +51,7 @@ pub mod document {
 pub mod measurement {
     #[doc(inline)]
     pub use study::{
-        DriveEffort, ExportedSet, FrfArrays, ImportRequest, ImportedSet, MeasurementSet, MotionArrays, Peaks, PeaksRequest, Quantity,
-        SetArrays, export, import, peaks, read_set,
+        DriveEffort, ExportedSet, FrfArrays, ImportRequest, ImportedSet, MeasurementSet, MotionArrays, Peaks,
+        PeaksRequest, Quantity, SetArrays, export, import, peaks, read_set,
     };
 }

@@ -1,5 +1,5 @@
-//! Rules of architecture that the manifests cannot express. Cargo enforces acyclic imports between crates; these tests check the imports
-//! within each crate.
+//! Rules of architecture that the manifests cannot express. Cargo enforces acyclic imports between crates;
+//! these tests check the imports within each crate.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -20,14 +20,22 @@ fn sources(folder: &Path, found: &mut Vec<Source>) {
             sources(&path, found);
         } else if path.extension().is_some_and(|e| e == "rs") {
             let file = path.display().to_string();
-            let mut module: Vec<String> = file.trim_start_matches("src/").trim_end_matches(".rs").split('/').map(String::from).collect();
+            let mut module: Vec<String> = file
+                .trim_start_matches("src/")
+                .trim_end_matches(".rs")
+                .split('/')
+                .map(String::from)
+                .collect();
             let crate_name = module.remove(0);
             if module.last().is_some_and(|last| last == "mod" || last == "lib") {
                 module.pop();
             }
             let text = fs::read_to_string(&path).unwrap();
             let lines = text.split("#[cfg(test)]").next().unwrap().lines();
-            let code = lines.map(|l| if l.trim_start().starts_with("//") { "" } else { l }).collect::<Vec<_>>().join("\n");
+            let code = lines
+                .map(|l| if l.trim_start().starts_with("//") { "" } else { l })
+                .collect::<Vec<_>>()
+                .join("\n");
             found.push(Source { crate_name, module, file, code });
         }
     }
@@ -44,12 +52,14 @@ fn all_sources() -> Vec<Source> {
 /// Returns the crates of this project that a crate names as dependencies.
 fn dependencies(crate_name: &str) -> BTreeSet<String> {
     let workspace: toml::Table = fs::read_to_string("Cargo.toml").unwrap().parse().unwrap();
-    let manifest: toml::Table = fs::read_to_string(format!("src/{crate_name}/Cargo.toml")).unwrap().parse().unwrap();
+    let manifest: toml::Table =
+        fs::read_to_string(format!("src/{crate_name}/Cargo.toml")).unwrap().parse().unwrap();
     let ours = |name: &&String| workspace["workspace"]["dependencies"][name.as_str()].get("path").is_some();
     manifest["dependencies"].as_table().unwrap().keys().filter(ours).cloned().collect()
 }
 
-/// A check of a model against itself proves nothing. The simulator of the blind check's cases therefore depends on no crate of this project.
+/// A check of a model against itself proves nothing. The simulator of the blind check's cases therefore
+/// depends on no crate of this project.
 #[test]
 fn the_reference_simulator_shares_no_code_with_the_models() {
     assert_eq!(dependencies("reference_simulator"), BTreeSet::new());
@@ -76,15 +86,26 @@ fn every_crate_but_the_python_package_is_a_default_member() {
     let manifest: toml::Table = fs::read_to_string("Cargo.toml").unwrap().parse().unwrap();
     let members = manifest["workspace"]["default-members"].as_array().unwrap();
     assert!(members.iter().any(|member| member.as_str() == Some("src/[!p]*")), "{members:?}");
-    let left_out = all_sources().into_iter().map(|source| source.crate_name).filter(|name| name.starts_with('p'));
+    let left_out =
+        all_sources().into_iter().map(|source| source.crate_name).filter(|name| name.starts_with('p'));
     assert_eq!(left_out.collect::<BTreeSet<_>>(), BTreeSet::from(["python".to_string()]));
 }
 
-/// Answers are judged from result documents only, like an outsider: the judges use neither models nor the simulator's truth beyond its labels.
+/// Answers are judged from result documents only, like an outsider: the judges use neither models nor the
+/// simulator's truth beyond its labels.
 #[test]
 fn the_blind_check_is_judged_from_documents() {
     for source in all_sources().iter().filter(|s| s.file.starts_with("src/lab/withheld/")) {
-        for name in ["machine", "config", "dynamics", "identification", "diagnosis", "measurement", "optimizer", "cli"] {
+        for name in [
+            "machine",
+            "config",
+            "dynamics",
+            "identification",
+            "diagnosis",
+            "measurement",
+            "optimizer",
+            "cli",
+        ] {
             assert!(!source.code.contains(&format!("use {name}::")), "{} uses {name}", source.file);
         }
     }
@@ -94,36 +115,52 @@ fn the_blind_check_is_judged_from_documents() {
 #[test]
 fn the_source_distribution_has_every_file_that_is_compiled_in() {
     let manifest: toml::Table = fs::read_to_string("pyproject.toml").unwrap().parse().unwrap();
-    let included: Vec<&str> =
-        manifest["tool"]["maturin"]["include"].as_array().unwrap().iter().map(|i| i["path"].as_str().unwrap()).collect();
+    let included: Vec<&str> = manifest["tool"]["maturin"]["include"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|i| i["path"].as_str().unwrap())
+        .collect();
     let mut folders = BTreeSet::new();
     for source in all_sources() {
-        let outside = source.code.split("include_str!(\"../../").skip(1).filter_map(|rest| rest.split('/').next());
+        let outside =
+            source.code.split("include_str!(\"../../").skip(1).filter_map(|rest| rest.split('/').next());
         folders.extend(outside.map(|folder| format!("{folder}/**/*")));
     }
     assert!(folders.len() >= 2, "{folders:?}");
     assert!(folders.iter().all(|folder| included.contains(&folder.as_str())), "{folders:?} {included:?}");
 }
 
-/// A dependency that no code names costs build time and misleads. Those that only enable features of others are listed for the tool `cargo machete`, too.
+/// A dependency that no code names costs build time and misleads. Those that only enable features of others
+/// are listed for the tool `cargo machete`, too.
 #[test]
 fn every_dependency_is_named_in_the_code_of_its_crate() {
     let mut unnamed = Vec::new();
     let folders = fs::read_dir("src").unwrap().map(|entry| entry.unwrap().path().display().to_string());
-    let crates = folders.filter(|folder| Path::new(folder).join("Cargo.toml").exists()).map(|folder| (folder.clone(), vec![folder]));
-    let root = (".".to_string(), ["src/lib.rs", "src/main.rs", "tests", "benches"].map(String::from).to_vec());
+    let crates = folders
+        .filter(|folder| Path::new(folder).join("Cargo.toml").exists())
+        .map(|folder| (folder.clone(), vec![folder]));
+    let root =
+        (".".to_string(), ["src/lib.rs", "src/main.rs", "tests", "benches"].map(String::from).to_vec());
     for (folder, places) in crates.chain([root]) {
-        let manifest: toml::Table = fs::read_to_string(format!("{folder}/Cargo.toml")).unwrap().parse().unwrap();
-        let ignored = manifest["package"].get("metadata").map_or(Vec::new(), |m| m["cargo-machete"]["ignored"].as_array().unwrap().clone());
+        let manifest: toml::Table =
+            fs::read_to_string(format!("{folder}/Cargo.toml")).unwrap().parse().unwrap();
+        let ignored = manifest["package"]
+            .get("metadata")
+            .map_or(Vec::new(), |m| m["cargo-machete"]["ignored"].as_array().unwrap().clone());
         let code: String = places.iter().map(|place| code_in(Path::new(place))).collect();
-        for name in
-            ["dependencies", "dev-dependencies"].into_iter().filter_map(|kind| manifest.get(kind)?.as_table()).flat_map(|t| t.keys())
+        for name in ["dependencies", "dev-dependencies"]
+            .into_iter()
+            .filter_map(|kind| manifest.get(kind)?.as_table())
+            .flat_map(|t| t.keys())
         {
             let name_in_code = name.replace('-', "_");
             let is_named = code.match_indices(&name_in_code).any(|(at, _)| {
                 let is_word = |c: char| c.is_alphanumeric() || c == '_';
                 let (before, after) = (&code[..at], &code[at + name_in_code.len()..]);
-                !before.ends_with(is_word) && !before.ends_with("mod ") && (after.starts_with("::") || after.starts_with([';', ',']))
+                !before.ends_with(is_word)
+                    && !before.ends_with("mod ")
+                    && (after.starts_with("::") || after.starts_with([';', ',']))
             });
             if !is_named && !ignored.iter().any(|i| i.as_str() == Some(name)) {
                 unnamed.push(format!("{folder}: {name}"));
@@ -154,7 +191,9 @@ fn the_command_uses_the_library_and_the_documents_alone() {
 /// A message of the library serves every caller: options of the command line are the command's own.
 #[test]
 fn no_library_names_an_option_of_the_command_line() {
-    let is_option = |text: &str| text.strip_prefix("--").is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_lowercase()));
+    let is_option = |text: &str| {
+        text.strip_prefix("--").is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_lowercase()))
+    };
     let mut found = Vec::new();
     // The blind check runs the command itself.
     let of_command = |file: &str| file.contains("/blind_check/") || file.contains("src/lab/command/");
@@ -174,18 +213,26 @@ fn no_library_names_an_option_of_the_command_line() {
 /// Errors of the library are enums, so that a caller can tell what is wrong with which file, line or key.
 #[test]
 fn no_function_of_the_library_returns_a_text_as_its_error() {
-    let with_text = |line: &str| line.contains("Result<") && line.contains(", String>") && !line.contains("Ok(");
-    let is_library =
-        |s: &Source| !["cli", "reference_simulator"].contains(&s.crate_name.as_str()) && !s.file.starts_with("src/lab/command/");
+    let with_text =
+        |line: &str| line.contains("Result<") && line.contains(", String>") && !line.contains("Ok(");
+    let is_library = |s: &Source| {
+        !["cli", "reference_simulator"].contains(&s.crate_name.as_str())
+            && !s.file.starts_with("src/lab/command/")
+    };
     let libraries = all_sources().into_iter().filter(is_library);
-    let found: Vec<String> =
-        libraries.filter(|s| !s.file.ends_with("/tests.rs") && s.code.lines().any(with_text)).map(|s| s.file).collect();
+    let found: Vec<String> = libraries
+        .filter(|s| !s.file.ends_with("/tests.rs") && s.code.lines().any(with_text))
+        .map(|s| s.file)
+        .collect();
     assert!(found.is_empty(), "{found:#?}");
 }
 
 #[test]
 fn the_model_contains_no_machine_specific_name() {
-    for source in all_sources().iter().filter(|s| ["dynamics", "optimizer", "identification"].contains(&s.crate_name.as_str())) {
+    for source in all_sources()
+        .iter()
+        .filter(|s| ["dynamics", "optimizer", "identification"].contains(&s.crate_name.as_str()))
+    {
         for name in ["tian", "k_al", "k_m\"", "\"rotor\"", "\"table\""] {
             assert!(!source.code.contains(name), "{} contains «{name}»", source.file);
         }
@@ -206,12 +253,16 @@ fn functions_are_short_enough_to_read() {
     let mut long = Vec::new();
     for source in all_sources().iter().filter(|s| s.crate_name != "diagnosis") {
         let lines: Vec<&str> = source.code.lines().collect();
-        for (at, line) in lines.iter().enumerate().filter(|(_, line)| line.contains("fn ") && !line.trim_end().ends_with(';')) {
+        for (at, line) in lines
+            .iter()
+            .enumerate()
+            .filter(|(_, line)| line.contains("fn ") && !line.trim_end().ends_with(';'))
+        {
             let indent = &line[..line.len() - line.trim_start().len()];
             // rustfmt puts the end of a body on its own line, at the indentation of the line that begins it.
-            let end = lines[at..]
-                .iter()
-                .position(|l| *l == format!("{indent}}}") || (l.starts_with(indent) && l[indent.len()..].starts_with("} ")));
+            let end = lines[at..].iter().position(|l| {
+                *l == format!("{indent}}}") || (l.starts_with(indent) && l[indent.len()..].starts_with("} "))
+            });
             let count = end.map_or(0, |end| end + 1);
             if count > 100 {
                 long.push(format!("{}, line {}: {count} lines", source.file, at + 1));
@@ -229,7 +280,9 @@ fn modules_of_a_crate_import_without_cycles() {
     for name in all.iter().map(|s| s.crate_name.as_str()).collect::<BTreeSet<_>>() {
         let files: Vec<&Source> = all.iter().filter(|s| s.crate_name == name).collect();
         let cycles = import_cycles(&imports(&files)).into_iter();
-        found.extend(cycles.map(|cycle| cycle.into_iter().map(|module| format!("{name}::{}", module.join("::"))).collect::<Vec<String>>()));
+        found.extend(cycles.map(|cycle| {
+            cycle.into_iter().map(|module| format!("{name}::{}", module.join("::"))).collect::<Vec<String>>()
+        }));
     }
     assert!(found.is_empty(), "{found:#?}");
 }
@@ -238,13 +291,21 @@ fn modules_of_a_crate_import_without_cycles() {
 #[test]
 fn modules_of_the_python_package_import_without_cycles() {
     let folder = Path::new("src/python/jointid");
-    let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.extension().is_some_and(|e| e == "py"));
-    let modules: BTreeMap<String, String> =
-        files.map(|path| (path.file_stem().unwrap().to_str().unwrap().to_string(), fs::read_to_string(&path).unwrap())).collect();
+    let files = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|e| e == "py"));
+    let modules: BTreeMap<String, String> = files
+        .map(|path| {
+            (path.file_stem().unwrap().to_str().unwrap().to_string(), fs::read_to_string(&path).unwrap())
+        })
+        .collect();
     let known = |name: &str| modules.contains_key(name).then(|| vec![name.to_string()]);
     let all: BTreeMap<Module, BTreeSet<Module>> = modules
         .iter()
-        .map(|(name, text)| (vec![name.clone()], python_imports(text).iter().filter_map(|name| known(name)).collect()))
+        .map(|(name, text)| {
+            (vec![name.clone()], python_imports(text).iter().filter_map(|name| known(name)).collect())
+        })
         .collect();
     assert!(all[&known("study").unwrap()].len() > 3, "{all:?}");
     assert_eq!(import_cycles(&all), Vec::<Vec<Module>>::new());
@@ -259,7 +320,8 @@ fn python_imports(text: &str) -> Vec<String> {
         let Some(rest) = line.trim_start().strip_prefix("from .").filter(|_| !is_for_types) else { continue };
         let Some((module, names)) = rest.split_once(" import ") else { continue };
         match module {
-            "" => found.extend(names.split(',').map(|name| name.split(" as ").next().unwrap().trim().to_string())),
+            "" => found
+                .extend(names.split(',').map(|name| name.split(" as ").next().unwrap().trim().to_string())),
             module => found.push(module.to_string()),
         }
     }
@@ -268,13 +330,16 @@ fn python_imports(text: &str) -> Vec<String> {
 
 type Module = Vec<String>;
 
-/// Returns the modules of its own crate that each module imports. A re-exported name counts as an import of its defining module.
+/// Returns the modules of its own crate that each module imports. A re-exported name counts as an import of
+/// its defining module.
 fn imports(files: &[&Source]) -> BTreeMap<Module, BTreeSet<Module>> {
-    let reexports: BTreeMap<&Module, Vec<Vec<String>>> = files.iter().map(|s| (&s.module, uses(&s.code, true))).collect();
+    let reexports: BTreeMap<&Module, Vec<Vec<String>>> =
+        files.iter().map(|s| (&s.module, uses(&s.code, true))).collect();
     let mut all = BTreeMap::new();
     for source in files {
         let mut into = BTreeSet::new();
-        let children = files.iter().filter(|s| s.module.split_last().is_some_and(|(_, parent)| parent == source.module));
+        let children =
+            files.iter().filter(|s| s.module.split_last().is_some_and(|(_, parent)| parent == source.module));
         let children: Vec<String> = children.filter_map(|s| s.module.last().cloned()).collect();
         for path in uses(&source.code, false).into_iter().chain(inline_paths(&source.code, &children)) {
             into.extend(resolve(&source.module, &path, &reexports).filter(|module| *module != source.module));
@@ -284,8 +349,13 @@ fn imports(files: &[&Source]) -> BTreeMap<Module, BTreeSet<Module>> {
     all
 }
 
-/// Resolves a path used in the module `from` to the module that defines its item; `None` for paths outside the crate.
-fn resolve(from: &Module, path: &[String], reexports: &BTreeMap<&Module, Vec<Vec<String>>>) -> Option<Module> {
+/// Resolves a path used in the module `from` to the module that defines its item; `None` for paths outside
+/// the crate.
+fn resolve(
+    from: &Module,
+    path: &[String],
+    reexports: &BTreeMap<&Module, Vec<Vec<String>>>,
+) -> Option<Module> {
     let mut module = from.clone();
     let mut rest = path;
     while let [first, more @ ..] = rest {
@@ -299,7 +369,9 @@ fn resolve(from: &Module, path: &[String], reexports: &BTreeMap<&Module, Vec<Vec
         }
         rest = more;
     }
-    if rest.len() == path.len() && !reexports.contains_key(&[module.clone(), vec![rest.first()?.clone()]].concat()) {
+    if rest.len() == path.len()
+        && !reexports.contains_key(&[module.clone(), vec![rest.first()?.clone()]].concat())
+    {
         return None;
     }
     while let [first, more @ ..] = rest {
@@ -314,7 +386,8 @@ fn resolve(from: &Module, path: &[String], reexports: &BTreeMap<&Module, Vec<Vec
     Some(module)
 }
 
-/// Returns the paths of `use` items, one per name: of re-exports (`pub use`) if `public`, otherwise of private imports.
+/// Returns the paths of `use` items, one per name: of re-exports (`pub use`) if `public`, otherwise of
+/// private imports.
 fn uses(code: &str, public: bool) -> Vec<Vec<String>> {
     let mut all = Vec::new();
     for (at, _) in code.match_indices("use ") {
@@ -336,8 +409,12 @@ fn expand_use_tree(tree: &str, before: &[String], all: &mut Vec<Vec<String>>) {
         all.push(before.iter().cloned().chain(path).collect());
         return;
     };
-    let stem: Vec<String> =
-        tree[..open].trim_end_matches("::").split("::").filter(|n| !n.is_empty()).map(|n| n.trim().to_string()).collect();
+    let stem: Vec<String> = tree[..open]
+        .trim_end_matches("::")
+        .split("::")
+        .filter(|n| !n.is_empty())
+        .map(|n| n.trim().to_string())
+        .collect();
     let stem = [before, &stem].concat();
     let (mut depth, mut from) = (0, open + 1);
     for (at, letter) in tree.char_indices().skip_while(|(at, _)| *at <= open) {
@@ -355,9 +432,13 @@ fn expand_use_tree(tree: &str, before: &[String], all: &mut Vec<Vec<String>>) {
     }
 }
 
-/// Returns the paths written inline in the code, starting at the crate, at a parent or at a child. `use` items are skipped.
+/// Returns the paths written inline in the code, starting at the crate, at a parent or at a child. `use`
+/// items are skipped.
 fn inline_paths(code: &str, children: &[String]) -> Vec<Vec<String>> {
-    let starts = ["crate", "super"].into_iter().chain(children.iter().map(String::as_str)).map(|name| format!("{name}::"));
+    let starts = ["crate", "super"]
+        .into_iter()
+        .chain(children.iter().map(String::as_str))
+        .map(|name| format!("{name}::"));
     let within = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
     let mut all = Vec::new();
     for start in starts {
@@ -384,9 +465,14 @@ fn import_cycles(imports: &BTreeMap<Module, BTreeSet<Module>>) -> Vec<Vec<Module
         }
         seen
     };
-    let reached: BTreeMap<&Module, BTreeSet<Module>> = imports.keys().map(|module| (module, reach(module))).collect();
+    let reached: BTreeMap<&Module, BTreeSet<Module>> =
+        imports.keys().map(|module| (module, reach(module))).collect();
     let cycle = |of: &Module| -> Vec<Module> {
-        imports.keys().filter(|other| reached[of].contains(*other) && reached[*other].contains(of)).cloned().collect()
+        imports
+            .keys()
+            .filter(|other| reached[of].contains(*other) && reached[*other].contains(of))
+            .cloned()
+            .collect()
     };
     let all: BTreeSet<Vec<Module>> = imports.keys().map(cycle).filter(|cycle| cycle.len() > 1).collect();
     all.into_iter().collect()

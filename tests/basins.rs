@@ -1,4 +1,5 @@
-//! Minima and intervals where the data accept several ranges of values: narrow bands, and a machine with a second minimum.
+//! Minima and intervals where the data accept several ranges of values: narrow bands, and a machine with a
+//! second minimum.
 
 use identification::objective::FrfSettings;
 use identification::{Identification, IdentificationSettings, identify};
@@ -36,7 +37,11 @@ fn true_values(machine: &Machine) -> Vec<f64> {
 /// Identifies from FRFs at l1, l3 and l5.
 fn identified(machine: &Machine, set: &MeasurementSet, seed: u64) -> Identification {
     let (fit, held_out) = set.split(Some(&["l1", "l3", "l5"].map(String::from)), &[]).unwrap();
-    let plan = IdentificationSettings { frf: Some(FrfSettings::default()), seed, ..IdentificationSettings::default() };
+    let plan = IdentificationSettings {
+        frf: Some(FrfSettings::default()),
+        seed,
+        ..IdentificationSettings::default()
+    };
     identify(machine, &fit, &held_out, &plan, &Control::default()).unwrap()
 }
 
@@ -47,7 +52,8 @@ struct Value {
     missed: bool,
 }
 
-/// Compares the intervals of a draw with the true values. A gap between two parts of an interval does not hold a value.
+/// Compares the intervals of a draw with the true values. A gap between two parts of an interval does not
+/// hold a value.
 fn values(machine: &Machine, found: &Identification) -> Vec<Value> {
     let of = |(id, truth): (&'static str, f64)| {
         let estimate = &found.estimates[machine.parameter(id).unwrap()];
@@ -72,7 +78,8 @@ const BANDS: [(f64, f64, f64); 11] = [
     (500.0, 900.0, 4.0),
 ];
 
-/// Draws the tolerances of a machine from their priors, with the other parameters at their true values: a machine as its description allows it to be.
+/// Draws the tolerances of a machine from their priors, with the other parameters at their true values: a
+/// machine as its description allows it to be.
 fn drawn_values(fitted: &Machine, described: &[f64], random: &mut Draws) -> Vec<f64> {
     let mut values = fitted.start().to_vec();
     values[..described.len()].copy_from_slice(described);
@@ -83,8 +90,9 @@ fn drawn_values(fitted: &Machine, described: &[f64], random: &mut Draws) -> Vec<
     values
 }
 
-/// Required: at most 5 % of the values reported as identifiable from a narrow band miss the true value, by a one-sided test at 5 % with draws, not
-/// values, as units. The machines are drawn from their tolerances; those as described, with joints without any loss and a nut at a point, are not among them.
+/// Required: at most 5 % of the values reported as identifiable from a narrow band miss the true value, by a
+/// one-sided test at 5 % with draws, not values, as units. The machines are drawn from their tolerances;
+/// those as described, with joints without any loss and a nut at a point, are not among them.
 #[test]
 #[ignore = "long"]
 fn intervals_from_narrow_bands_hold_every_minimum() {
@@ -99,7 +107,8 @@ fn intervals_from_narrow_bands_hold_every_minimum() {
         let (mut own_called, mut wrong) = (0, Vec::new());
         for draw in 0..draws(1, 20) {
             let mut random = Draws(31_000 + 100 * band as u64 + draw);
-            let set = own_set(&fitted, &drawn_values(&fitted, &truth, &mut random), &lines, 0.01, &mut random);
+            let set =
+                own_set(&fitted, &drawn_values(&fitted, &truth, &mut random), &lines, 0.01, &mut random);
             let found = identified(machine, &set, 1 + draw);
             let all = values(machine, &found);
             let own: Vec<&Value> = all.iter().filter(|v| v.identifiable).collect();
@@ -118,10 +127,14 @@ fn intervals_from_narrow_bands_hold_every_minimum() {
         "identifiable {called}, missed {missed} ({:.1} %), misses in excess of 5 %: z = {z:.2}",
         100.0 * missed as f64 / called as f64
     );
-    assert!(called > 0 && z < 1.645, "more than 5 % of the values reported as identifiable miss the true value");
+    assert!(
+        called > 0 && z < 1.645,
+        "more than 5 % of the values reported as identifiable miss the true value"
+    );
 }
 
-/// Required: from 5 … 100 Hz the intervals of k_m, c_m and k_s, of which two sets of values fit equally, each hold the true value in 35 of 40 draws.
+/// Required: from 5 … 100 Hz the intervals of k_m, c_m and k_s, of which two sets of values fit equally, each
+/// hold the true value in 35 of 40 draws.
 #[test]
 #[ignore = "long"]
 fn intervals_hold_both_minima_from_5_to_100_hz() {
@@ -134,7 +147,8 @@ fn intervals_hold_both_minima_from_5_to_100_hz() {
         let set = own_set(machine, &truth, &spread(5.0, 100.0, 96), 0.01, &mut Draws(7_000 + draw));
         let found = identified(machine, &set, 1 + draw);
         let all = values(machine, &found);
-        held.iter_mut().for_each(|(id, count)| *count += u64::from(all.iter().any(|v| v.id == *id && !v.missed)));
+        held.iter_mut()
+            .for_each(|(id, count)| *count += u64::from(all.iter().any(|v| v.id == *id && !v.missed)));
         let of = |id: &str| &found.estimates[machine.parameter(id).unwrap()];
         println!(
             "{draw}: {} minima, k_m {:?}, c_m {:?}, k_s {:?}",
@@ -147,26 +161,40 @@ fn intervals_hold_both_minima_from_5_to_100_hz() {
     println!("of {count} draws the intervals hold the true value: {held:?}");
     for (id, held) in held {
         let (low, high) = (held as usize, count as usize);
-        assert!(held as f64 >= 0.875 * count as f64, "{id}: {low} of {high}, {:?}", clopper_pearson(low, high, 0.95));
+        assert!(
+            held as f64 >= 0.875 * count as f64,
+            "{id}: {low} of {high}, {:?}",
+            clopper_pearson(low, high, 0.95)
+        );
     }
 }
 
-/// A machine on its bed with a second minimum of χ², 30 above the least, that attracts many starts: the least is found from every seed.
+/// A machine on its bed with a second minimum of χ², 30 above the least, that attracts many starts: the least
+/// is found from every seed.
 #[test]
 #[ignore = "long"]
 fn the_deeper_minimum_of_a_machine_on_its_bed_is_found_from_every_seed() {
     let Some(folder) = shared("cases/identify-second-optimum") else { return };
     let path = folder.join("machine.toml").display().to_string();
-    let config = config::read_machine(&path, &["effects=[\"rotor-hold\",\"bed-compliance\"]".into()], &[]).unwrap();
+    let config =
+        config::read_machine(&path, &["effects=[\"rotor-hold\",\"bed-compliance\"]".into()], &[]).unwrap();
     let set = read_set(&folder.display().to_string()).unwrap();
     let (fit, held_out) = set.split(Some(&["p1", "p3", "p5"].map(String::from)), &[]).unwrap();
     let count = draws(3, 20);
     let mut right = 0;
     for seed in 1..=count {
-        let plan = IdentificationSettings { frf: Some(FrfSettings::default()), seed, profile: false, ..IdentificationSettings::default() };
+        let plan = IdentificationSettings {
+            frf: Some(FrfSettings::default()),
+            seed,
+            profile: false,
+            ..IdentificationSettings::default()
+        };
         let found = identify(&config.machine, &fit, &held_out, &plan, &Control::default()).unwrap();
         let mass = found.values[config.machine.parameter("m_bed").unwrap()];
-        println!("seed {seed}: cost {:.2}, m_bed {mass:.0} kg, {:?}, {} evaluations", found.cost, found.effort, found.evaluations);
+        println!(
+            "seed {seed}: cost {:.2}, m_bed {mass:.0} kg, {:?}, {} evaluations",
+            found.cost, found.effort, found.evaluations
+        );
         right += u64::from((mass / 1500.0 - 1.0).abs() < 0.05);
     }
     assert_eq!(right, count);

@@ -30,29 +30,43 @@ static DEFAULT_IDENTIFICATION: LazyLock<(Machine, Identification)> =
     LazyLock::new(|| run_on(&["l1", "l3", "l5"], &IdentificationSettings::default()));
 
 fn all_errors(predictions: &[PositionPrediction], positions: &[usize]) -> Vec<f64> {
-    predictions.iter().filter(|p| positions.contains(&p.position)).flat_map(frequency_errors).map(|e| e.unwrap_or(0.3)).collect()
+    predictions
+        .iter()
+        .filter(|p| positions.contains(&p.position))
+        .flat_map(frequency_errors)
+        .map(|e| e.unwrap_or(0.3))
+        .collect()
 }
 
-/// Checks the required accuracy and the parameter values at default settings. The published largest frequency error is 2.95 %.
+/// Checks the required accuracy and the parameter values at default settings. The published largest frequency
+/// error is 2.95 %.
 #[test]
 fn regress_default_identification() {
     let (machine, found) = &*DEFAULT_IDENTIFICATION;
     let largest = all_errors(&found.held_out, &[1, 3, 5]).into_iter().map(f64::abs).fold(0.0, f64::max);
     assert!(largest < 0.0295, "{largest}");
     let logs = found.fitted.iter().flat_map(|p| &p.deviations);
-    let logs = logs.filter_map(|d| Some((found.gain.gain * d.predicted?.amplitude / d.observed?.amplitude?).ln()));
+    let logs =
+        logs.filter_map(|d| Some((found.gain.gain * d.predicted?.amplitude / d.observed?.amplitude?).ln()));
     let rms = root_mean_square(logs).unwrap();
     assert!(rms < 0.16, "{rms}");
     assert!(found.agree == Some(true) && found.complete);
-    for (id, value) in [("k_al", 3.980e7), ("k_ar", 2.891e7), ("k_n", 5.586e8), ("k_m", 399.8), ("c_n", 4.382e4), ("c_m", 0.04557)] {
+    for (id, value) in [
+        ("k_al", 3.980e7),
+        ("k_ar", 2.891e7),
+        ("k_n", 5.586e8),
+        ("k_m", 399.8),
+        ("c_n", 4.382e4),
+        ("c_m", 0.04557),
+    ] {
         let ours = found.values[machine.parameter(id).unwrap()];
         assert!((ours / value - 1.0).abs() < 2e-3, "{id}: {ours} against {value}");
     }
     assert!((found.gain.gain - 0.2766).abs() < 5e-4, "{}", found.gain.gain);
 }
 
-/// The parameters, bit by bit, and the number of evaluations are the same on one thread and on two. The expected number holds for processors
-/// with FMA, because the vectorised sine rounds differently without it.
+/// The parameters, bit by bit, and the number of evaluations are the same on one thread and on two. The
+/// expected number holds for processors with FMA, because the vectorised sine rounds differently without it.
 #[test]
 fn regress_same_bits_and_effort_on_one_and_two_threads() {
     let plan = IdentificationSettings { seed: 7, repeats: 1, ..IdentificationSettings::default() };
@@ -71,17 +85,21 @@ fn regress_same_bits_and_effort_on_one_and_two_threads() {
 
 const EVALUATIONS_AT_SEED_7: u64 = 5_776;
 
-/// A frequency error of 1e-7 keeps populations from converging: searches then need up to four times as many evaluations.
+/// A frequency error of 1e-7 keeps populations from converging: searches then need up to four times as many
+/// evaluations.
 #[test]
 fn limit_searches_from_any_seed_converge() {
     for seed in 1..=6 {
-        let (_, found) = run_on(&["l1", "l3", "l5"], &IdentificationSettings { seed, repeats: 1, ..IdentificationSettings::default() });
+        let (_, found) = run_on(
+            &["l1", "l3", "l5"],
+            &IdentificationSettings { seed, repeats: 1, ..IdentificationSettings::default() },
+        );
         assert!(found.evaluations < 10_000, "seed {seed}: {} evaluations", found.evaluations);
     }
 }
 
-/// `at_most` returns the objective's value where it is at most the limit, otherwise any value above the limit. A search that uses it decides
-/// as with the full objective.
+/// `at_most` returns the objective's value where it is at most the limit, otherwise any value above the
+/// limit. A search that uses it decides as with the full objective.
 #[test]
 fn limit_an_objective_that_may_stop_early_decides_like_the_full_one() {
     let config = config("configs/tian.toml");
@@ -96,13 +114,17 @@ fn limit_an_objective_that_may_stop_early_decides_like_the_full_one() {
             let full = Cost::at(&problem, &point);
             for share in [0.1, 0.5, 0.99, 1.0, 1.01, 2.0] {
                 let (limit, early) = (share * full, problem.at_most(&point, share * full));
-                assert!(if full <= limit { early == full } else { early > limit }, "{objective:?}: {early} for {full}, limit {limit}");
+                assert!(
+                    if full <= limit { early == full } else { early > limit },
+                    "{objective:?}: {early} for {full}, limit {limit}"
+                );
             }
         }
     }
 }
 
-/// After a first pass has reserved memory for the peaks, an evaluation allocates nothing at any parameter values.
+/// After a first pass has reserved memory for the peaks, an evaluation allocates nothing at any parameter
+/// values.
 #[test]
 fn limit_an_objective_on_modes_allocates_nothing() {
     let config = config("configs/tian.toml");
@@ -110,7 +132,8 @@ fn limit_an_objective_on_modes_allocates_nothing() {
     let (fit, _) = set.split(None, &[]).unwrap();
     let problem = ModeObjective::new(&config.machine, &fit, ModeSettings::default(), &[]).unwrap();
     let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
-    let points: Vec<Vec<f64>> = (0..40).map(|_| problem.free.iter().map(|_| random.random()).collect()).collect();
+    let points: Vec<Vec<f64>> =
+        (0..40).map(|_| problem.free.iter().map(|_| random.random()).collect()).collect();
     let all = || points.iter().map(|point| problem.at_most(point, f64::INFINITY)).sum::<f64>();
     let once = all();
     let mut again = 0.0;
@@ -119,7 +142,8 @@ fn limit_an_objective_on_modes_allocates_nothing() {
     assert_eq!(again.to_bits(), once.to_bits());
 }
 
-/// A fit to three positions predicts l2, l4, l6 better than a fit to any one of them (published: 4.63 % against 5.60 and 14.19 %).
+/// A fit to three positions predicts l2, l4, l6 better than a fit to any one of them (published: 4.63 %
+/// against 5.60 and 14.19 %).
 #[test]
 fn published_multi_position_is_better_than_single() {
     let held = [1, 3, 5];
@@ -134,12 +158,18 @@ fn published_multi_position_is_better_than_single() {
 /// One position gives 8 observations for 9 unknowns, and a warning reports it.
 #[test]
 fn limit_fewer_observations_than_unknowns_are_reported() {
-    let (_, found) = run_on(&["l3"], &IdentificationSettings { repeats: 1, ..IdentificationSettings::default() });
-    assert!(found.warnings.iter().any(|w| w.contains("8 observations cannot determine 9 unknowns")), "{:?}", found.warnings);
+    let (_, found) =
+        run_on(&["l3"], &IdentificationSettings { repeats: 1, ..IdentificationSettings::default() });
+    assert!(
+        found.warnings.iter().any(|w| w.contains("8 observations cannot determine 9 unknowns")),
+        "{:?}",
+        found.warnings
+    );
     assert!(found.estimates.iter().any(|e| e.identifiable == Some(false)));
 }
 
-/// Among the objectives that use amplitudes, the default predicts left-out positions best; l2, l4, l6 are not used.
+/// Among the objectives that use amplitudes, the default predicts left-out positions best; l2, l4, l6 are not
+/// used.
 #[test]
 fn regress_default_objective_is_best_in_leave_one_position_out() {
     let config = config("configs/tian.toml");
@@ -153,8 +183,8 @@ fn regress_default_objective_is_best_in_leave_one_position_out() {
     assert!(rank(Objective::LeastSquares) < rank(Objective::Eq26), "{scores:?}");
 }
 
-/// Damping of the guide, which the shipped description of the bench lacks, does not predict left-out positions among l1, l3 and l5 better, and these do
-/// not determine it.
+/// Damping of the guide, which the shipped description of the bench lacks, does not predict left-out
+/// positions among l1, l3 and l5 better, and these do not determine it.
 #[test]
 fn regress_guide_damping_of_the_bench_in_leave_one_position_out() {
     let machine = config("configs/tian.toml").machine;
@@ -165,11 +195,19 @@ fn regress_guide_damping_of_the_bench_in_leave_one_position_out() {
     let plan = IdentificationSettings::default();
     let [without, with_damping] = [&machine, &with].map(|machine| {
         let plan = IdentificationSettings { repeats: 1, ..plan.clone() };
-        let score = leave_one_out(machine, &fit, &plan, &[Objective::LeastSquares], &Control::default()).unwrap().remove(0);
-        println!("frequency error {:.4}, ln amplitude {:.3?}", score.frequency_error, score.ln_amplitude_error);
+        let score = leave_one_out(machine, &fit, &plan, &[Objective::LeastSquares], &Control::default())
+            .unwrap()
+            .remove(0);
+        println!(
+            "frequency error {:.4}, ln amplitude {:.3?}",
+            score.frequency_error, score.ln_amplitude_error
+        );
         score
     });
-    assert!(with_damping.frequency_error > 0.98 * without.frequency_error, "{with_damping:?} against {without:?}");
+    assert!(
+        with_damping.frequency_error > 0.98 * without.frequency_error,
+        "{with_damping:?} against {without:?}"
+    );
     let found = identify(&with, &fit, &held_out, &plan, &Control::default()).unwrap();
     let guide = &found.estimates[with.parameter("c_guide").unwrap()];
     println!("c_guide {:.0}, {:.0?}", guide.value, guide.interval95);
@@ -222,11 +260,14 @@ fn limit_held_out_data_do_not_reach_the_fit() {
     assert_eq!(values(&set), values(&other));
 }
 
-/// The interval of the gain is wide because gain and damping are correlated. A refit with the gain fixed at 0.2 increases χ² by 4 to 5 at a
-/// misfit of 2.5.
+/// The interval of the gain is wide because gain and damping are correlated. A refit with the gain fixed at
+/// 0.2 increases χ² by 4 to 5 at a misfit of 2.5.
 #[test]
 fn regress_the_gain_is_less_certain_than_the_amplitudes() {
-    let (_, found) = run_on(&["l1", "l3", "l5"], &IdentificationSettings { repeats: 1, ..IdentificationSettings::default() });
+    let (_, found) = run_on(
+        &["l1", "l3", "l5"],
+        &IdentificationSettings { repeats: 1, ..IdentificationSettings::default() },
+    );
     let (low, high) = found.gain_interval95.unwrap();
     assert!(low < 0.22 && high > 0.33, "{low} {high}");
 }

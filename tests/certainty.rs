@@ -1,5 +1,5 @@
-//! Coverage of intervals: intervals of identifiable values contain the true values. The reference simulator draws the machines; they deviate
-//! from their description by manufacturing tolerances alone.
+//! Coverage of intervals: intervals of identifiable values contain the true values. The reference simulator
+//! draws the machines; they deviate from their description by manufacturing tolerances alone.
 
 use std::path::Path;
 
@@ -35,11 +35,16 @@ fn read(simulated: &Ordinary, folder: &Path) -> (Machine, measurement::Measureme
 
 fn identified(machine: &Machine, set: &measurement::MeasurementSet) -> Identification {
     let (fit, held_out) = set.split(None, &[]).unwrap();
-    let plan = IdentificationSettings { frf: Some(FrfSettings::default()), ..IdentificationSettings::default() };
+    let plan =
+        IdentificationSettings { frf: Some(FrfSettings::default()), ..IdentificationSettings::default() };
     identify(machine, &fit, &held_out, &plan, &Control::default()).unwrap()
 }
 
-fn compare_with_truth(simulated: &Ordinary, machine: &Machine, found: &Identification) -> Vec<ParameterResult> {
+fn compare_with_truth(
+    simulated: &Ordinary,
+    machine: &Machine,
+    found: &Identification,
+) -> Vec<ParameterResult> {
     let of = |estimate: &identification::Estimate| {
         let id = &machine.parameters[estimate.parameter].id;
         let (truth, (low, high)) = (*simulated.truth.get(id)?, estimate.interval95?);
@@ -71,9 +76,11 @@ fn with_modes(simulated: &Ordinary, folder: &Path) -> measurement::MeasurementSe
     read_set(&folder.display().to_string()).unwrap()
 }
 
-/// Intervals from natural frequencies and amplitudes cover the true values as often as those from FRFs, though modes determine few parameters.
+/// Intervals from natural frequencies and amplitudes cover the true values as often as those from FRFs,
+/// though modes determine few parameters.
 ///
-/// With the covariance of tolerances at most 5 % of the stiffnesses reported as identifiable miss. The run without it is printed for comparison.
+/// With the covariance of tolerances at most 5 % of the stiffnesses reported as identifiable miss. The run
+/// without it is printed for comparison.
 #[test]
 #[ignore = "long"]
 fn recover_ordinary_machines_from_modes() {
@@ -88,23 +95,29 @@ fn recover_ordinary_machines_from_modes() {
             let (fit, held_out) = set.split(None, &[]).unwrap();
             let plan = IdentificationSettings { tolerances, ..IdentificationSettings::default() };
             let found = identify(&machine, &fit, &held_out, &plan, &Control::default()).unwrap();
-            for t in compare_with_truth(&simulated, &machine, &found).iter().filter(|t| t.id.starts_with('k')) {
+            for t in compare_with_truth(&simulated, &machine, &found).iter().filter(|t| t.id.starts_with('k'))
+            {
                 (all, all_missed) = (all + 1, all_missed + usize::from(t.missed));
-                (called, missed) = (called + usize::from(t.identifiable), missed + usize::from(t.identifiable && t.missed));
+                (called, missed) =
+                    (called + usize::from(t.identifiable), missed + usize::from(t.identifiable && t.missed));
             }
         }
         println!(
             "tolerances {tolerances}: {missed} of {called} stiffnesses reported as identifiable miss, {all_missed} of all {all} intervals"
         );
         if tolerances {
-            assert!(missed as f64 <= (0.05 * called as f64).max(2.0) && all_missed as f64 <= 0.15 * all as f64);
+            assert!(
+                missed as f64 <= (0.05 * called as f64).max(2.0) && all_missed as f64 <= 0.15 * all as f64
+            );
         }
     }
 }
 
-/// Required: at most 5 % of the values reported as identifiable miss the true value, by a one-sided test at 5 % with machines, not values, as draws.
+/// Required: at most 5 % of the values reported as identifiable miss the true value, by a one-sided test at 5
+/// % with machines, not values, as draws.
 ///
-/// Of the stiffnesses reported as identifiable at most 2 % deviate by more than a tenth. At least four of five stiffnesses are identifiable.
+/// Of the stiffnesses reported as identifiable at most 2 % deviate by more than a tenth. At least four of
+/// five stiffnesses are identifiable.
 #[test]
 #[ignore = "long"]
 fn recover_ordinary_machines_with_intervals_that_hold() {
@@ -119,7 +132,15 @@ fn recover_ordinary_machines_with_intervals_that_hold() {
         let missed: Vec<String> = values
             .iter()
             .filter(|t| t.missed || (t.identifiable && t.id.starts_with('k') && t.log_error.abs() > 0.1))
-            .map(|t| format!("{}{} {:+.1} % width {:.3}", if t.identifiable { "" } else { "(open) " }, t.id, 100.0 * t.log_error, t.width))
+            .map(|t| {
+                format!(
+                    "{}{} {:+.1} % width {:.3}",
+                    if t.identifiable { "" } else { "(open) " },
+                    t.id,
+                    100.0 * t.log_error,
+                    t.width
+                )
+            })
             .collect();
         println!(
             "{number} {} s {:.2} chi2/n {:.3}: {}",
@@ -133,8 +154,10 @@ fn recover_ordinary_machines_with_intervals_that_hold() {
     let identifiable = || all.iter().flatten().filter(|t| t.identifiable);
     let (called, missed) = (identifiable().count(), identifiable().filter(|t| t.missed).count());
     let stiffness = |t: &&ParameterResult| t.id.starts_with('k');
-    let (stiff, off) =
-        (identifiable().filter(stiffness).count(), identifiable().filter(stiffness).filter(|t| t.log_error.abs() > 0.1).count());
+    let (stiff, off) = (
+        identifiable().filter(stiffness).count(),
+        identifiable().filter(stiffness).filter(|t| t.log_error.abs() > 0.1).count(),
+    );
     let stiffnesses = all.iter().flatten().filter(stiffness).count();
     let upper = |k: usize, n: usize| clopper_pearson(k, n, 0.95).map_or(1.0, |[_, high]| high);
     println!(
@@ -157,7 +180,8 @@ fn recover_ordinary_machines_with_intervals_that_hold() {
             100.0 * off
         );
     }
-    // Machines are the draws: the excess of each machine's misses over 5 % of its values, tested against zero.
+    // Machines are the draws: the excess of each machine's misses over 5 % of its values, tested against
+    // zero.
     let excess: Vec<f64> = all
         .iter()
         .map(|values| {
@@ -170,14 +194,18 @@ fn recover_ordinary_machines_with_intervals_that_hold() {
     let z = mean / (sd / (count as f64).sqrt()).max(1e-9);
     println!("misses in excess of 5 %: {mean:.3} per machine, z = {z:.2}");
     assert!(z < 1.645, "more than 5 % of the values reported as identifiable miss the true value");
-    assert!(off as f64 <= (0.02 * stiff as f64).max(1.0), "stiffnesses reported as identifiable deviate by more than a tenth");
+    assert!(
+        off as f64 <= (0.02 * stiff as f64).max(1.0),
+        "stiffnesses reported as identifiable deviate by more than a tenth"
+    );
     assert!(stiff as f64 >= 0.8 * stiffnesses as f64, "too few stiffnesses are identifiable");
 }
 
-/// Values of machines on a guide whose damping the description lacks, which also have tolerances and losses of their joints.
+/// Values of machines on a guide whose damping the description lacks, which also have tolerances and losses
+/// of their joints.
 ///
-/// Required: 95 % intervals of stiffnesses hold the true value at least 90 % of the time, those of dampings 85 %. Values that depend on what the model
-/// lacks are not reported as identifiable.
+/// Required: 95 % intervals of stiffnesses hold the true value at least 90 % of the time, those of dampings
+/// 85 %. Values that depend on what the model lacks are not reported as identifiable.
 #[test]
 #[ignore = "long"]
 fn recover_machines_on_an_undescribed_guide() {
@@ -193,7 +221,15 @@ fn recover_machines_on_an_undescribed_guide() {
         let missed: Vec<String> = values
             .iter()
             .filter(|t| t.missed)
-            .map(|t| format!("{}{} {:+.1} % width {:.3}", if t.identifiable { "" } else { "(open) " }, t.id, 100.0 * t.log_error, t.width))
+            .map(|t| {
+                format!(
+                    "{}{} {:+.1} % width {:.3}",
+                    if t.identifiable { "" } else { "(open) " },
+                    t.id,
+                    100.0 * t.log_error,
+                    t.width
+                )
+            })
             .collect();
         println!(
             "{number} {} guide {:.1} 1/s, chi2/n {:.3}, correlation {:.2}, depend {depends}: {}",
@@ -221,7 +257,8 @@ fn recover_machines_on_an_undescribed_guide() {
     }
 }
 
-/// One line, a band without a mode, a coherence of 1 throughout: intervals as wide as the data leave them, and a warning that says what to measure.
+/// One line, a band without a mode, a coherence of 1 throughout: intervals as wide as the data leave them,
+/// and a warning that says what to measure.
 #[test]
 fn limit_little_data_determine_nothing() {
     let simulated = ordinary(52_771, 0).unwrap();
@@ -238,14 +275,22 @@ fn limit_little_data_determine_nothing() {
         let middle = lines.len() / 10;
         *lines = vec![lines[middle]];
     });
-    let modeless = identified(&|lines| lines.retain(|line| (0.2 * lowest..0.3 * lowest).contains(&line.frequency_hz)));
-    for (found, warning) in [(one, "cannot determine"), (modeless, "no natural frequency of the fitted machine lies in the band")] {
-        assert!(found.parameters.values().all(|row| row.identifiable != Some(true)), "{:#?}", found.parameters);
+    let modeless =
+        identified(&|lines| lines.retain(|line| (0.2 * lowest..0.3 * lowest).contains(&line.frequency_hz)));
+    for (found, warning) in
+        [(one, "cannot determine"), (modeless, "no natural frequency of the fitted machine lies in the band")]
+    {
+        assert!(
+            found.parameters.values().all(|row| row.identifiable != Some(true)),
+            "{:#?}",
+            found.parameters
+        );
         assert!(found.stamp.warnings.iter().any(|w| w.contains(warning)), "{:#?}", found.stamp.warnings);
     }
 }
 
-/// Covariance of weighted residuals by noise and a smooth discrepancy of ln H: 1 + s²·exp(−½(Δln ω/ℓ)²) within a record, with s and ℓ of greatest likelihood.
+/// Covariance of weighted residuals by noise and a smooth discrepancy of ln H: 1 + s²·exp(−½(Δln ω/ℓ)²)
+/// within a record, with s and ℓ of greatest likelihood.
 struct Discrepancy {
     /// Variance relative to that of the noise.
     variance: f64,
@@ -259,8 +304,13 @@ impl Discrepancy {
     /// Fits it to residuals, two to a line.
     fn fitted(residuals: &DVector<f64>, frequencies_hz: &[Vec<f64>]) -> Self {
         let covariance = |variance: f64, length: f64| -> Vec<DMatrix<f64>> {
-            let entry = |a: f64, b: f64| variance * (-0.5 * ((a / b).ln() / length).powi(2)).exp() + if a == b { 1.0 } else { 0.0 };
-            frequencies_hz.iter().map(|hz| DMatrix::from_fn(hz.len(), hz.len(), |i, j| entry(hz[i], hz[j]))).collect()
+            let entry = |a: f64, b: f64| {
+                variance * (-0.5 * ((a / b).ln() / length).powi(2)).exp() + if a == b { 1.0 } else { 0.0 }
+            };
+            frequencies_hz
+                .iter()
+                .map(|hz| DMatrix::from_fn(hz.len(), hz.len(), |i, j| entry(hz[i], hz[j])))
+                .collect()
         };
         let deviance = |all: &[DMatrix<f64>]| -> f64 {
             let mut first = 0;
@@ -268,19 +318,23 @@ impl Discrepancy {
                 let factor = lines.clone().cholesky().unwrap();
                 let part = |p: usize| DVector::from_fn(lines.nrows(), |i, _| residuals[2 * (first + i) + p]);
                 let log_determinant: f64 = factor.l_dirty().diagonal().iter().map(|d| 2.0 * d.ln()).sum();
-                let sum: f64 = [0, 1].map(|p| part(p).dot(&factor.solve(&part(p))) + log_determinant).iter().sum();
+                let sum: f64 =
+                    [0, 1].map(|p| part(p).dot(&factor.solve(&part(p))) + log_determinant).iter().sum();
                 first += lines.nrows();
                 sum
             };
             all.iter().map(of).sum()
         };
-        let candidates = [0.0, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0].into_iter().flat_map(|v| [0.01, 0.03, 0.1, 0.3].map(|length| (v, length)));
+        let candidates = [0.0, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0]
+            .into_iter()
+            .flat_map(|v| [0.01, 0.03, 0.1, 0.3].map(|length| (v, length)));
         let ranked = candidates.map(|(v, length)| (deviance(&covariance(v, length)), v, length));
         let (_, variance, length) = ranked.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
         Discrepancy { variance, length, covariance: covariance(variance, length) }
     }
 
-    /// Computes the standard deviations of least-squares coordinates whose residuals have this covariance; the last rows are priors.
+    /// Computes the standard deviations of least-squares coordinates whose residuals have this covariance;
+    /// the last rows are priors.
     fn sd(&self, slopes: &DMatrix<f64>) -> DVector<f64> {
         let inverse = (slopes.transpose() * slopes).pseudo_inverse(1e-12).unwrap();
         let data = 2 * self.covariance.iter().map(DMatrix::nrows).sum::<usize>();
@@ -289,7 +343,9 @@ impl Discrepancy {
         let mut first = 0;
         for lines in &self.covariance {
             for part in [0, 1] {
-                let own = DMatrix::from_fn(lines.nrows(), slopes.ncols(), |i, column| slopes[(2 * (first + i) + part, column)]);
+                let own = DMatrix::from_fn(lines.nrows(), slopes.ncols(), |i, column| {
+                    slopes[(2 * (first + i) + part, column)]
+                });
                 middle += own.transpose() * lines * &own;
             }
             first += lines.nrows();
@@ -298,12 +354,15 @@ impl Discrepancy {
     }
 }
 
-/// Ways to count in intervals that misfit is not noise, on machines that differ from their description within tolerances, and stand on a guide that it
-/// lacks. Where no tolerance is fitted along: the variance factor by misfit and correlation of the residuals; a bootstrap over runs of lines; and noise
-/// with a smooth discrepancy of ln H. Beside them, tolerances fitted along, as `identify` does. How often each holds, and how wide it is.
+/// Ways to count in intervals that misfit is not noise, on machines that differ from their description within
+/// tolerances, and stand on a guide that it lacks. Where no tolerance is fitted along: the variance factor by
+/// misfit and correlation of the residuals; a bootstrap over runs of lines; and noise with a smooth
+/// discrepancy of ln H. Beside them, tolerances fitted along, as `identify` does. How often each holds, and
+/// how wide it is.
 ///
-/// Required: tolerances hold most often, stiffnesses in 90 % and dampings in 85 %. Without them no value that misses is called identifiable: the misfit
-/// exceeds the noise so far that values depend on what the model lacks.
+/// Required: tolerances hold most often, stiffnesses in 90 % and dampings in 85 %. Without them no value that
+/// misses is called identifiable: the misfit exceeds the noise so far that values depend on what the model
+/// lacks.
 #[test]
 #[ignore = "long"]
 fn ways_to_count_discrepancy_in_intervals_are_compared() {
@@ -317,12 +376,20 @@ fn ways_to_count_discrepancy_in_intervals_are_compared() {
         let (machine, set) = read(&simulated, folder.path());
         let (fit, held_out) = set.split(None, &[]).unwrap();
         let settings = FrfSettings::default();
-        let plan = IdentificationSettings { frf: Some(settings), tolerances: false, bootstrap: 40, ..IdentificationSettings::default() };
+        let plan = IdentificationSettings {
+            frf: Some(settings),
+            tolerances: false,
+            bootstrap: 40,
+            ..IdentificationSettings::default()
+        };
         let found = identify(&machine, &fit, &held_out, &plan, &Control::default()).unwrap();
         let tolerant = identified(&machine, &set);
         let objective = FrfObjective::new(&machine, &fit, settings, &[]).unwrap();
-        let frequencies_hz: Vec<Vec<f64>> =
-            fit.frfs().iter().map(|frf| set.frfs[*frf].lines.iter().map(|line| line.frequency_hz).collect()).collect();
+        let frequencies_hz: Vec<Vec<f64>> = fit
+            .frfs()
+            .iter()
+            .map(|frf| set.frfs[*frf].lines.iter().map(|line| line.frequency_hz).collect())
+            .collect();
         assert_eq!(objective.lines(), frequencies_hz.iter().map(Vec::len).collect::<Vec<_>>());
         let discrepancy = Discrepancy::fitted(&objective.rows(&found.place), &frequencies_hz);
         let sd = discrepancy.sd(&objective.slopes(&found.place));
@@ -354,7 +421,9 @@ fn ways_to_count_discrepancy_in_intervals_are_compared() {
             missed += usize::from(estimate.identifiable == Some(true) && !holds(ways[0].1));
         }
     }
-    println!("without tolerances {depend} values depend on what the model lacks, {called} are called identifiable, {missed} of these miss");
+    println!(
+        "without tolerances {depend} values depend on what the model lacks, {called} are called identifiable, {missed} of these miss"
+    );
     assert!(depend > 0 && missed == 0);
     let held = |way: &str, kind: char| {
         let own = || all.iter().filter(|(w, k, ..)| *w == way && *k == kind);
@@ -367,8 +436,12 @@ fn ways_to_count_discrepancy_in_intervals_are_compared() {
         (held, of)
     };
     for (kind, least) in [('k', 0.9), ('c', 0.85)] {
-        let others = ["variance factor", "bootstrap of lines", "smooth discrepancy"].map(|way| held(way, kind).0);
+        let others =
+            ["variance factor", "bootstrap of lines", "smooth discrepancy"].map(|way| held(way, kind).0);
         let (used, of) = held("tolerances", kind);
-        assert!(others.iter().all(|other| used >= *other) && used as f64 >= least * of as f64, "{kind}: {used} of {of}");
+        assert!(
+            others.iter().all(|other| used >= *other) && used as f64 >= least * of as f64,
+            "{kind}: {used} of {of}"
+        );
     }
 }

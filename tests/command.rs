@@ -21,8 +21,14 @@ fn json(arguments: &[&str]) -> Value {
 fn identify_runs_from_any_folder_and_writes_the_documented_result() {
     let elsewhere = tempfile::tempdir().unwrap();
     let out = elsewhere.path().join("results");
-    jointid().current_dir(elsewhere.path()).args(["identify", "--positions", "l1,l3,l5", "--out"]).arg(&out).assert().success();
-    let document: Value = serde_json::from_str(&std::fs::read_to_string(out.join("identification.json")).unwrap()).unwrap();
+    jointid()
+        .current_dir(elsewhere.path())
+        .args(["identify", "--positions", "l1,l3,l5", "--out"])
+        .arg(&out)
+        .assert()
+        .success();
+    let document: Value =
+        serde_json::from_str(&std::fs::read_to_string(out.join("identification.json")).unwrap()).unwrap();
     assert_eq!(document["schema"], "jointid/identification/1");
     assert_eq!(document["complete"], true);
     assert_eq!(document["tool_version"], env!("CARGO_PKG_VERSION"));
@@ -45,7 +51,9 @@ fn identify_runs_from_any_folder_and_writes_the_documented_result() {
     let validation = json(&["validate", "--result", result]);
     assert_eq!(validation["schema"], "jointid/validation/1");
     let largest = validation["largest_error"].as_f64().unwrap();
-    assert!((largest - document["derived"]["largest_frequency_error_held_out"].as_f64().unwrap()).abs() < 2e-7); // the precision of a peak
+    assert!(
+        (largest - document["derived"]["largest_frequency_error_held_out"].as_f64().unwrap()).abs() < 2e-7
+    ); // the precision of a peak
     assert!(validation["positions"].get("l1").is_none());
     jointid().args(["validate", "--result", result, "--fail-above", "0.0295"]).assert().code(0);
     jointid().args(["validate", "--result", result, "--fail-above", "0.001"]).assert().code(1);
@@ -53,7 +61,8 @@ fn identify_runs_from_any_folder_and_writes_the_documented_result() {
 
 #[test]
 fn modes_of_the_published_bench() {
-    let document = json(&["simulate", "modes", "--config", "configs/tian-as-published.toml", "--position", "l1"]);
+    let document =
+        json(&["simulate", "modes", "--config", "configs/tian-as-published.toml", "--position", "l1"]);
     assert_eq!(document["schema"], "jointid/modes/1");
     let modes = document["modes"].as_array().unwrap();
     let hz: Vec<f64> = modes.iter().map(|m| m["frequency_hz"].as_f64().unwrap()).collect();
@@ -74,8 +83,10 @@ fn compare_reports_single_and_multi_position_fits() {
 
 #[test]
 fn frf_is_written_as_a_readable_table() {
-    let output =
-        jointid().args(["simulate", "frf", "--position", "l1", "--from-hz", "20", "--to-hz", "30", "--step-hz", "1"]).output().unwrap();
+    let output = jointid()
+        .args(["simulate", "frf", "--position", "l1", "--from-hz", "20", "--to-hz", "30", "--step-hz", "1"])
+        .output()
+        .unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(text.starts_with("position,frequency_hz,real,imag\nl1,20,"), "{text}");
     assert_eq!(text.lines().count(), 12);
@@ -87,9 +98,16 @@ fn an_override_changes_the_machine() {
     let normal = json(&["simulate", "modes", "--position", "l1"]);
     let first = |d: &Value| d["modes"][0]["frequency_hz"].as_f64().unwrap();
     assert!(first(&heavier) < 0.8 * first(&normal));
-    // An override of one key of a parameter from the library of effects; its other keys keep the library's values.
+    // An override of one key of a parameter from the library of effects; its other keys keep the library's
+    // values.
     let with = |more: &[&str]| {
-        json(&[&["simulate", "modes", "--position", "l1", "--set", r#"effects=["rotor-hold","table-mass"]"#], more].concat())
+        json(
+            &[
+                &["simulate", "modes", "--position", "l1", "--set", r#"effects=["rotor-hold","table-mass"]"#],
+                more,
+            ]
+            .concat(),
+        )
     };
     let (none, half) = (with(&[]), with(&["--set", "parameter.table_mass_change.start=0.5"]));
     assert_eq!(none["modes"], normal["modes"]);
@@ -109,9 +127,30 @@ fn tables_fit_eighty_columns() {
         &["compare", "--objectives", "--repeats", "1"],
         &["diagnose", "--effects", "guide-viscous", "--nulls", "20", "--no-cache", "--repeats", "1"],
         &["plan", "--result", result, "--choose", "3"],
-        &["plan", "--result", result, "--data", "frf", "--measured", "l1,l3", "--channels", "table/table,rotor/table"],
+        &[
+            "plan",
+            "--result",
+            result,
+            "--data",
+            "frf",
+            "--measured",
+            "l1,l3",
+            "--channels",
+            "table/table,rotor/table",
+        ],
         &["simulate", "modes"],
-        &["simulate", "stiffness", "--config", "configs/vertical-axis.toml", "--along", "acceleration", "--from", "-35", "--to", "15"],
+        &[
+            "simulate",
+            "stiffness",
+            "--config",
+            "configs/vertical-axis.toml",
+            "--along",
+            "acceleration",
+            "--from",
+            "-35",
+            "--to",
+            "15",
+        ],
         &["--help"],
         &["identify", "--help"],
     ] {
@@ -130,14 +169,23 @@ fn tables_fit_eighty_columns() {
 #[test]
 fn quiet_omits_and_verbose_adds_messages() {
     let run = |more: &[&str]| {
-        let output = jointid().args(["identify", "--repeats", "1", "--positions", "l1,l3,l5"]).args(more).output().unwrap();
+        let output = jointid()
+            .args(["identify", "--repeats", "1", "--positions", "l1,l3,l5"])
+            .args(more)
+            .output()
+            .unwrap();
         (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap())
     };
     let (normal, quiet, verbose) = (run(&[]), run(&["-q"]), run(&["-v"]));
     assert!(normal.0 == quiet.0 && normal.0 == verbose.0, "the results differ");
     assert!(quiet.1.is_empty(), "{}", quiet.1);
     assert!(normal.1.contains("warning: ") && !normal.1.contains("SHA-256"), "{}", normal.1);
-    for part in ["read configs/tian.toml (SHA-256 ", "settings: ", "round of searches with seed 1: cost ", " threads, seed 1"] {
+    for part in [
+        "read configs/tian.toml (SHA-256 ",
+        "settings: ",
+        "round of searches with seed 1: cost ",
+        " threads, seed 1",
+    ] {
         assert!(verbose.1.contains(part), "{part}: {}", verbose.1);
     }
     jointid().args(["identify", "-q", "-v"]).assert().code(2);
@@ -148,7 +196,8 @@ fn embedded_files_equal_those_of_the_project() {
     assert!(Path::new("configs/tian.toml").exists());
     let from_file = json(&["simulate", "modes"]);
     let elsewhere = tempfile::tempdir().unwrap();
-    let output = jointid().current_dir(elsewhere.path()).args(["simulate", "modes", "--json"]).output().unwrap();
+    let output =
+        jointid().current_dir(elsewhere.path()).args(["simulate", "modes", "--json"]).output().unwrap();
     let embedded: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(from_file, embedded);
 }
@@ -171,7 +220,8 @@ fn an_interrupted_run_keeps_its_partial_result() {
     std::thread::sleep(Duration::from_secs(2));
     assert!(Process::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
     assert_eq!(child.wait().unwrap().code(), Some(3));
-    let document: Value = serde_json::from_str(&std::fs::read_to_string(out.join("identification.json")).unwrap()).unwrap();
+    let document: Value =
+        serde_json::from_str(&std::fs::read_to_string(out.join("identification.json")).unwrap()).unwrap();
     assert_eq!(document["complete"], false);
     assert_eq!(document["searches_agree"], Value::Null);
 }

@@ -1,4 +1,5 @@
-//! `jointid diagnose` on cases of the reference simulator, on the published bench and on a real bench; refused input.
+//! `jointid diagnose` on cases of the reference simulator, on the published bench and on a real bench;
+//! refused input.
 
 use std::path::Path;
 
@@ -12,22 +13,29 @@ fn output(arguments: &[&str]) -> std::process::Output {
 }
 
 fn diagnose(arguments: &[&str]) -> Value {
-    let output = output(&[&["diagnose", "--json", "--quiet", "--no-cache", "--nulls", "20"], arguments].concat());
+    let output =
+        output(&[&["diagnose", "--json", "--quiet", "--no-cache", "--nulls", "20"], arguments].concat());
     assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-/// Diagnoses the first wanted case of the reference simulator from its folder of files, and returns the result and the case's label.
+/// Diagnoses the first wanted case of the reference simulator from its folder of files, and returns the
+/// result and the case's label.
 fn diagnose_case(wanted: impl Fn(&Kind, &[String], Option<&str>) -> bool) -> (Value, Label) {
     diagnose_modified_case(wanted, |_| ())
 }
 
 /// Diagnoses a case after `modify` has changed its folder.
-fn diagnose_modified_case(wanted: impl Fn(&Kind, &[String], Option<&str>) -> bool, modify: impl Fn(&Path)) -> (Value, Label) {
+fn diagnose_modified_case(
+    wanted: impl Fn(&Kind, &[String], Option<&str>) -> bool,
+    modify: impl Fn(&Path),
+) -> (Value, Label) {
     let plan = Plan::from_counts(&Counts::QUICK, 1);
     let names = |at: usize| plan.slots[at].effects.iter().map(|e| e.name().to_string()).collect::<Vec<_>>();
     let strength = |at: usize| plan.slots[at].strength.map(|s| format!("{s:?}"));
-    let index = (0..plan.slots.len()).find(|at| wanted(&plan.slots[*at].kind, &names(*at), strength(*at).as_deref())).unwrap();
+    let index = (0..plan.slots.len())
+        .find(|at| wanted(&plan.slots[*at].kind, &names(*at), strength(*at).as_deref()))
+        .unwrap();
     let (case, label) = generate_one(1, &plan, index).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("case");
@@ -37,8 +45,8 @@ fn diagnose_modified_case(wanted: impl Fn(&Kind, &[String], Option<&str>) -> boo
     (diagnose(&["--config", machine.to_str().unwrap(), "--measurements", path.to_str().unwrap()]), label)
 }
 
-/// A bed that shifts and pitches has two modes that the library describes by two effects. The verdict names the first alone, in its row stand the
-/// values of both, and the machine with the named effect has both.
+/// A bed that shifts and pitches has two modes that the library describes by two effects. The verdict names
+/// the first alone, in its row stand the values of both, and the machine with the named effect has both.
 #[test]
 #[ignore = "long"]
 fn recover_a_bed_that_shifts_and_pitches() {
@@ -49,15 +57,32 @@ fn recover_a_bed_that_shifts_and_pitches() {
     write_case(folder.path(), &case).unwrap();
     let (machine, applied) = (folder.path().join("machine.toml"), folder.path().join("applied.toml"));
     let set = folder.path().to_str().unwrap();
-    let found = diagnose(&["--config", machine.to_str().unwrap(), "--measurements", set, "--apply", applied.to_str().unwrap()]);
+    let found = diagnose(&[
+        "--config",
+        machine.to_str().unwrap(),
+        "--measurements",
+        set,
+        "--apply",
+        applied.to_str().unwrap(),
+    ]);
     assert_eq!(found["verdict"]["effects"], serde_json::json!(["bed-compliance"]), "{:#}", found["verdict"]);
     assert_eq!(found["chosen"]["id"], "bed-compliance+bed-second-mode");
     let row = |id: &str| found["effects"].as_array().unwrap().iter().find(|row| row["id"] == id).cloned();
     let named = row("bed-compliance").unwrap();
-    assert!(row("bed-second-mode").is_none() && named["parameters"]["k_bed_2"].as_f64().unwrap() < 1e12, "{named:#}");
-    assert_eq!((&named["closed"], &named["closed95"]), (&found["chosen"]["closed"], &found["chosen"]["closed95"]));
+    assert!(
+        row("bed-second-mode").is_none() && named["parameters"]["k_bed_2"].as_f64().unwrap() < 1e12,
+        "{named:#}"
+    );
+    assert_eq!(
+        (&named["closed"], &named["closed95"]),
+        (&found["chosen"]["closed"], &found["chosen"]["closed95"])
+    );
     let with = config::read_machine(applied.to_str().unwrap(), &[], &[]).unwrap().machine;
-    assert!(with.effects.ends_with(&["bed-compliance".into(), "bed-second-mode".into()]), "{:?}", with.effects);
+    assert!(
+        with.effects.ends_with(&["bed-compliance".into(), "bed-second-mode".into()]),
+        "{:?}",
+        with.effects
+    );
 }
 
 #[test]
@@ -69,11 +94,15 @@ fn recover_no_effect_where_none_is_missing() {
 
 #[test]
 fn recover_a_withheld_relaxation_and_the_share_of_the_gap_it_closes() {
-    let (found, label) =
-        diagnose_case(|kind, effects, strength| *kind == Kind::Single && effects == ["table-relaxation"] && strength == Some("Strong"));
+    let (found, label) = diagnose_case(|kind, effects, strength| {
+        *kind == Kind::Single && effects == ["table-relaxation"] && strength == Some("Strong")
+    });
     assert_eq!(found["verdict"]["effects"][0], "table-relaxation", "{:#}", found["verdict"]);
     // The location is right, and the band overlaps the one in which the effect changes the true response.
-    assert_eq!((&found["where"][0]["interface"], &found["where"][0]["shape"]), (&"table".into(), &"other".into()));
+    assert_eq!(
+        (&found["where"][0]["interface"], &found["where"][0]["shape"]),
+        (&"table".into(), &"other".into())
+    );
     assert_eq!(found["verdict"]["where"], "table");
     let (band, [from, to]) = (&found["verdict"]["band_hz"], label.band_hz.unwrap());
     let [low, high] = [0, 1].map(|end| band[end].as_f64().unwrap());
@@ -92,15 +121,20 @@ fn recover_a_misread_quantity() {
     assert_eq!(found["verdict"]["where"], "measurement");
 }
 
-/// The paper prints the amplitudes of its bench "in m", which cannot be right. Read as receptances, modes alone suffice to find the misread
-/// quantity. It is not named, because the fit with it predicts the held-out positions worse.
+/// The paper prints the amplitudes of its bench "in m", which cannot be right. Read as receptances, modes
+/// alone suffice to find the misread quantity. It is not named, because the fit with it predicts the held-out
+/// positions worse.
 #[test]
 #[ignore = "second tier"]
 fn published_amplitudes_are_no_receptances() {
     let folder = tempfile::tempdir().unwrap();
     for name in ["manifest.toml", "modes.csv", "published.csv"] {
         let text = std::fs::read_to_string(format!("measurements/tian/{name}")).unwrap();
-        std::fs::write(folder.path().join(name), text.replace("quantity = \"mobility\"", "quantity = \"receptance\"")).unwrap();
+        std::fs::write(
+            folder.path().join(name),
+            text.replace("quantity = \"mobility\"", "quantity = \"receptance\""),
+        )
+        .unwrap();
     }
     let found = diagnose(&["--measurements", folder.path().to_str().unwrap(), "--positions", "l1,l3,l5"]);
     let (verdict, best) = (&found["verdict"], &found["effects"][0]);
@@ -132,14 +166,16 @@ fn recover_exchanged_records() {
     }
 }
 
-/// The paper's bench without its rotor hold: modes alone do not distinguish it from a spring at the table, whose one peak that nobody noted has the least
-/// prominence that the set states. The result is the same on one and on two threads.
+/// The paper's bench without its rotor hold: modes alone do not distinguish it from a spring at the table,
+/// whose one peak that nobody noted has the least prominence that the set states. The result is the same on
+/// one and on two threads.
 #[test]
 fn published_bench_without_its_rotor_hold() {
     let arguments = ["--without", "rotor-hold", "--positions", "l1,l3,l5"];
     let found = diagnose(&[&arguments[..], &["--threads", "1"]].concat());
     assert_eq!(found["domain"], "modes");
-    let named: Vec<&str> = found["verdict"]["effects"].as_array().unwrap().iter().filter_map(Value::as_str).collect();
+    let named: Vec<&str> =
+        found["verdict"]["effects"].as_array().unwrap().iter().filter_map(Value::as_str).collect();
     assert_eq!(
         (&found["verdict"]["kind"], &named[..]),
         (&"ambiguous".into(), &["rotor-hold", "guide-stiffness"][..]),
@@ -152,12 +188,15 @@ fn published_bench_without_its_rotor_hold() {
         assert!(closed > least, "{row:#}");
     }
     let [low, closed, high] =
-        [&found["chosen"]["closed95"][0], &found["chosen"]["closed"], &found["chosen"]["closed95"][1]].map(|x| x.as_f64().unwrap());
+        [&found["chosen"]["closed95"][0], &found["chosen"]["closed"], &found["chosen"]["closed95"][1]]
+            .map(|x| x.as_f64().unwrap());
     assert!(low > 0.5 && low < closed && closed < high && high < 1.2, "{low} to {high} for {closed}");
     assert_eq!(found["where"][0]["interface"], "rotor");
     // The gap of each order, over all positions.
-    let by_mode: Vec<f64> = found["gap"]["by_mode"].as_array().unwrap().iter().filter_map(Value::as_f64).collect();
-    let (least, most) = by_mode.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), x| (low.min(*x), high.max(*x)));
+    let by_mode: Vec<f64> =
+        found["gap"]["by_mode"].as_array().unwrap().iter().filter_map(Value::as_f64).collect();
+    let (least, most) =
+        by_mode.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), x| (low.min(*x), high.max(*x)));
     let all = found["gap"]["fit"].as_f64().unwrap();
     assert!(by_mode.len() == 4 && least < all && all < most, "{by_mode:?} for {all}");
     // Modes have no lines.
@@ -165,8 +204,8 @@ fn published_bench_without_its_rotor_hold() {
     assert_eq!(found, diagnose(&[&arguments[..], &["--threads", "2"]].concat()));
 }
 
-/// Without `least_prominence`, small peaks may have been missed, so a spring between table and ground, which adds a small peak, is as plausible as the
-/// rotor hold, whatever the seed of the search.
+/// Without `least_prominence`, small peaks may have been missed, so a spring between table and ground, which
+/// adds a small peak, is as plausible as the rotor hold, whatever the seed of the search.
 #[test]
 #[ignore = "second tier"]
 fn published_bench_where_small_peaks_may_have_been_missed() {
@@ -177,7 +216,9 @@ fn published_bench_where_small_peaks_may_have_been_missed() {
         std::fs::write(folder.path().join(file), text.replace("least_prominence = 1.25\n", "")).unwrap();
     }
     let named = |seed: &str| -> Vec<String> {
-        let found = diagnose(&[&arguments[..], &["--seed", seed, "--measurements", folder.path().to_str().unwrap()]].concat());
+        let found = diagnose(
+            &[&arguments[..], &["--seed", seed, "--measurements", folder.path().to_str().unwrap()]].concat(),
+        );
         let effects = found["verdict"]["effects"].as_array().unwrap().iter().filter_map(Value::as_str);
         effects.map(String::from).collect()
     };
@@ -186,19 +227,28 @@ fn published_bench_where_small_peaks_may_have_been_missed() {
     assert!(both[0].iter().any(|id| id == "guide-stiffness" || id == "table-relaxation"), "{both:?}");
 }
 
-/// The real bench with two inertias: the diagnosis names each of its two effects when withheld. Record B is held out.
+/// The real bench with two inertias: the diagnosis names each of its two effects when withheld. Record B is
+/// held out.
 #[test]
 fn published_two_inertia_bench_without_an_effect() {
     let Some(folder) = test_data::shared("realdata/two-inertia-bench") else { return };
     for (effect, least) in [("measurement-delay", 0.5), ("drive-flexibility", 0.99)] {
-        let arguments = ["--config", "configs/two-inertia.toml", "--measurements", folder.to_str().unwrap(), "--without", effect];
+        let arguments = [
+            "--config",
+            "configs/two-inertia.toml",
+            "--measurements",
+            folder.to_str().unwrap(),
+            "--without",
+            effect,
+        ];
         let found = diagnose(&arguments);
         assert_eq!(found["verdict"]["effects"], serde_json::json!([effect]), "{:#}", found["verdict"]);
         assert!(found["effects"][0]["closed"].as_f64().unwrap() > least, "{:#}", found["effects"][0]);
     }
 }
 
-/// Simulates an FRF of a machine as CSV, scaled by `gain`, with relative noise of standard deviation `noise` in amplitude and in phase.
+/// Simulates an FRF of a machine as CSV, scaled by `gain`, with relative noise of standard deviation `noise`
+/// in amplitude and in phase.
 fn simulated_frf(machine: &[&str], gain: f64, noise: f64, draw: &mut Draw) -> String {
     let simulated = output(&[&["simulate", "frf", "--step-hz", "1"], machine].concat());
     assert!(simulated.status.success(), "{}", String::from_utf8_lossy(&simulated.stderr));
@@ -207,7 +257,13 @@ fn simulated_frf(machine: &[&str], gain: f64, noise: f64, draw: &mut Draw) -> St
         let cells: Vec<&str> = row.split(',').collect();
         let (re, im): (f64, f64) = (cells[2].parse().unwrap(), cells[3].parse().unwrap());
         let (a, b) = (gain * (1.0 + noise * draw.normal()), gain * noise * draw.normal());
-        text += &format!("{},{:e},{:e},{}\n", cells[1], re * a - im * b, re * b + im * a, noise * std::f64::consts::SQRT_2);
+        text += &format!(
+            "{},{:e},{:e},{}\n",
+            cells[1],
+            re * a - im * b,
+            re * b + im * a,
+            noise * std::f64::consts::SQRT_2
+        );
     }
     text
 }
@@ -231,7 +287,8 @@ c_swing = {{ unit = "N*s/m", start = {damping}, lower = 1e-2, upper = 1e5, sourc
     )
 }
 
-/// Diagnoses the described bench on FRFs of a bench with `more` in its file. The hammer excites the table at six positions, three of them fitted.
+/// Diagnoses the described bench on FRFs of a bench with `more` in its file. The hammer excites the table at
+/// six positions, three of them fitted.
 fn diagnose_bench_with(more: &str, gain: f64, noise: f64) -> Value {
     diagnose_bench_with_manifest("", more, gain, noise)
 }
@@ -244,45 +301,65 @@ fn diagnose_bench_with_manifest(known: &str, more: &str, gain: f64, noise: f64) 
     let held = "effects = [\"rotor-hold\"";
     let with = if more.is_empty() { held.to_string() } else { format!("{held}, \"more\"") };
     // The true machine deviates slightly from its description.
-    let deviations = [("272.0", "273.4"), ("0.040\n", "0.03997\n"), ("2e11", "2.005e11"), (held, with.as_str())];
+    let deviations =
+        [("272.0", "273.4"), ("0.040\n", "0.03997\n"), ("2e11", "2.005e11"), (held, with.as_str())];
     let truth = deviations.iter().fold(bench, |text, (from, to)| text.replace(from, to));
     std::fs::write(path("truth.toml"), format!("{truth}{more}")).unwrap();
-    let mut manifest = "title = \"bench\"\nquantity = \"receptance\"\nresponse = \"table\"\nexcitation = \"table\"\n".to_string();
+    let mut manifest =
+        "title = \"bench\"\nquantity = \"receptance\"\nresponse = \"table\"\nexcitation = \"table\"\n"
+            .to_string();
     manifest += &format!("{known}[split]\nfit = [\"l1\", \"l3\", \"l5\"]\n");
     let mut draw = Draw::new(2);
-    for (position, nut_m) in [("l1", "0.6"), ("l2", "0.8"), ("l3", "1.0"), ("l4", "1.3"), ("l5", "1.6"), ("l6", "1.9")] {
+    for (position, nut_m) in
+        [("l1", "0.6"), ("l2", "0.8"), ("l3", "1.0"), ("l4", "1.3"), ("l5", "1.6"), ("l6", "1.9")]
+    {
         let (truth, file) = (path("truth.toml"), format!("{position}.csv"));
         let channel = ["--response", "table", "--excitation", "table", "--nut-m", nut_m];
-        let machine = [&["--config", truth.as_str(), "--from-hz", "10", "--to-hz", "600"], &channel[..]].concat();
+        let machine =
+            [&["--config", truth.as_str(), "--from-hz", "10", "--to-hz", "600"], &channel[..]].concat();
         std::fs::write(path(&file), simulated_frf(&machine, gain, noise, &mut draw)).unwrap();
-        manifest +=
-            &format!("[[position]]\nname = \"{position}\"\nnut_m = {nut_m}\n[[frf]]\nposition = \"{position}\"\nfile = \"{file}\"\n");
+        manifest += &format!(
+            "[[position]]\nname = \"{position}\"\nnut_m = {nut_m}\n[[frf]]\nposition = \"{position}\"\nfile = \"{file}\"\n"
+        );
     }
     std::fs::write(path("manifest.toml"), manifest).unwrap();
     diagnose(&["--measurements", folder.path().to_str().unwrap()])
 }
 
-/// A calibration error of two standard deviations is no effect, however precise the lines, because null simulations draw calibrations, too.
-/// An error of a tenth is an effect unless the set declares a calibration tolerance as large.
+/// A calibration error of two standard deviations is no effect, however precise the lines, because null
+/// simulations draw calibrations, too. An error of a tenth is an effect unless the set declares a calibration
+/// tolerance as large.
 #[test]
 #[ignore = "second tier"]
 fn recover_no_effect_from_a_calibration_within_tolerance() {
     let found = diagnose_bench_with("", 1.008, 0.002);
     assert_eq!(found["verdict"]["kind"], "none", "{:#}", found["verdict"]);
     let found = diagnose_bench_with("", 1.1, 0.002);
-    assert!(found["verdict"]["effects"].as_array().unwrap().contains(&"frf-gain".into()), "{:#}", found["verdict"]);
+    assert!(
+        found["verdict"]["effects"].as_array().unwrap().contains(&"frf-gain".into()),
+        "{:#}",
+        found["verdict"]
+    );
     let found = diagnose_bench_with_manifest("[tolerance]\ngain = 0.1\n", "", 1.1, 0.002);
     assert_eq!(found["verdict"]["kind"], "none", "{:#}", found["verdict"]);
 }
 
-/// A resonator on the table is not reported as a rocking table, though that effect, with two more parameters, reproduces it.
+/// A resonator on the table is not reported as a rocking table, though that effect, with two more parameters,
+/// reproduces it.
 #[test]
 #[ignore = "second tier"]
 fn recover_a_resonator_that_no_effect_describes() {
     let found = diagnose_bench_with(&resonator("more", "table", ["15.0", "1.3e7", "800.0"]), 1.0, 0.01);
     assert_eq!(found["verdict"]["kind"], "unknown", "{:#}", found["verdict"]);
-    assert_eq!((&found["where"][0]["interface"], &found["where"][0]["shape"]), (&"table".into(), &"resonator".into()));
-    assert!(found["verdict"]["reason"].as_str().unwrap().contains("resonator at table"), "{:#}", found["verdict"]);
+    assert_eq!(
+        (&found["where"][0]["interface"], &found["where"][0]["shape"]),
+        (&"table".into(), &"resonator".into())
+    );
+    assert!(
+        found["verdict"]["reason"].as_str().unwrap().contains("resonator at table"),
+        "{:#}",
+        found["verdict"]
+    );
 }
 
 /// A hub heavier than described is not mistaken for a thinner journal.
@@ -299,20 +376,31 @@ rescale = [{ part = "point-inertia", name = "left-angle", modifier = "times", by
 hub = { unit = "1", start = 2.5, lower = 0.5, upper = 10.0, source = "a brake disc" }
 "#;
     let found = diagnose_bench_with(hub, 1.0, 0.003);
-    assert!(found["verdict"]["effects"].as_array().unwrap().contains(&"coupling-inertia".into()), "{:#}", found["verdict"]);
+    assert!(
+        found["verdict"]["effects"].as_array().unwrap().contains(&"coupling-inertia".into()),
+        "{:#}",
+        found["verdict"]
+    );
     assert_eq!(found["verdict"]["confirmed"], true, "{:#}", found["verdict"]);
     // A p-value is a share of draws that were made.
     let (null, p) = (&found["null"], found["effects"][0]["p_value"].as_f64().unwrap());
     let draws = null["linear_draws"].as_f64().unwrap();
-    assert!(draws >= 1000.0 && null["fitted_draws"] == 20 && null["factor"].as_f64().unwrap() >= 1.0, "{null:#}");
-    assert!((p * (draws + 1.0)).fract().min(1.0 - (p * (draws + 1.0)).fract()) < 1e-6 && p >= 1.0 / (draws + 1.0), "{p}");
+    assert!(
+        draws >= 1000.0 && null["fitted_draws"] == 20 && null["factor"].as_f64().unwrap() >= 1.0,
+        "{null:#}"
+    );
+    assert!(
+        (p * (draws + 1.0)).fract().min(1.0 - (p * (draws + 1.0)).fract()) < 1e-6 && p >= 1.0 / (draws + 1.0),
+        "{p}"
+    );
 }
 
 /// The screw of the simulator is a chain of beam elements on springs, whose nut also pushes it sideways.
 #[test]
 fn recover_a_bending_screw() {
-    let (found, label) =
-        diagnose_case(|kind, effects, strength| *kind == Kind::Single && effects == ["screw-bending"] && strength == Some("Strong"));
+    let (found, label) = diagnose_case(|kind, effects, strength| {
+        *kind == Kind::Single && effects == ["screw-bending"] && strength == Some("Strong")
+    });
     assert_eq!(found["verdict"]["effects"], serde_json::json!(["screw-bending"]), "{:#}", found["verdict"]);
     let rest = found["chosen"]["misfit_over_null"].as_f64().unwrap();
     println!(
@@ -324,8 +412,8 @@ fn recover_a_bending_screw() {
     assert!(rest < 1.5, "{rest}");
 }
 
-/// The papers' model of the servo axis has one mode near 152 Hz, but the real machine showed two. The FRFs here are of an axis with a resonator on
-/// its slide.
+/// The papers' model of the servo axis has one mode near 152 Hz, but the real machine showed two. The FRFs
+/// here are of an axis with a resonator on its slide.
 #[test]
 fn recover_a_resonator_on_the_servo_axis() {
     let axis = std::fs::read_to_string("configs/servo-axis.toml").unwrap();
@@ -335,14 +423,17 @@ fn recover_a_resonator_on_the_servo_axis() {
     std::fs::write(path("own.toml"), format!("{axis}{swing}")).unwrap();
     let swinging = resonator("slide-resonator", "slide", ["12.0", "1.05e7", "500.0"]);
     std::fs::write(path("truth.toml"), format!("effects = [\"slide-resonator\"]\n{axis}{swinging}")).unwrap();
-    let mut manifest = "title = \"axis\"\nquantity = \"receptance\"\n[split]\nfit = [\"a\", \"b\"]\n".to_string();
+    let mut manifest =
+        "title = \"axis\"\nquantity = \"receptance\"\n[split]\nfit = [\"a\", \"b\"]\n".to_string();
     let mut draw = Draw::new(1);
     for (record, response, excitation, nut_m) in
         [("a", "motor", "motor", "0.3"), ("b", "slide", "slide", "0.7"), ("c", "slide", "motor", "0.5")]
     {
         let truth = path("truth.toml");
         let band = ["--from-hz", "10", "--to-hz", "600", "--nut-m", nut_m];
-        let arguments = [&["--config", truth.as_str(), "--response", response, "--excitation", excitation], &band[..]].concat();
+        let arguments =
+            [&["--config", truth.as_str(), "--response", response, "--excitation", excitation], &band[..]]
+                .concat();
         let text = simulated_frf(&arguments, 1.0, 0.01, &mut draw);
         std::fs::write(path(&format!("{record}.csv")), text).unwrap();
         manifest += &format!("[[position]]\nname = \"{record}\"\nnut_m = {nut_m}\n");
@@ -354,7 +445,10 @@ fn recover_a_resonator_on_the_servo_axis() {
     let set = folder.path().to_str().unwrap();
     let unknown = diagnose(&["--config", "configs/servo-axis.toml", "--measurements", set]);
     assert_eq!(unknown["verdict"]["kind"], "unknown", "{:#}", unknown["verdict"]);
-    assert_eq!((&unknown["where"][0]["interface"], &unknown["where"][0]["shape"]), (&"slide".into(), &"resonator".into()));
+    assert_eq!(
+        (&unknown["where"][0]["interface"], &unknown["where"][0]["shape"]),
+        (&"slide".into(), &"resonator".into())
+    );
     let named = diagnose(&["--config", &path("own.toml"), "--measurements", set]);
     assert_eq!(named["verdict"]["effects"], serde_json::json!(["slide-resonator"]), "{:#}", named["verdict"]);
     assert!(named["effects"][0]["closed"].as_f64().unwrap() > 0.98, "{:#}", named["effects"][0]);
@@ -374,7 +468,8 @@ fn too_few_numbers_give_no_verdict() {
     assert!(found["verdict"]["reason"].as_str().unwrap().starts_with("4 numbers"), "{:#}", found["verdict"]);
 }
 
-/// Ablation of the null distribution: tables of χ² give smaller p-values on the bench than null simulations do.
+/// Ablation of the null distribution: tables of χ² give smaller p-values on the bench than null simulations
+/// do.
 #[test]
 #[ignore = "second tier"]
 fn chi_square_tables_give_smaller_p_values_than_null_simulations() {

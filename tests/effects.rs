@@ -1,4 +1,5 @@
-//! The library of effects: each effect applies to the bench, has no influence at zero amplitude and matches its description.
+//! The library of effects: each effect applies to the bench, has no influence at zero amplitude and matches
+//! its description.
 
 use config::effect_library;
 use diagnosis::{Hypothesis, at_start, is_plausible, largest_loss_factor, relaxes_within};
@@ -26,7 +27,11 @@ fn every_effect_applies_to_the_bench_and_has_a_description() {
         assert!(with.effects.contains(&effect.id) && effect.description.len() > 20, "{}", effect.id);
         let added = with.parameters.len() - machine.parameters.len();
         assert!((1..=6).contains(&added), "{} adds {added} parameters", effect.id);
-        assert!(with.parameters[machine.parameters.len()..].iter().all(|p| !p.source.is_empty()), "{}", effect.id);
+        assert!(
+            with.parameters[machine.parameters.len()..].iter().all(|p| !p.source.is_empty()),
+            "{}",
+            effect.id
+        );
     }
 }
 
@@ -35,7 +40,9 @@ fn implausible_arms_exclude_table_rocking() {
     let library = effect_library().unwrap();
     let rocking = library.iter().find(|e| e.id == "table-rocking").unwrap();
     let hypothesis = Hypothesis::nominal(bench_without_hold()).with(rocking).unwrap();
-    for (sensor, hammer, plausible) in [(0.0, 0.0, false), (0.1, -0.2, false), (0.1, 0.5, true), (-1.2, 0.0, true), (-10.0, 0.1, false)] {
+    for (sensor, hammer, plausible) in
+        [(0.0, 0.0, false), (0.1, -0.2, false), (0.1, 0.5, true), (-1.2, 0.0, true), (-10.0, 0.1, false)]
+    {
         let mut fitted = at_start(&hypothesis);
         for (parameter, unit) in hypothesis.machine.parameters.iter().zip(&mut fitted.units) {
             match parameter.id.as_str() {
@@ -51,7 +58,8 @@ fn implausible_arms_exclude_table_rocking() {
 #[test]
 fn a_stage_heavier_than_its_rotor_excludes_an_elastic_drive() {
     let library = effect_library().unwrap();
-    let with_rotor = library.iter().find(|e| e.id == "drive-flexibility" && e.patch.points.len() == 1).unwrap();
+    let with_rotor =
+        library.iter().find(|e| e.id == "drive-flexibility" && e.patch.points.len() == 1).unwrap();
     let hypothesis = Hypothesis::nominal(bench_without_hold()).with(with_rotor).unwrap();
     let stage = hypothesis.machine.parameters.iter().position(|p| p.id == "j_stage").unwrap();
     // The rotor has 1e-3 kg m².
@@ -70,7 +78,9 @@ fn the_largest_loss_factor_excludes_an_effect() {
     let hypothesis = Hypothesis::nominal(bench_without_hold()).with(guide).unwrap();
     let at = hypothesis.machine.parameters.iter().position(|p| p.id == "eta_guide").unwrap();
     let loss = &hypothesis.machine.parameters[at];
-    for (value, plausible) in [(loss.lower, true), (loss.start, true), (0.9 * loss.upper, true), (loss.upper, false)] {
+    for (value, plausible) in
+        [(loss.lower, true), (loss.start, true), (0.9 * loss.upper, true), (loss.upper, false)]
+    {
         let mut fitted = at_start(&hypothesis);
         fitted.units[at] = loss.to_unit(value);
         assert_eq!(is_plausible(&hypothesis, &fitted), plausible, "{value}");
@@ -78,13 +88,18 @@ fn the_largest_loss_factor_excludes_an_effect() {
     }
 }
 
-/// Below its corner, stiffness over damping, a relaxation is a damper, above it a spring: where the data show one alone, it is another effect.
+/// Below its corner, stiffness over damping, a relaxation is a damper, above it a spring: where the data show
+/// one alone, it is another effect.
 #[test]
 fn a_corner_outside_the_band_excludes_a_relaxation() {
     let library = effect_library().unwrap();
-    let hypothesis = |id: &str| Hypothesis::nominal(bench_without_hold()).with(library.iter().find(|e| e.id == id).unwrap()).unwrap();
+    let hypothesis = |id: &str| {
+        Hypothesis::nominal(bench_without_hold()).with(library.iter().find(|e| e.id == id).unwrap()).unwrap()
+    };
     let relaxing = hypothesis("table-relaxation");
-    for (corner_hz, shown) in [(0.5, false), (9.9, false), (10.1, true), (60.0, true), (799.0, true), (801.0, false), (8e3, false)] {
+    for (corner_hz, shown) in
+        [(0.5, false), (9.9, false), (10.1, true), (60.0, true), (799.0, true), (801.0, false), (8e3, false)]
+    {
         let mut fitted = at_start(&relaxing);
         for (parameter, unit) in relaxing.machine.parameters.iter().zip(&mut fitted.units) {
             match parameter.id.as_str() {
@@ -130,9 +145,14 @@ fn effects_are_located_at_the_parts_they_change() {
         .map(String::as_str)
         .chain(["measurement"])
         .collect();
-    for effect in library.iter().filter(|e| e.data.contains(&Data::Frf) && machine.missing_part(e).is_none()) {
+    for effect in library.iter().filter(|e| e.data.contains(&Data::Frf) && machine.missing_part(e).is_none())
+    {
         let places = effect.places();
-        assert!(!places.is_empty() && places.iter().all(|(place, _)| parts.contains(&place.as_str())), "{}: {places:?}", effect.id);
+        assert!(
+            !places.is_empty() && places.iter().all(|(place, _)| parts.contains(&place.as_str())),
+            "{}: {places:?}",
+            effect.id
+        );
     }
     // Each of the two bearings has its own parameter.
     let bearings = library.iter().find(|e| e.id == "bearing-stiffness-position").unwrap().places();
@@ -146,10 +166,16 @@ fn effects_are_located_at_the_parts_they_change() {
 
 /// Returns the fitter of a diagnosis of modes.
 fn fitter_of_modes<'s>(fit: &measurement::FitSet<'s>) -> diagnosis::Fitter<'s> {
-    diagnosis::fitter(fit, diagnosis::Domain::Modes(identification::objective::ModeSettings::default()), &[], &[])
+    diagnosis::fitter(
+        fit,
+        diagnosis::Domain::Modes(identification::objective::ModeSettings::default()),
+        &[],
+        &[],
+    )
 }
 
-/// Effects that only motion reveals apply to an axis with guide, nut and drive, add their own parameters and leave every FRF unchanged.
+/// Effects that only motion reveals apply to an axis with guide, nut and drive, add their own parameters and
+/// leave every FRF unchanged.
 #[test]
 fn every_effect_of_motion_applies_to_a_driven_axis_and_leaves_frfs_unchanged() {
     let text = std::fs::read_to_string("configs/tian.toml").unwrap()
@@ -172,12 +198,15 @@ period_s = 1e-3
 gain = 20.0
 period_s = 1e-3
 "#;
-    let machine = config::read_machine_text("axis.toml", &text, &[], &["rotor-hold".to_string()]).unwrap().machine;
+    let machine =
+        config::read_machine_text("axis.toml", &text, &[], &["rotor-hold".to_string()]).unwrap().machine;
     let before = receptance(&bench_without_hold(), &[], 117.0);
     assert_eq!(receptance(&machine, &[], 117.0), before);
     let library = effect_library().unwrap();
-    let motion: Vec<_> =
-        library.iter().filter(|e| (e.data == [Data::Motion] && e.id != "drive-flexibility") || e.id == "control-delay").collect();
+    let motion: Vec<_> = library
+        .iter()
+        .filter(|e| (e.data == [Data::Motion] && e.id != "drive-flexibility") || e.id == "control-delay")
+        .collect();
     assert_eq!(motion.len(), 14);
     let (bench, nominal) = (bench_without_hold(), Hypothesis::nominal(bench_without_hold()));
     let set = measurement::read_set(measurement::BENCH).unwrap();
@@ -186,10 +215,19 @@ period_s = 1e-3
     for effect in motion {
         let with = machine.with_effect(effect).unwrap_or_else(|e| panic!("{}: {e}", effect.id));
         let added = &with.parameters[machine.parameters.len()..];
-        assert!((1..=3).contains(&added.len()) && added.iter().all(|p| !p.source.is_empty()), "{}", effect.id);
+        assert!(
+            (1..=3).contains(&added.len()) && added.iter().all(|p| !p.source.is_empty()),
+            "{}",
+            effect.id
+        );
         let linear = with.linear_parameters();
         let shows_in_frfs = added.iter().any(|p| linear[with.parameter(&p.id).unwrap()]);
-        assert_eq!(shows_in_frfs, ["viscous-friction", "moving-mass", "lead-growth"].contains(&effect.id.as_str()), "{}", effect.id);
+        assert_eq!(
+            shows_in_frfs,
+            ["viscous-friction", "moving-mass", "lead-growth"].contains(&effect.id.as_str()),
+            "{}",
+            effect.id
+        );
         assert_eq!(receptance(&with, &[], 117.0), before, "{}", effect.id);
         // They are no candidates of a diagnosis of FRFs.
         let (apply, _) = diagnosis::hypotheses(&fitter, &bench, &nominal, &library, &[]);
@@ -197,7 +235,12 @@ period_s = 1e-3
     }
     // The delay of the control shows in closed-loop FRFs of a driven axis.
     let delay = library.iter().find(|e| e.id == "control-delay").unwrap().clone();
-    assert_eq!(diagnosis::hypotheses(&fitter, &machine, &Hypothesis::nominal(machine.clone()), &[delay], &[]).0.len(), 1);
+    assert_eq!(
+        diagnosis::hypotheses(&fitter, &machine, &Hypothesis::nominal(machine.clone()), &[delay], &[])
+            .0
+            .len(),
+        1
+    );
 }
 
 #[test]
@@ -225,11 +268,13 @@ fn receptance(machine: &Machine, set: &[(&str, f64)], hz: f64) -> num_complex::C
     network.receptance(std::f64::consts::TAU * hz, &mut structure.workspace())
 }
 
-/// A nut that supports its screw at two points equals two springs of half its stiffness, in series with the screw's compliance there. The mass
-/// is unchanged.
+/// A nut that supports its screw at two points equals two springs of half its stiffness, in series with the
+/// screw's compliance there. The mass is unchanged.
 #[test]
 fn limit_a_nut_over_a_length_is_two_springs_side_by_side() {
-    let machine = bench_without_hold().with_effect(effect_library().unwrap().iter().find(|e| e.id == "rotor-hold").unwrap()).unwrap();
+    let machine = bench_without_hold()
+        .with_effect(effect_library().unwrap().iter().find(|e| e.id == "rotor-hold").unwrap())
+        .unwrap();
     let nut_m = 1.0;
     let held = machine.with_tolerances(&[nut_m]).unwrap();
     let (length_m, axial_n) = (2.6, 2e11 * std::f64::consts::FRAC_PI_4 * 0.04_f64.powi(2));
@@ -238,13 +283,21 @@ fn limit_a_nut_over_a_length_is_two_springs_side_by_side() {
     let joints = [("k_al", k_a), ("k_ar", k_a), ("k_n", k_n), ("k_m", k_m), ("k_s", k_s), ("c_n", 1e3)];
     // No journals and no losses.
     let journals = ["~journal at left", "~journal at right"].map(|id| (id, 0.0));
-    let losses = held.parameters.iter().filter(|p| p.id.starts_with("~loss")).map(|p| (p.id.as_str(), 0.0)).collect::<Vec<_>>();
-    let compliance = |machine: &Machine, by: &[(&str, f64)]| receptance(machine, &[&joints[..], by].concat(), 0.05).re;
-    // Displacement at a per force at b: two bearings with the screw between them, and the screw's torsion from its driven end.
+    let losses = held
+        .parameters
+        .iter()
+        .filter(|p| p.id.starts_with("~loss"))
+        .map(|p| (p.id.as_str(), 0.0))
+        .collect::<Vec<_>>();
+    let compliance =
+        |machine: &Machine, by: &[(&str, f64)]| receptance(machine, &[&joints[..], by].concat(), 0.05).re;
+    // Displacement at a per force at b: two bearings with the screw between them, and the screw's torsion
+    // from its driven end.
     let at = |a: f64, b: f64| {
         let (low, high) = (1.0 / k_a + a.min(b) / axial_n, 1.0 / k_a + (length_m - a.max(b)) / axial_n);
         let lead = (0.04 / std::f64::consts::TAU).powi(2);
-        low * high / (2.0 / k_a + length_m / axial_n) + lead * (1.0 / k_m + 1.0 / k_s + a.min(b) / torsion_n_m2)
+        low * high / (2.0 / k_a + length_m / axial_n)
+            + lead * (1.0 / k_m + 1.0 / k_s + a.min(b) / torsion_n_m2)
     };
     let mut before = f64::INFINITY;
     for (factor, aside) in [(0.3, 0.0), (1.0, 0.0), (2.0, 0.0), (1.0, 0.5)] {
@@ -254,7 +307,8 @@ fn limit_a_nut_over_a_length_is_two_springs_side_by_side() {
         // Both springs have the same displacement at the table: 1/(1ᵀ·(A + 2/k)⁻¹·1).
         let (aa, bb, ab) = (at(a, a) + 2.0 / k_n, at(b, b) + 2.0 / k_n, at(a, b));
         let expected = (aa * bb - ab * ab) / (aa + bb - 2.0 * ab);
-        let by = [&journals[..], &losses, &[("~nut length on screw", factor), ("~nut load on screw", aside)]].concat();
+        let by = [&journals[..], &losses, &[("~nut length on screw", factor), ("~nut load on screw", aside)]]
+            .concat();
         let found = compliance(&held, &by);
         assert!((found / expected - 1.0).abs() < 1e-4, "{factor} {aside}: {found:e} against {expected:e}");
         if aside == 0.0 {
@@ -267,7 +321,8 @@ fn limit_a_nut_over_a_length_is_two_springs_side_by_side() {
 /// Tolerances apply to a screw as short as eight diameters and to a nut at the end of its stroke.
 #[test]
 fn tolerances_apply_to_a_short_screw() {
-    let text = std::fs::read_to_string("configs/tian.toml").unwrap().replace("length_m = 2.6", "length_m = 0.32");
+    let text =
+        std::fs::read_to_string("configs/tian.toml").unwrap().replace("length_m = 2.6", "length_m = 0.32");
     let machine = config::read_machine_text("test", &text, &[], &[]).unwrap().machine;
     for nuts_m in [&[0.1, 0.2][..], &[0.003, 0.317], &[]] {
         let held = machine.with_tolerances(nuts_m).unwrap();
@@ -300,26 +355,45 @@ damping = 4e3
     table.with_effect(library.iter().find(|e| e.id == "table-rocking").unwrap()).unwrap()
 }
 
-/// A rigid table pitches and heaves on unequal carriages with a loss factor. The nut pushes below its centre, sensor and hammer are above it. Its two modes
-/// are those of the effect: the receptance is that of the equations of the rigid body.
+/// A rigid table pitches and heaves on unequal carriages with a loss factor. The nut pushes below its centre,
+/// sensor and hammer are above it. Its two modes are those of the effect: the receptance is that of the
+/// equations of the rigid body.
 #[test]
 fn published_rigid_table_on_unequal_carriages() {
     let library = effect_library().unwrap();
-    let machine = rocking_table().with_effect(library.iter().find(|e| e.id == "rocking-second-mode").unwrap()).unwrap();
+    let machine =
+        rocking_table().with_effect(library.iter().find(|e| e.id == "rocking-second-mode").unwrap()).unwrap();
     let (mass_kg, inertia, loss): (f64, f64, f64) = (300.0, 9.0, 0.02);
     let [sensor_m, hammer_m, nut_m] = [0.12, -0.05, 0.08];
     // Heave, pitch about the centre, and both together (N/m, N·m/rad, N/rad).
     let [heave, pitch, both] = [9e8, 3e7, 6e7];
-    let scaled =
-        nalgebra::Matrix2::new(heave / mass_kg, both / (mass_kg * inertia).sqrt(), both / (mass_kg * inertia).sqrt(), pitch / inertia);
+    let scaled = nalgebra::Matrix2::new(
+        heave / mass_kg,
+        both / (mass_kg * inertia).sqrt(),
+        both / (mass_kg * inertia).sqrt(),
+        pitch / inertia,
+    );
     let modes = scaled.symmetric_eigen();
     // Motion of the nut by each mode of unit modal mass.
     let moved = [0, 1].map(|mode| nut_m * modes.eigenvectors[(1, mode)] / inertia.sqrt());
-    let [mass, stiffness] = [[0, 1].map(|mode| moved[mode].powi(-2)), [0, 1].map(|mode| modes.eigenvalues[mode] * moved[mode].powi(-2))];
-    let values: Vec<(&str, f64)> = ["m_rock", "m_rock_2", "k_rock", "k_rock_2", "c_rock", "eta_rock_2", "r_sensor", "r_hammer"]
-        .into_iter()
-        .zip([mass[0], mass[1], stiffness[0], stiffness[1], 0.0, loss, -sensor_m / nut_m, -hammer_m / nut_m])
-        .collect();
+    let [mass, stiffness] = [
+        [0, 1].map(|mode| moved[mode].powi(-2)),
+        [0, 1].map(|mode| modes.eigenvalues[mode] * moved[mode].powi(-2)),
+    ];
+    let values: Vec<(&str, f64)> =
+        ["m_rock", "m_rock_2", "k_rock", "k_rock_2", "c_rock", "eta_rock_2", "r_sensor", "r_hammer"]
+            .into_iter()
+            .zip([
+                mass[0],
+                mass[1],
+                stiffness[0],
+                stiffness[1],
+                0.0,
+                loss,
+                -sensor_m / nut_m,
+                -hammer_m / nut_m,
+            ])
+            .collect();
     for hz in [20.0, 118.0, 290.0, 700.0] {
         let (omega, i) = (std::f64::consts::TAU * hz, num_complex::Complex64::i());
         let (nut, lossy) = (2e8 + i * omega * 4e3, 1.0 + i * loss);
@@ -335,19 +409,22 @@ fn published_rigid_table_on_unequal_carriages() {
             both * lossy,
             nut * nut_m * nut_m + pitch * lossy - omega * omega * inertia,
         );
-        let [read, struck] = [sensor_m, hammer_m].map(|arm| nalgebra::Vector3::new(1.0, 0.0, arm).map(num_complex::Complex64::from));
+        let [read, struck] = [sensor_m, hammer_m]
+            .map(|arm| nalgebra::Vector3::new(1.0, 0.0, arm).map(num_complex::Complex64::from));
         let expected = read.dot(&matrix.lu().solve(&struck).unwrap());
         let found = receptance(&machine, &values, hz);
         assert!((found - expected).norm() < 1e-12 * expected.norm(), "{hz} Hz: {found} against {expected}");
     }
 }
 
-/// A rigid table rotates about its centre, supported by the nut below it, with hammer and sensor at two other heights. The effect is compared with
-/// the equations of the rigid body, its derivatives with finite differences.
+/// A rigid table rotates about its centre, supported by the nut below it, with hammer and sensor at two other
+/// heights. The effect is compared with the equations of the rigid body, its derivatives with finite
+/// differences.
 #[test]
 fn published_rigid_table_on_arms() {
     let machine = rocking_table();
-    // Inertia, stiffness and damping about the centre; heights of sensor and hammer over it, depth of the nut below it.
+    // Inertia, stiffness and damping about the centre; heights of sensor and hammer over it, depth of the nut
+    // below it.
     let (mass_kg, inertia, stiffness, damping) = (300.0, 9.0, 3e7, 2e3);
     let (nut_k, nut_c) = (2e8, 4e3);
     for (sensor_m, hammer_m, nut_m) in [(0.12, 0.12, 0.08), (0.12, -0.05, 0.08), (-0.2, 0.03, 0.15)] {
@@ -369,7 +446,10 @@ fn published_rigid_table_on_arms() {
             let [x, rotation] = [(tt - xt * hammer_m) / determinant, (xx * hammer_m - xt) / determinant];
             let expected = x + sensor_m * rotation;
             let found = receptance(&machine, &rocking, hz);
-            assert!((found - expected).norm() < 1e-12 * expected.norm(), "{hz} Hz: {found} against {expected}");
+            assert!(
+                (found - expected).norm() < 1e-12 * expected.norm(),
+                "{hz} Hz: {found} against {expected}"
+            );
             let mut values = machine.start();
             rocking.iter().for_each(|(id, x)| values[machine.parameter(id).unwrap()] = *x);
             let structure = table_structure(&machine, RodModel::Exact);
@@ -378,14 +458,27 @@ fn published_rigid_table_on_arms() {
             let columns: Vec<Option<usize>> = (0..values.len()).map(Some).collect();
             let sensitivity = network.sensitivity(&machine, &values, &Operating::default(), &columns, None);
             let mut slopes = vec![Complexes::ZERO; values.len()];
-            network.gradient(Frequencies::any(&[Reals::splat(omega)]), &sensitivity, &mut structure.workspace(), &mut slopes);
+            network.gradient(
+                Frequencies::any(&[Reals::splat(omega)]),
+                &sensitivity,
+                &mut structure.workspace(),
+                &mut slopes,
+            );
             for (id, x) in rocking {
                 let at = machine.parameter(id).unwrap();
                 let step = 1e-5 * x;
-                let [low, high] = [-step, step]
-                    .map(|by| receptance(&machine, &rocking.map(|(other, y)| (other, if other == id { y + by } else { y })), hz));
+                let [low, high] = [-step, step].map(|by| {
+                    receptance(
+                        &machine,
+                        &rocking.map(|(other, y)| (other, if other == id { y + by } else { y })),
+                        hz,
+                    )
+                });
                 let (exact, difference) = (slopes[at].lanes()[0] * x, (high - low) / (2.0 * step) * x);
-                assert!((exact - difference).norm() < 1e-6 * expected.norm(), "{hz} Hz, {id}: {exact} against {difference}");
+                assert!(
+                    (exact - difference).norm() < 1e-6 * expected.norm(),
+                    "{hz} Hz, {id}: {exact} against {difference}"
+                );
             }
         }
     }
@@ -415,7 +508,10 @@ source = "drawing"
     };
     for (lever, expected) in [
         (r#"{ at = "table", with = "saddle", read = "r_arm", struck = 0.0 }"#, "no point is called «saddle»"),
-        (r#"{ at = "table", with = "table", read = "r_arm", struck = 0.0 }"#, "«table» cannot be its own lever"),
+        (
+            r#"{ at = "table", with = "table", read = "r_arm", struck = 0.0 }"#,
+            "«table» cannot be its own lever",
+        ),
         (r#"{ at = "table", with = "screw", read = "r", struck = 0.0 }"#, "no parameter is called «r»"),
     ] {
         let message = refused(lever);
@@ -445,15 +541,25 @@ source = "drawing"
         );
         let text = std::fs::read_to_string("configs/tian.toml").unwrap() + &effect;
         let message = config::read_machine_text("heavy.toml", &text, &[], &[]).unwrap_err().to_string();
-        assert!(message.contains("«heavy», refines") && message.contains(&format!("no other effect is called «{id}»")), "{message}");
         assert!(
-            config::read_machine_text("heavy.toml", &text.replace(&format!("refines = \"{id}\""), "refines = \"table-mass\""), &[], &[])
-                .is_ok()
+            message.contains("«heavy», refines")
+                && message.contains(&format!("no other effect is called «{id}»")),
+            "{message}"
+        );
+        assert!(
+            config::read_machine_text(
+                "heavy.toml",
+                &text.replace(&format!("refines = \"{id}\""), "refines = \"table-mass\""),
+                &[],
+                &[]
+            )
+            .is_ok()
         );
     }
 }
 
-/// An effect that describes another one in more detail belongs to it: it applies only beside it, is withheld with it, and bears its name.
+/// An effect that describes another one in more detail belongs to it: it applies only beside it, is withheld
+/// with it, and bears its name.
 #[test]
 fn the_second_mode_of_a_bed_belongs_to_its_compliance() {
     let library = effect_library().unwrap();
@@ -465,7 +571,8 @@ fn the_second_mode_of_a_bed_belongs_to_its_compliance() {
     let both = read(r#"["rotor-hold", "bed-compliance", "bed-second-mode"]"#, &[]).unwrap().machine;
     let ids = both.effects.iter().fold(machine::EffectIds::default(), |all, id| all.with(id));
     assert_eq!(Effect::unrefined(&library, &ids).to_string(), "rotor-hold+bed-compliance");
-    let withheld = read(r#"["rotor-hold", "bed-compliance", "bed-second-mode"]"#, &["bed-compliance"]).unwrap().machine;
+    let withheld =
+        read(r#"["rotor-hold", "bed-compliance", "bed-second-mode"]"#, &["bed-compliance"]).unwrap().machine;
     assert_eq!(withheld.effects, ["rotor-hold"]);
     let alone = read(r#"["rotor-hold", "bed-second-mode"]"#, &[]).unwrap_err().to_string();
     assert!(alone.contains("bed-second-mode") && alone.contains("the machine has no «bed"), "{alone}");
@@ -474,7 +581,10 @@ fn the_second_mode_of_a_bed_belongs_to_its_compliance() {
         + "\n[[point]]\nname = \"bed\"\nmotion = \"translation\"\nmass_kg = 400.0\n\n[[joint]]\nname = \"bed-foundation\"\nbetween = [\"bed\", \"ground\"]\nstiffness = 1.9e8\n";
     let described = config::read_machine_text("bed.toml", &own, &[], &[]).unwrap().machine;
     assert!(described.point("bed").is_some());
-    let refused = described.with_effect(library.iter().find(|e| e.id == "bed-second-mode").unwrap()).unwrap_err().to_string();
+    let refused = described
+        .with_effect(library.iter().find(|e| e.id == "bed-second-mode").unwrap())
+        .unwrap_err()
+        .to_string();
     assert!(refused.contains("the machine has no «bed-compliance»"), "{refused}");
 }
 
@@ -484,15 +594,20 @@ fn the_variant_of_an_effect_that_fits_the_machine_applies() {
     let added = |machine: &Machine, effects: &[Effect]| {
         let effect = effects.iter().find(|e| e.id == "drive-flexibility").unwrap();
         let with = machine.with_effect(effect).unwrap();
-        with.parameters[machine.parameters.len()..].iter().map(|p| (p.id.clone(), p.unit.clone())).collect::<Vec<_>>()
+        with.parameters[machine.parameters.len()..]
+            .iter()
+            .map(|p| (p.id.clone(), p.unit.clone()))
+            .collect::<Vec<_>>()
     };
-    let names = |some: &[(&str, &str)]| some.iter().map(|(a, b)| (a.to_string(), b.to_string())).collect::<Vec<_>>();
+    let names =
+        |some: &[(&str, &str)]| some.iter().map(|(a, b)| (a.to_string(), b.to_string())).collect::<Vec<_>>();
     let bench = config("configs/tian.toml");
     let stage = names(&[("eta_stage", "1"), ("j_stage", "kg*m^2"), ("k_stage", "N*m/rad")]);
     assert_eq!(added(&bench.machine, &bench.effects), stage);
     // The configuration's effects select the same variant.
     let text = std::fs::read_to_string("configs/tian.toml").unwrap();
-    let text = text.replace(r#"effects = ["rotor-hold"]"#, r#"effects = ["rotor-hold", "drive-flexibility"]"#);
+    let text =
+        text.replace(r#"effects = ["rotor-hold"]"#, r#"effects = ["rotor-hold", "drive-flexibility"]"#);
     let with = config::read_machine_text("bench", &text, &[], &[]).unwrap().machine;
     assert!(with.points.iter().any(|p| p.name == "drive-stage"));
     // A rigid drive without a coupling has its spring at the nut.
@@ -520,7 +635,9 @@ stiffness = 1e8
 #[test]
 fn mechanisms_agree_with_uses_and_units() {
     let mut seen = 0;
-    for path in ["tian", "hybrid-axis", "servo-axis", "emps", "two-inertia", "twin-ball-screw", "vertical-axis"] {
+    for path in
+        ["tian", "hybrid-axis", "servo-axis", "emps", "two-inertia", "twin-ball-screw", "vertical-axis"]
+    {
         let config = config(&format!("configs/{path}.toml"));
         let effects = config.effects.iter().flat_map(|e| &e.patch.parameters);
         for p in config.machine.parameters.iter().chain(effects) {
@@ -553,7 +670,9 @@ fn the_first_letter_of_an_id_decides_nothing() {
     let own = &machine.parameters[machine.parameter("~k_al").unwrap()];
     assert!(!own.is_tolerance() && own.name() == "~k_al");
     let tolerances = machine.with_tolerances(&[]).unwrap().parameters;
-    assert!(tolerances[machine.parameters.len()..].iter().all(|p| p.is_tolerance() && !p.name().starts_with('~')));
+    assert!(
+        tolerances[machine.parameters.len()..].iter().all(|p| p.is_tolerance() && !p.name().starts_with('~'))
+    );
 }
 
 /// Each effect at zero amplitude equals the machine without the effect.
@@ -588,15 +707,23 @@ fn limit_an_effect_of_zero_amplitude_changes_nothing() {
     for (id, set) in zero_amplitudes {
         let of = |id: &str| library.iter().find(|e| e.id == id).unwrap();
         // What describes another effect in more detail applies beside it.
-        let without = of(id).refines.as_deref().map_or(machine.clone(), |refined| machine.with_effect(of(refined)).unwrap());
+        let without = of(id)
+            .refines
+            .as_deref()
+            .map_or(machine.clone(), |refined| machine.with_effect(of(refined)).unwrap());
         let with = without.with_effect(of(id)).unwrap();
-        let (own, others): (Vec<_>, Vec<_>) = set.iter().partition(|(parameter, _)| without.parameter(parameter).is_none());
+        let (own, others): (Vec<_>, Vec<_>) =
+            set.iter().partition(|(parameter, _)| without.parameter(parameter).is_none());
         for hz in [11.0, 117.0, 530.0, 890.0] {
-            let (a, b) = (receptance(&without, &others, hz), receptance(&with, &[&own[..], &others].concat(), hz));
+            let (a, b) =
+                (receptance(&without, &others, hz), receptance(&with, &[&own[..], &others].concat(), hz));
             assert!((a - b).norm() < 1e-5 * a.norm(), "{id} at {hz} Hz: {a} against {b}");
             // At the start values the effect is small.
             let start = receptance(&with, &others, hz);
-            assert!((a - start).norm() < 1e-2 * a.norm(), "{id} at {hz} Hz: {a} against {start} at its start");
+            assert!(
+                (a - start).norm() < 1e-2 * a.norm(),
+                "{id} at {hz} Hz: {a} against {start} at its start"
+            );
         }
     }
 }
@@ -609,8 +736,20 @@ fn changed_data_of_the_screw_are_those_of_another_description() {
     let library = effect_library().unwrap();
     for (id, parameter, change, described, other) in [
         ("screw-lead", "lead_change", 0.25, "lead_m = 0.040", "lead_m = 0.050"),
-        ("screw-youngs-modulus", "youngs_change", -0.5, "youngs_modulus_pa = 2e11", "youngs_modulus_pa = 1e11"),
-        ("screw-shear-modulus", "shear_change", 0.5, "shear_modulus_pa = 7.75e10", "shear_modulus_pa = 11.625e10"),
+        (
+            "screw-youngs-modulus",
+            "youngs_change",
+            -0.5,
+            "youngs_modulus_pa = 2e11",
+            "youngs_modulus_pa = 1e11",
+        ),
+        (
+            "screw-shear-modulus",
+            "shear_change",
+            0.5,
+            "shear_modulus_pa = 7.75e10",
+            "shear_modulus_pa = 11.625e10",
+        ),
     ] {
         let with = machine.with_effect(library.iter().find(|e| e.id == id).unwrap()).unwrap();
         let edited = text.replace(described, other);
@@ -700,8 +839,12 @@ damping = 1e3
     let alone = Hypothesis::nominal(machine.clone());
     let moved = library.iter().find(|e| e.id == "nut-position-offset").unwrap();
     for nominal in [alone.with(moved).unwrap(), alone] {
-        let (apply, others) = diagnosis::hypotheses(&fitter, &machine, &nominal, std::slice::from_ref(&lead), &[]);
-        assert!(apply.is_empty() && matches!(others[0].status, diagnosis::Status::NotApplicable(_)), "{others:?}");
+        let (apply, others) =
+            diagnosis::hypotheses(&fitter, &machine, &nominal, std::slice::from_ref(&lead), &[]);
+        assert!(
+            apply.is_empty() && matches!(others[0].status, diagnosis::Status::NotApplicable(_)),
+            "{others:?}"
+        );
     }
 }
 
@@ -721,7 +864,8 @@ fn another_modulus_is_that_of_the_journals_too() {
     }
 }
 
-/// Journals are parts of the screw that bends, not further beams: whatever comes first, the effect or the tolerances.
+/// Journals are parts of the screw that bends, not further beams: whatever comes first, the effect or the
+/// tolerances.
 #[test]
 fn a_screw_with_journals_bends_once() {
     let machine = config("configs/tian.toml").machine;
@@ -730,7 +874,12 @@ fn a_screw_with_journals_bends_once() {
     let first = machine.with_effect(bending).unwrap().with_tolerances(&[0.6]).unwrap();
     let last = machine.with_tolerances(&[0.6]).unwrap().with_effect(bending).unwrap();
     for machine in [first, last] {
-        let bent: Vec<&str> = machine.shafts.iter().filter(|shaft| shaft.bending.is_some()).map(|shaft| shaft.name.as_str()).collect();
+        let bent: Vec<&str> = machine
+            .shafts
+            .iter()
+            .filter(|shaft| shaft.bending.is_some())
+            .map(|shaft| shaft.name.as_str())
+            .collect();
         assert_eq!((bent, machine.shafts.len()), (vec!["screw"], 3));
     }
 }
@@ -745,7 +894,8 @@ fn limit_the_matrices_of_a_bending_screw_are_those_of_its_receptance_at_rest() {
     for (id, value) in [("e_bend", 0.02), ("a_bend", 0.05), ("k_lateral", 1e5), ("eta_bend", 0.0)] {
         values[with.parameter(id).unwrap()] = value;
     }
-    let at_rest = matrices(&with, &values, &Operating::at_nut(0.6), 1).unwrap().static_stiffness("table").unwrap();
+    let at_rest =
+        matrices(&with, &values, &Operating::at_nut(0.6), 1).unwrap().static_stiffness("table").unwrap();
     let structure = table_structure(&with, RodModel::Exact);
     let mut network = structure.empty_model();
     network.update(&with, &values, &Operating::at_nut(0.6));
@@ -753,8 +903,8 @@ fn limit_the_matrices_of_a_bending_screw_are_those_of_its_receptance_at_rest() {
     assert!((at_rest * receptance.re - 1.0).abs() < 1e-4, "{at_rest:e} for {:e}", receptance.re.recip());
 }
 
-/// A nut off the axis bends the screw statically by e²/(3·E·I/a + 3·E·I/b) in series with the nut's stiffness, where it holds the screw laterally and the
-/// bearings are hinges.
+/// A nut off the axis bends the screw statically by e²/(3·E·I/a + 3·E·I/b) in series with the nut's
+/// stiffness, where it holds the screw laterally and the bearings are hinges.
 #[test]
 fn limit_an_eccentric_nut_bends_the_screw_like_a_static_beam() {
     let machine = config("configs/tian.toml").machine;
@@ -763,11 +913,19 @@ fn limit_an_eccentric_nut_bends_the_screw_like_a_static_beam() {
     let (start, operating) = (machine.start(), Operating::at_nut(1.0));
     let screw = machine.shafts.iter().find(|shaft| shaft.name == "screw").unwrap();
     let at = |value: &machine::Value| value.at(&start, &operating);
-    let (length_m, rigidity) = (at(&screw.length), at(&screw.youngs_modulus) * 0.5 * screw.section(&start, &operating).1);
+    let (length_m, rigidity) =
+        (at(&screw.length), at(&screw.youngs_modulus) * 0.5 * screw.section(&start, &operating).1);
     let eccentricity_m = 0.005;
-    let hinges = [("e_bend", eccentricity_m), ("k_lateral", 1e13), ("clamping_left", 1e-9), ("clamping_right", 1e-9), ("eta_bend", 0.0)];
+    let hinges = [
+        ("e_bend", eccentricity_m),
+        ("k_lateral", 1e13),
+        ("clamping_left", 1e-9),
+        ("clamping_right", 1e-9),
+        ("eta_bend", 0.0),
+    ];
     let added = receptance(&with, &hinges, 0.5) - receptance(&machine, &[], 0.5);
-    let expected = eccentricity_m * eccentricity_m / (3.0 * rigidity / 1.0 + 3.0 * rigidity / (length_m - 1.0));
+    let expected =
+        eccentricity_m * eccentricity_m / (3.0 * rigidity / 1.0 + 3.0 * rigidity / (length_m - 1.0));
     assert!((added.re / expected - 1.0).abs() < 1e-3, "{added} for {expected}");
 }
 
@@ -785,5 +943,10 @@ fn limit_a_bed_without_foundation_adds_a_rigid_body_mode() {
     network.update(&with, &values, &Operating::at_nut(1.0));
     let modes = undamped_modes(&network, 200.0, &mut structure.workspace());
     // The rotor turns freely, together with the table, and the bed drifts.
-    assert_eq!(modes.iter().filter(|m| m.frequency_hz == 0.0).count(), 2, "{:?}", modes.iter().map(|m| m.frequency_hz).collect::<Vec<_>>());
+    assert_eq!(
+        modes.iter().filter(|m| m.frequency_hz == 0.0).count(),
+        2,
+        "{:?}",
+        modes.iter().map(|m| m.frequency_hz).collect::<Vec<_>>()
+    );
 }

@@ -1,5 +1,6 @@
-//! Faults of the program's environment: full disks, read-only folders, changing files, concurrent runs, other systems' text files, large data.
-//! No file is lost or written in part, one message states the cause, and the exit code is 2.
+//! Faults of the program's environment: full disks, read-only folders, changing files, concurrent runs, other
+//! systems' text files, large data. No file is lost or written in part, one message states the cause, and the
+//! exit code is 2.
 
 use std::fs;
 use std::io::{Seek, SeekFrom, Write};
@@ -51,11 +52,13 @@ fn names(folder: &Path) -> Vec<String> {
     found
 }
 
-/// Runs a script in its own mount namespace. Where that is not possible, reports the test as skipped and returns `None`.
+/// Runs a script in its own mount namespace. Where that is not possible, reports the test as skipped and
+/// returns `None`.
 fn in_mount_namespace(script: &str, folder: &Path) -> Option<Output> {
     let mut command = Command::new("unshare");
     let script = format!("{script} || exit 99");
-    let output = command.args(["--mount", "sh", "-c", &script, env!("CARGO_BIN_EXE_jointid")]).arg(folder).output();
+    let output =
+        command.args(["--mount", "sh", "-c", &script, env!("CARGO_BIN_EXE_jointid")]).arg(folder).output();
     match output {
         Ok(output) if output.status.code() != Some(99) && output.status.code() != Some(1) => Some(output),
         _ => {
@@ -71,8 +74,11 @@ fn universal_file(path: &Path, count: usize, lines: usize) {
     for at in 0..count {
         text += &format!("    -1\n    58\ntap\nNONE\nNONE\nposition p{at}\nNONE\n");
         text += "    4         0    0         0 table              1   1 table              1   1\n";
-        text += &format!("         6{lines:>10}         1{:>13}{:>13}{:>13}\n", "1.0E+00", "1.0E+00", "0.0E+00");
-        for (kind, label, unit) in [(18, "Frequency", "Hz"), (8, "Displacement", "m"), (13, "Force", "N"), (0, "NONE", "NONE")] {
+        text +=
+            &format!("         6{lines:>10}         1{:>13}{:>13}{:>13}\n", "1.0E+00", "1.0E+00", "0.0E+00");
+        for (kind, label, unit) in
+            [(18, "Frequency", "Hz"), (8, "Displacement", "m"), (13, "Force", "N"), (0, "NONE", "NONE")]
+        {
             text += &format!("{kind:>10}    0    0    0 {label:<20} {unit:<20}\n");
         }
         for line in 0..lines {
@@ -89,7 +95,11 @@ fn small_set(folder: &Path) {
     let manifest = "title = \"x\"\nquantity = \"mobility\"\nresponse = \"table\"\nexcitation = \"table\"\n[[position]]\nname = \"l1\"\nnut_m = 0.6\n\
                     [[frf]]\nposition = \"l1\"\nfile = \"a.csv\"\n";
     fs::write(folder.join("manifest.toml"), manifest).unwrap();
-    fs::write(folder.join("a.csv"), "frequency_hz,real,imag\n10.0,1e-9,-2.5e-7\n11.0,1.25e-9,-2e-7\n12.5,3e-9,1e-8\n").unwrap();
+    fs::write(
+        folder.join("a.csv"),
+        "frequency_hz,real,imag\n10.0,1e-9,-2.5e-7\n11.0,1.25e-9,-2e-7\n12.5,3e-9,1e-8\n",
+    )
+    .unwrap();
 }
 
 #[test]
@@ -99,7 +109,10 @@ fn refuse_a_full_stdout() {
         return;
     }
     for words in ["simulate modes --json", "schema machine", "completions bash"] {
-        assert_refused(&shell(&format!("exec \"$0\" {words} > /dev/full")).output().unwrap(), &["stdout", "cannot be written"]);
+        assert_refused(
+            &shell(&format!("exec \"$0\" {words} > /dev/full")).output().unwrap(),
+            &["stdout", "cannot be written"],
+        );
     }
 }
 
@@ -118,7 +131,10 @@ fn refuse_a_full_disk_and_keep_earlier_results() {
         "simulate motion --config servo-axis.toml --reference s-curve --travel-m 0.1 --quiet --out moved",
     ] {
         fs::copy("configs/servo-axis.toml", at("servo-axis.toml")).unwrap();
-        let output = shell(&format!("trap '' XFSZ; ulimit -f 8; exec \"$0\" {words}")).current_dir(folder.path()).output().unwrap();
+        let output = shell(&format!("trap '' XFSZ; ulimit -f 8; exec \"$0\" {words}"))
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
         assert_refused(&output, &["cannot be written"]);
         assert_eq!(names(folder.path()), ["frf.json", "out", "servo-axis.toml", "taps.uff"], "{words}");
         assert_eq!(fs::read_to_string(at("out").join("frf.json")).unwrap(), "earlier");
@@ -144,14 +160,20 @@ fn refuse_a_full_file_system() {
 fn refuse_a_file_system_that_is_read_only() {
     let folder = tempfile::tempdir().unwrap();
     let locked = "cd \"$1\" && mkdir out && mount --bind out out && mount -o remount,ro,bind out";
-    let Some(output) = in_mount_namespace(&format!("{locked} && {{ \"$0\" simulate modes --out out; exit $?; }}"), folder.path()) else {
+    let Some(output) = in_mount_namespace(
+        &format!("{locked} && {{ \"$0\" simulate modes --out out; exit $?; }}"),
+        folder.path(),
+    ) else {
         return;
     };
     assert_refused(&output, &["out", "ead-only"]);
     assert!(output.stdout.is_empty(), "results precede the check of the folder");
     // Folders that nobody can write to, whatever their permissions.
     if Path::new("/proc/self").exists() {
-        assert_refused(&jointid().args(["simulate", "modes", "--out", "/proc/jointid"]).output().unwrap(), &["/proc"]);
+        assert_refused(
+            &jointid().args(["simulate", "modes", "--out", "/proc/jointid"]).output().unwrap(),
+            &["/proc"],
+        );
     }
 }
 
@@ -166,23 +188,35 @@ fn refuse_a_folder_in_the_place_of_a_file() {
     assert_eq!(names(folder.path()), ["modes.json", "out"]);
 }
 
-/// The second of two runs into one folder is refused with the process id of the first. The lock of a killed run does not block others.
+/// The second of two runs into one folder is refused with the process id of the first. The lock of a killed
+/// run does not block others.
 #[test]
 fn refuse_a_second_run_into_the_same_folder() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("deep/out");
     let mut first = jointid();
-    first.args(["identify", "--repeats", "50", "--quiet", "--out"]).arg(&out).stdout(Stdio::null()).stderr(Stdio::null());
+    first
+        .args(["identify", "--repeats", "50", "--quiet", "--out"])
+        .arg(&out)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null());
     let mut first = first.spawn().unwrap();
     let begun = Instant::now();
     let held = || fs::read_to_string(out.join(".jointid-lock")).is_ok_and(|text| text.starts_with("process"));
     while !held() {
-        assert!(begun.elapsed() < Duration::from_secs(60) && first.try_wait().unwrap().is_none(), "the first run takes no lock");
+        assert!(
+            begun.elapsed() < Duration::from_secs(60) && first.try_wait().unwrap().is_none(),
+            "the first run takes no lock"
+        );
         std::thread::sleep(Duration::from_millis(5));
     }
     let second = || jointid().args(["simulate", "modes", "--quiet", "--out"]).arg(&out).output().unwrap();
     assert_refused(&second(), &["another run", &format!("process {}", first.id()), "name another folder"]);
-    assert!(names(&out).iter().all(|name| [".jointid-lock", "unfinished.jsonl"].contains(&name.as_str())), "{:?}", names(&out));
+    assert!(
+        names(&out).iter().all(|name| [".jointid-lock", "unfinished.jsonl"].contains(&name.as_str())),
+        "{:?}",
+        names(&out)
+    );
     first.kill().unwrap();
     first.wait().unwrap();
     successful(&second());
@@ -198,7 +232,10 @@ fn limit_concurrent_runs_into_one_folder_leave_it_consistent() {
     let runs: Vec<_> = (0..20)
         .map(|_| {
             let mut run = jointid();
-            run.args(["simulate", "modes", "--quiet", "--out"]).arg(&out).stdout(Stdio::null()).stderr(Stdio::piped());
+            run.args(["simulate", "modes", "--quiet", "--out"])
+                .arg(&out)
+                .stdout(Stdio::null())
+                .stderr(Stdio::piped());
             run.spawn().unwrap()
         })
         .collect();
@@ -207,12 +244,13 @@ fn limit_concurrent_runs_into_one_folder_leave_it_consistent() {
     assert!(!good.is_empty());
     bad.iter().for_each(|output| assert_refused(output, &["another run"]));
     assert_eq!(names(&out), ["modes.json"]);
-    let document: serde_json::Value = serde_json::from_slice(&fs::read(out.join("modes.json")).unwrap()).unwrap();
+    let document: serde_json::Value =
+        serde_json::from_slice(&fs::read(out.join("modes.json")).unwrap()).unwrap();
     assert_eq!(document["complete"], true);
 }
 
-/// A universal file that another program is still writing is refused. A measured file that changed after the identification gives a warning, a
-/// missing one an error.
+/// A universal file that another program is still writing is refused. A measured file that changed after the
+/// identification gives a warning, a missing one an error.
 #[test]
 fn refuse_files_that_change_while_read_and_warn_of_later_changes() {
     let folder = tempfile::tempdir().unwrap();
@@ -232,7 +270,18 @@ fn refuse_files_that_change_while_read_and_warn_of_later_changes() {
         fs::copy(Path::new("measurements/tian").join(file), at("set").join(file)).unwrap();
     }
     let run = |words: &[&str]| jointid().current_dir(folder.path()).args(words).output().unwrap();
-    successful(&run(&["identify", "--measurements", "set", "--positions", "l1,l3,l5", "--repeats", "1", "--quiet", "--out", "out"]));
+    successful(&run(&[
+        "identify",
+        "--measurements",
+        "set",
+        "--positions",
+        "l1,l3,l5",
+        "--repeats",
+        "1",
+        "--quiet",
+        "--out",
+        "out",
+    ]));
     let validate = ["validate", "--result", "out/identification.json", "--positions", "l2"];
     assert!(!String::from_utf8_lossy(&run(&validate).stderr).contains("has changed"));
     let modes = fs::read_to_string(at("set/modes.csv")).unwrap();
@@ -246,7 +295,8 @@ fn refuse_files_that_change_while_read_and_warn_of_later_changes() {
     // A result whose settings ask for more memory than available.
     let result = fs::read_to_string(at("out/identification.json")).unwrap();
     assert!(result.contains("\"lumps\": null"));
-    fs::write(at("out/identification.json"), result.replace("\"lumps\": null", "\"lumps\": 1000000000000")).unwrap();
+    fs::write(at("out/identification.json"), result.replace("\"lumps\": null", "\"lumps\": 1000000000000"))
+        .unwrap();
     assert_refused(&run(&validate), &["identification.json", "settings.lumps", "1 to 500"]);
 }
 
@@ -258,7 +308,9 @@ fn limit_the_locale_changes_nothing() {
         command.args(words).env("LC_ALL", locale).env("LANG", locale).env("LC_NUMERIC", locale);
         successful(&command.output().unwrap())
     };
-    for words in [&["simulate", "modes", "--position", "l1"][..], &["simulate", "frf", "--position", "l1", "--json"]] {
+    for words in
+        [&["simulate", "modes", "--position", "l1"][..], &["simulate", "frf", "--position", "l1", "--json"]]
+    {
         assert_eq!(run(words, "de_DE.UTF-8"), run(words, "C"), "{words:?}");
     }
 }
@@ -277,7 +329,10 @@ fn refuse_decimal_commas_in_every_table() {
     peaks("frequency_hz,real,imag\n10,5,1e-9,-2e-7\n", &["a.csv, line 2", "decimal commas"]);
     peaks("frequency_hz,real,imag\n\"10,5\",1e-9,-2e-7\n", &["a.csv, line 2", "10,5", "point"]);
     fs::write(at("runs.csv"), "velocity_m_s;force_n\n0,1;12,5\n").unwrap();
-    assert_refused(&jointid().args(["friction", "--data"]).arg(at("runs.csv")).output().unwrap(), &["runs.csv, line 1", "semicolons"]);
+    assert_refused(
+        &jointid().args(["friction", "--data"]).arg(at("runs.csv")).output().unwrap(),
+        &["runs.csv, line 1", "semicolons"],
+    );
 }
 
 #[test]
@@ -286,7 +341,13 @@ fn import_reads_decimal_commas_that_are_no_separators() {
     let at = |name: &str| folder.path().join(name);
     let import = |text: &str, out: &str| {
         fs::write(at("tap.csv"), text).unwrap();
-        jointid().args(["import", "--quantity", "receptance"]).arg(at("tap.csv")).arg("--out").arg(at(out)).output().unwrap()
+        jointid()
+            .args(["import", "--quantity", "receptance"])
+            .arg(at("tap.csv"))
+            .arg("--out")
+            .arg(at(out))
+            .output()
+            .unwrap()
     };
     assert!(import("f;re;im\n1,5;1;1\n", "new").status.success());
     assert!(fs::read_to_string(at("new/frf/tap.csv")).unwrap().contains("\n1.5,1e0,1e0"));
@@ -300,7 +361,8 @@ fn limit_paths_may_hold_blanks_and_any_letter() {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path().join("Prüfstand 2 – Achse «X»/測定 #1");
     fs::create_dir_all(&place).unwrap();
-    let (machine, set, out) = (place.join("Maschine ä.toml"), place.join("Messung é"), place.join("Ergebnis 'a b'"));
+    let (machine, set, out) =
+        (place.join("Maschine ä.toml"), place.join("Messung é"), place.join("Ergebnis 'a b'"));
     fs::copy("configs/tian.toml", &machine).unwrap();
     small_set(&set);
     let expected = successful(&jointid().args(["simulate", "modes", "--position", "l1"]).output().unwrap());
@@ -313,7 +375,9 @@ fn limit_paths_may_hold_blanks_and_any_letter() {
         .unwrap();
     assert_eq!(successful(&odd), expected);
     let file = place.join("Übertragung 1.uff");
-    successful(&jointid().args(["export", "--measurements"]).arg(&set).arg("--out").arg(&file).output().unwrap());
+    successful(
+        &jointid().args(["export", "--measurements"]).arg(&set).arg("--out").arg(&file).output().unwrap(),
+    );
     successful(
         &jointid()
             .arg("import")
@@ -343,10 +407,17 @@ fn limit_line_ends_and_byte_order_marks_change_nothing() {
     }
     let expected = successful(&jointid().args(["simulate", "modes", "--position", "l1"]).output().unwrap());
     let mut run = jointid();
-    run.args(["simulate", "modes", "--position", "l1", "--config"]).arg(at("machine.toml")).arg("--measurements").arg(at("set"));
+    run.args(["simulate", "modes", "--position", "l1", "--config"])
+        .arg(at("machine.toml"))
+        .arg("--measurements")
+        .arg(at("set"));
     assert_eq!(successful(&run.output().unwrap()), expected);
-    let (ours, theirs) = (read_set("measurements/tian").unwrap(), read_set(at("set").to_str().unwrap()).unwrap());
-    assert_eq!((&ours.modes, &ours.positions, &ours.published), (&theirs.modes, &theirs.positions, &theirs.published));
+    let (ours, theirs) =
+        (read_set("measurements/tian").unwrap(), read_set(at("set").to_str().unwrap()).unwrap());
+    assert_eq!(
+        (&ours.modes, &ours.positions, &ours.published),
+        (&theirs.modes, &theirs.positions, &theirs.published)
+    );
 
     universal_file(&at("plain.uff"), 2, 5);
     foreign(&at("plain.uff"), &at("foreign.uff"));
@@ -356,7 +427,15 @@ fn limit_line_ends_and_byte_order_marks_change_nothing() {
         let lines = |name: &str| {
             let out = at(&format!("{name}-{kind}"));
             let file = at(&format!("{name}.{kind}"));
-            successful(&jointid().arg("import").arg(file).args(["--quantity", "receptance", "--out"]).arg(&out).output().unwrap());
+            successful(
+                &jointid()
+                    .arg("import")
+                    .arg(file)
+                    .args(["--quantity", "receptance", "--out"])
+                    .arg(&out)
+                    .output()
+                    .unwrap(),
+            );
             read_set(out.to_str().unwrap()).unwrap().frfs.into_iter().map(|f| f.lines).collect::<Vec<_>>()
         };
         assert_eq!(lines("plain"), lines("foreign"), "{kind}");
@@ -368,16 +447,30 @@ fn limit_a_thousand_positions() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     universal_file(&at("taps.uff"), 1000, 20);
-    let import =
-        jointid().arg("import").arg(at("taps.uff")).args(["--pattern", "position {}", "--quiet", "--out"]).arg(at("set")).output().unwrap();
+    let import = jointid()
+        .arg("import")
+        .arg(at("taps.uff"))
+        .args(["--pattern", "position {}", "--quiet", "--out"])
+        .arg(at("set"))
+        .output()
+        .unwrap();
     assert!(successful(&import).contains("1000 FRFs imported"));
     let set = read_set(at("set").to_str().unwrap()).unwrap();
     assert_eq!((set.positions.len(), set.frfs.len()), (1000, 1000));
     assert_eq!((set.frfs[999].position, set.frfs[999].quantity), (Some(999), Quantity::Receptance));
-    successful(&jointid().args(["export", "--measurements"]).arg(at("set")).arg("--out").arg(at("again.uff")).output().unwrap());
+    successful(
+        &jointid()
+            .args(["export", "--measurements"])
+            .arg(at("set"))
+            .arg("--out")
+            .arg(at("again.uff"))
+            .output()
+            .unwrap(),
+    );
     // Modes at a thousand positions, all validated against one result.
-    let mut manifest =
-        String::from("title = \"x\"\nquantity = \"mobility\"\nresponse = \"table\"\nexcitation = \"table\"\nmodes = \"m.csv\"\n");
+    let mut manifest = String::from(
+        "title = \"x\"\nquantity = \"mobility\"\nresponse = \"table\"\nexcitation = \"table\"\nmodes = \"m.csv\"\n",
+    );
     let mut modes = String::from("position,order,frequency_hz,amplitude\n");
     for p in 0..1000 {
         manifest += &format!("[[position]]\nname = \"p{p}\"\nnut_m = {}\n", 0.6 + 1.3e-3 * f64::from(p));
@@ -385,15 +478,23 @@ fn limit_a_thousand_positions() {
     }
     fs::write(at("manifest.toml"), manifest).unwrap();
     fs::write(at("m.csv"), modes).unwrap();
-    successful(&jointid().args(["identify", "--repeats", "1", "--quiet", "--out"]).arg(at("out")).output().unwrap());
+    successful(
+        &jointid().args(["identify", "--repeats", "1", "--quiet", "--out"]).arg(at("out")).output().unwrap(),
+    );
     let result = at("out/identification.json");
-    let validate =
-        jointid().args(["validate", "--json", "--result"]).arg(result).arg("--measurements").arg(folder.path()).output().unwrap();
+    let validate = jointid()
+        .args(["validate", "--json", "--result"])
+        .arg(result)
+        .arg("--measurements")
+        .arg(folder.path())
+        .output()
+        .unwrap();
     let document: serde_json::Value = serde_json::from_str(&successful(&validate)).unwrap();
     assert_eq!(document["positions"].as_object().unwrap().len(), 1000);
 }
 
-/// A universal file of 2 GB, with two time records followed by an FRF, is listed and imported within 200 MB of address space.
+/// A universal file of 2 GB, with two time records followed by an FRF, is listed and imported within 200 MB
+/// of address space.
 #[test]
 fn limit_a_file_of_two_gigabytes_in_two_hundred_megabytes() {
     let folder = tempfile::tempdir().unwrap();
@@ -403,10 +504,17 @@ fn limit_a_file_of_two_gigabytes_in_two_hundred_megabytes() {
     let mut file = fs::File::create(&path).unwrap();
     let values = 250_000_000_u64;
     for _ in 0..2 {
-        let mut header = format!("    -1\n    58b     1     2          11{:>12}{:>12}{:>12}           0           0\n", 4 * values, 0, 0);
+        let mut header = format!(
+            "    -1\n    58b     1     2          11{:>12}{:>12}{:>12}           0           0\n",
+            4 * values,
+            0,
+            0
+        );
         header += "record\nNONE\nNONE\nNONE\nNONE\n    1         0    0         0 table              1   1 table              1   1\n";
         header += &format!("         2{values:>10}         1  0.00000E+00  1.00000E-03  0.00000E+00\n");
-        for (kind, label, unit) in [(17, "Time", "s"), (12, "Acceleration", "m/s^2"), (0, "NONE", "NONE"), (0, "NONE", "NONE")] {
+        for (kind, label, unit) in
+            [(17, "Time", "s"), (12, "Acceleration", "m/s^2"), (0, "NONE", "NONE"), (0, "NONE", "NONE")]
+        {
             header += &format!("{kind:>10}    0    0    0 {label:<20} {unit:<20}\n");
         }
         file.write_all(header.as_bytes()).unwrap();
@@ -417,7 +525,9 @@ fn limit_a_file_of_two_gigabytes_in_two_hundred_megabytes() {
     file.write_all(&frf).unwrap();
     drop(file);
     assert!(fs::metadata(&path).unwrap().len() > 2_000_000_000);
-    let run = |words: &str| shell(&format!("ulimit -v 204800; exec \"$0\" {words}")).current_dir(folder.path()).output().unwrap();
+    let run = |words: &str| {
+        shell(&format!("ulimit -v 204800; exec \"$0\" {words}")).current_dir(folder.path()).output().unwrap()
+    };
     let listed = successful(&run("import large.uff --list"));
     assert!(listed.contains("3 functions") && listed.contains("250000000 values"), "{listed}");
     let imported = run("import large.uff --out set");

@@ -21,11 +21,17 @@ use crate::support::{Draws, POSITIONS, config};
 /// Identifies without nuisance parameters, because the data follow the described machine exactly.
 fn run(machine: &Machine, set: &MeasurementSet, settings: FrfSettings, repeats: usize) -> Identification {
     let (fit, held_out) = set.split(None, &[]).unwrap();
-    let plan = IdentificationSettings { frf: Some(settings), repeats, tolerances: false, ..IdentificationSettings::default() };
+    let plan = IdentificationSettings {
+        frf: Some(settings),
+        repeats,
+        tolerances: false,
+        ..IdentificationSettings::default()
+    };
     identify(machine, &fit, &held_out, &plan, &Control::default()).unwrap()
 }
 
-const TRUTH: Joints = Joints { k_al: 6.2e7, k_ar: 3.4e7, k_n: 6.5e8, k_m: 1.9e3, c_al: 9e3, c_ar: 4e3, c_n: 6e4, c_m: 0.12 };
+const TRUTH: Joints =
+    Joints { k_al: 6.2e7, k_ar: 3.4e7, k_n: 6.5e8, k_m: 1.9e3, c_al: 9e3, c_ar: 4e3, c_n: 6e4, c_m: 0.12 };
 const HOLD: (f64, f64) = (900.0, 0.08);
 
 /// Finite elements, 2 % noise, six positions: every stiffness within 1 %, every damping within 10 %.
@@ -34,9 +40,13 @@ fn recover_from_finite_elements_with_noise() {
     let config = config("configs/tian.toml");
     let machine = &config.machine;
     let benches: Vec<Bench> = POSITIONS.iter().map(|(_, nut)| Bench::new(60, *nut, TRUTH, HOLD)).collect();
-    let set = set_of(&[("table", "table")], &spread(5.0, 1000.0, 1000), 0.02, &mut Draws(5), |position, _, omega| {
-        benches[position].receptance(omega)
-    });
+    let set = set_of(
+        &[("table", "table")],
+        &spread(5.0, 1000.0, 1000),
+        0.02,
+        &mut Draws(5),
+        |position, _, omega| benches[position].receptance(omega),
+    );
     let found = run(machine, &set, FrfSettings::default(), 2);
     assert_eq!(found.agree, Some(true), "{:?}", found.warnings);
     for (id, truth, limit) in [
@@ -59,8 +69,9 @@ fn recover_from_finite_elements_with_noise() {
     }
 }
 
-/// Records whose decay was multiplied by e^(−t/τ): damping is that of the machine where the window is stated, and too large where it is not. The truth
-/// is the transform of the windowed impulse response of finite elements.
+/// Records whose decay was multiplied by e^(−t/τ): damping is that of the machine where the window is stated,
+/// and too large where it is not. The truth is the transform of the windowed impulse response of finite
+/// elements.
 #[test]
 fn recover_damping_from_records_with_an_exponential_window() {
     const WINDOW_S: f64 = 0.2;
@@ -79,7 +90,9 @@ fn recover_damping_from_records_with_an_exponential_window() {
         }
         fft.backward(&mut values);
         for (at, value) in values.iter_mut().enumerate() {
-            *value = Complex64::from(value.re / SAMPLES as f64 * (-SPAN_S * at as f64 / SAMPLES as f64 / WINDOW_S).exp());
+            *value = Complex64::from(
+                value.re / SAMPLES as f64 * (-SPAN_S * at as f64 / SAMPLES as f64 / WINDOW_S).exp(),
+            );
         }
         fft.forward(&mut values);
         values
@@ -92,14 +105,21 @@ fn recover_damping_from_records_with_an_exponential_window() {
     let errors = |set: &MeasurementSet| -> Vec<(String, f64)> {
         let found = run(machine, set, FrfSettings::default(), 2);
         let values = true_values(machine);
-        let of = |id: &str| machine.parameter(id).map(|at| found.estimates[at].value / values[at] - 1.0).unwrap();
-        ["k_al", "k_ar", "k_n", "k_m", "k_s", "c_n", "c_m", "c_s"].iter().map(|id| (id.to_string(), of(id))).collect()
+        let of =
+            |id: &str| machine.parameter(id).map(|at| found.estimates[at].value / values[at] - 1.0).unwrap();
+        ["k_al", "k_ar", "k_n", "k_m", "k_s", "c_n", "c_m", "c_s"]
+            .iter()
+            .map(|id| (id.to_string(), of(id)))
+            .collect()
     };
     let unstated = errors(&set);
     set.frfs.iter_mut().for_each(|frf| frf.condition.window_per_s = 1.0 / WINDOW_S);
     let stated = errors(&set);
     println!("unstated {unstated:.3?}\nstated {stated:.3?}");
-    assert!(stated.iter().all(|(id, error)| error.abs() < if id.starts_with('k') { 0.01 } else { 0.05 }), "{stated:.3?}");
+    assert!(
+        stated.iter().all(|(id, error)| error.abs() < if id.starts_with('k') { 0.01 } else { 0.05 }),
+        "{stated:.3?}"
+    );
     assert!(unstated.iter().any(|(id, error)| id.starts_with('c') && *error > 0.2), "{unstated:.3?}");
 }
 
@@ -127,7 +147,8 @@ fn unit_coordinates(machine: &Machine, objective: &FrfObjective<'_>, values: &Pa
     Place(objective.free.iter().map(|i| machine.parameters[*i].to_unit(values[*i])).collect())
 }
 
-/// Jᵀr by exact derivatives equals central differences of χ², for exact rods and for lumped ones, with rotor and cross channels.
+/// Jᵀr by exact derivatives equals central differences of χ², for exact rods and for lumped ones, with rotor
+/// and cross channels.
 #[test]
 fn exact_derivatives_are_those_of_finite_differences() {
     let machine = &everything();
@@ -141,10 +162,15 @@ fn exact_derivatives_are_those_of_finite_differences() {
     let machine = &machine.with_tolerances(&set.nuts_m()).unwrap();
     let (fit, _) = set.split(None, &[]).unwrap();
     for rods in [RodModel::Exact, RodModel::Lumped(5)] {
-        let objective =
-            FrfObjective::new(machine, &fit, FrfSettings { rods, nut_sd_m: 1e-3, channel_sd: (0.01, 1e-5), ..FrfSettings::default() }, &[])
-                .unwrap();
-        let point: Vec<f64> = (0..LeastSquares::dimension(&objective)).map(|_| 0.2 + 0.6 * random.next()).collect();
+        let objective = FrfObjective::new(
+            machine,
+            &fit,
+            FrfSettings { rods, nut_sd_m: 1e-3, channel_sd: (0.01, 1e-5), ..FrfSettings::default() },
+            &[],
+        )
+        .unwrap();
+        let point: Vec<f64> =
+            (0..LeastSquares::dimension(&objective)).map(|_| 0.2 + 0.6 * random.next()).collect();
         let normal = objective.normal(&point);
         assert!((normal.chi_square / objective.chi_square(&point) - 1.0).abs() < 1e-12);
         let step = 2e-6;
@@ -161,12 +187,16 @@ fn exact_derivatives_are_those_of_finite_differences() {
             let slope = (4.0 * slope_over(step) - slope_over(2.0 * step)) / 3.0;
             let exact = 2.0 * normal.gradient[column];
             let scale = (normal.information[(column, column)] * normal.chi_square).sqrt();
-            assert!((slope - exact).abs() < 1e-6 * scale, "{rods:?}, column {column}: {slope} against {exact}");
+            assert!(
+                (slope - exact).abs() < 1e-6 * scale,
+                "{rods:?}, column {column}: {slope} against {exact}"
+            );
         }
     }
 }
 
-/// Returns the coverage of the 95 % intervals and the ratio of scatter to Cramér–Rao bound, for each parameter, over noise draws.
+/// Returns the coverage of the 95 % intervals and the ratio of scatter to Cramér–Rao bound, for each
+/// parameter, over noise draws.
 fn statistics(draws: usize, lines: &[f64], sd: f64) -> (Vec<f64>, Vec<f64>) {
     let config = config("configs/tian.toml");
     let machine = &config.machine;
@@ -197,18 +227,24 @@ fn statistics(draws: usize, lines: &[f64], sd: f64) -> (Vec<f64>, Vec<f64>) {
         for (column, &parameter) in objective.free.iter().enumerate() {
             let estimate = &found.estimates[parameter];
             let (low, high) = estimate.interval95.unwrap();
-            assert!((low..=high).contains(&estimate.value), "{parameter}: {} outside {low} … {high}", estimate.value);
+            assert!(
+                (low..=high).contains(&estimate.value),
+                "{parameter}: {} outside {low} … {high}",
+                estimate.value
+            );
             covered[column] += usize::from((low..=high).contains(&truth[parameter]));
             squares[column] += (found.place[column] - point[column]).powi(2);
         }
     }
     let share: Vec<f64> = covered.iter().map(|c| *c as f64 / draws as f64).collect();
-    let ratio: Vec<f64> = squares.iter().zip(&bound).map(|(s, b): (&f64, &f64)| (s / draws as f64).sqrt() / b).collect();
+    let ratio: Vec<f64> =
+        squares.iter().zip(&bound).map(|(s, b): (&f64, &f64)| (s / draws as f64).sqrt() / b).collect();
     println!("coverage {share:.3?}\nratio of scatter to bound {ratio:.3?}");
     (share, ratio)
 }
 
-/// True model and fitted model are equal, 200 noise draws: coverage of the 95 % intervals, and scatter relative to the Cramér–Rao bound.
+/// True model and fitted model are equal, 200 noise draws: coverage of the 95 % intervals, and scatter
+/// relative to the Cramér–Rao bound.
 #[test]
 fn intervals_cover_and_the_scatter_meets_the_cramer_rao_bound() {
     let (share, ratio) = statistics(200, &spread(5.0, 1000.0, 150), 0.02);
@@ -216,16 +252,19 @@ fn intervals_cover_and_the_scatter_meets_the_cramer_rao_bound() {
     assert!(ratio.iter().all(|r| *r < 1.15), "{ratio:?}");
 }
 
-/// A narrow band with 5 % noise hardly identifies some parameters. Their wide intervals, up to the ends of ranges, cover as often (60 draws).
+/// A narrow band with 5 % noise hardly identifies some parameters. Their wide intervals, up to the ends of
+/// ranges, cover as often (60 draws).
 ///
-/// At a coverage of 92 % five of 60 intervals are expected to miss; a share below 85 % has a probability of 1 %.
+/// At a coverage of 92 % five of 60 intervals are expected to miss; a share below 85 % has a probability of 1
+/// %.
 #[test]
 fn intervals_of_hardly_identifiable_parameters_cover_as_well() {
     let (share, _) = statistics(60, &spread(5.0, 400.0, 60), 0.05);
     assert!(share.iter().all(|s| *s >= 0.85), "{share:?}");
 }
 
-/// The stiffnesses of the vertical axis depend on its acceleration. Each FRF is predicted at the acceleration at which it was measured.
+/// The stiffnesses of the vertical axis depend on its acceleration. Each FRF is predicted at the acceleration
+/// at which it was measured.
 #[test]
 fn a_record_is_predicted_at_its_own_condition() {
     let config = config("configs/vertical-axis.toml");
@@ -233,12 +272,13 @@ fn a_record_is_predicted_at_its_own_condition() {
     let table = machine.point("head").unwrap();
     let structure = Arc::new(Structure::new(machine, table, table, RodModel::Exact).unwrap());
     let (mut work, values) = (structure.workspace(), machine.start());
-    let mut set = set_of(&[("head", "head")], &spread(20.0, 400.0, 80), 0.01, &mut Draws(2), |position, _, omega| {
-        let acceleration_m_s2 = Some(if position == 0 { -30.0 } else { 5.0 });
-        let mut network = structure.empty_model();
-        network.update(machine, &values, &Operating { acceleration_m_s2, ..Operating::at_nut(0.4) });
-        network.receptance(omega, &mut work)
-    });
+    let mut set =
+        set_of(&[("head", "head")], &spread(20.0, 400.0, 80), 0.01, &mut Draws(2), |position, _, omega| {
+            let acceleration_m_s2 = Some(if position == 0 { -30.0 } else { 5.0 });
+            let mut network = structure.empty_model();
+            network.update(machine, &values, &Operating { acceleration_m_s2, ..Operating::at_nut(0.4) });
+            network.receptance(omega, &mut work)
+        });
     set.positions.iter_mut().for_each(|p| p.nut_m = Some(0.4));
     for (at, frf) in set.frfs.iter_mut().enumerate() {
         frf.record = Some(format!("r{at}"));
@@ -257,7 +297,8 @@ fn a_record_is_predicted_at_its_own_condition() {
     assert!(down > 0.1 && up > 0.1, "{down} {up}");
 }
 
-/// Few lines, sampled by the curvature of the FRF, approximate χ² of all lines. As many evenly spaced lines miss narrow resonances.
+/// Few lines, sampled by the curvature of the FRF, approximate χ² of all lines. As many evenly spaced lines
+/// miss narrow resonances.
 #[test]
 fn limit_few_curvature_sampled_lines_approximate_all() {
     let config = config("configs/tian.toml");

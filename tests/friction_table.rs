@@ -27,7 +27,9 @@ period_s = 1e-3
 "#;
 
 fn machine(friction: &str) -> Machine {
-    read_machine_text("axis.toml", &AXIS.replace("FRICTION", friction), &[], &[]).unwrap_or_else(|e| panic!("{e}")).machine
+    read_machine_text("axis.toml", &AXIS.replace("FRICTION", friction), &[], &[])
+        .unwrap_or_else(|e| panic!("{e}"))
+        .machine
 }
 
 fn run(machine: &Machine) -> Trace {
@@ -50,12 +52,14 @@ fn limit_a_constant_table_is_coulomb_friction() {
     assert!(table.energy.imbalance() < 1e-6, "{:e}", table.energy.imbalance());
 }
 
-/// A table of the Stribeck curve g = 40 + 30·exp(−(v/0.02)²), computed here, gives the motion of that curve. Linear interpolation over Δ errs by at
-/// most Δ²·g''/8 = (5e-4)²·(2·30/0.02²)/8 = 5e-3 N of 70 N.
+/// A table of the Stribeck curve g = 40 + 30·exp(−(v/0.02)²), computed here, gives the motion of that curve.
+/// Linear interpolation over Δ errs by at most Δ²·g''/8 = (5e-4)²·(2·30/0.02²)/8 = 5e-3 N of 70 N.
 #[test]
 fn limit_a_dense_table_is_its_curve() {
-    let rows: Vec<String> =
-        (0..=400).map(|k| 5e-4 * f64::from(k)).map(|v| format!("[{v:e}, {:e}]", 40.0 + 30.0 * (-(v / 0.02_f64).powi(2)).exp())).collect();
+    let rows: Vec<String> = (0..=400)
+        .map(|k| 5e-4 * f64::from(k))
+        .map(|v| format!("[{v:e}, {:e}]", 40.0 + 30.0 * (-(v / 0.02_f64).powi(2)).exp()))
+        .collect();
     let table = run(&machine(&format!("table = [{}]", rows.join(", "))));
     let formula = run(&machine("coulomb = 40.0, stribeck = 30.0, stribeck_velocity = 0.02"));
     let plain = run(&machine("coulomb = 40.0"));

@@ -1,4 +1,5 @@
-//! README and guide: every command runs as printed, printed results are the program's, and every test that a page names exists.
+//! README and guide: every command runs as printed, printed results are the program's, and every test that a
+//! page names exists.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -54,8 +55,11 @@ fn the_pages_on_machine_and_frfs_lead_to_results() {
 fn the_page_on_results_shows_the_program_s_tables() {
     let folder = tempfile::tempdir().unwrap();
     run_page(&page("results.md"), folder.path(), |_| {});
-    let output =
-        assert_cmd::Command::cargo_bin("jointid").unwrap().args(["identify", "--positions", "l1,l3,l5", "--quiet"]).output().unwrap();
+    let output = assert_cmd::Command::cargo_bin("jointid")
+        .unwrap()
+        .args(["identify", "--positions", "l1,l3,l5", "--quiet"])
+        .output()
+        .unwrap();
     contains_blocks(&page("results.md"), &String::from_utf8(output.stdout).unwrap());
 }
 
@@ -79,7 +83,12 @@ fn the_effect_of_the_guide_is_found() {
     fs::write(folder.path().join("axis.toml"), format!("{bench}\n{effect}")).unwrap();
     run_page(&page("own-effect.md"), folder.path(), |_| {});
     let document = document(folder.path(), "brake/diagnosis.json");
-    assert_eq!(document["verdict"]["effects"], serde_json::json!(["holding-brake", "guide-stiffness"]), "{}", document["verdict"]);
+    assert_eq!(
+        document["verdict"]["effects"],
+        serde_json::json!(["holding-brake", "guide-stiffness"]),
+        "{}",
+        document["verdict"]
+    );
     assert!(document["chosen"]["closed"].as_f64().unwrap() > 0.98);
     // The page draws it over the peaks, before and after.
     let drawn = fs::read_to_string(folder.path().join("brake/report.html")).unwrap();
@@ -91,9 +100,15 @@ fn the_effect_of_the_guide_is_found() {
 fn the_verdict_of_the_guide_is_the_program_s() {
     let folder = tempfile::tempdir().unwrap();
     let commands = run_page(&page("verdicts.md"), folder.path(), |_| {});
-    let diagnose: Vec<&str> = commands.iter().find(|c| c.starts_with("jointid diagnose")).unwrap().split(' ').skip(1).collect();
-    let output =
-        assert_cmd::Command::cargo_bin("jointid").unwrap().current_dir(folder.path()).args(diagnose).arg("--quiet").output().unwrap();
+    let diagnose: Vec<&str> =
+        commands.iter().find(|c| c.starts_with("jointid diagnose")).unwrap().split(' ').skip(1).collect();
+    let output = assert_cmd::Command::cargo_bin("jointid")
+        .unwrap()
+        .current_dir(folder.path())
+        .args(diagnose)
+        .arg("--quiet")
+        .output()
+        .unwrap();
     contains_blocks(&page("verdicts.md"), &String::from_utf8(output.stdout).unwrap());
     let text = fs::read_to_string(page("verdicts.md")).unwrap();
     for kind in ["none", "effect", "ambiguous", "unknown", "wrong-parameter", "measurement", "insufficient"] {
@@ -104,16 +119,24 @@ fn the_verdict_of_the_guide_is_the_program_s() {
 /// Whether the text blocks of a page occur in the program's output.
 fn contains_blocks(page: &Path, output: &str) {
     let text = fs::read_to_string(page).unwrap();
-    let blocks: Vec<&str> = text.split("```text\n").skip(1).map(|block| block.split("```").next().unwrap()).collect();
+    let blocks: Vec<&str> =
+        text.split("```text\n").skip(1).map(|block| block.split("```").next().unwrap()).collect();
     assert!(!blocks.is_empty());
     for block in blocks {
-        assert!(output.contains(block.trim_end()), "{} does not print\n{block}\nbut\n{output}", page.display());
+        assert!(
+            output.contains(block.trim_end()),
+            "{} does not print\n{block}\nbut\n{output}",
+            page.display()
+        );
     }
 }
 
 /// Returns all pages: the README and the guide.
 fn pages() -> Vec<(String, String)> {
-    let guide = fs::read_dir(GUIDE).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.extension().is_some_and(|e| e == "md"));
+    let guide = fs::read_dir(GUIDE)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|e| e == "md"));
     let pages: Vec<PathBuf> = guide.chain([PathBuf::from("README.md")]).collect();
     pages.iter().map(|path| (path.display().to_string(), fs::read_to_string(path).unwrap())).collect()
 }
@@ -127,7 +150,11 @@ fn every_test_that_a_page_names_exists() {
             if path.is_dir() && path.file_name().is_some_and(|name| name != "fuzz") {
                 folders.push(path);
             } else if path.extension().is_some_and(|e| e == "rs") {
-                sources += &format!("mod {}\n{}", path.file_stem().unwrap().display(), fs::read_to_string(&path).unwrap());
+                sources += &format!(
+                    "mod {}\n{}",
+                    path.file_stem().unwrap().display(),
+                    fs::read_to_string(&path).unwrap()
+                );
             }
         }
     }
@@ -136,7 +163,9 @@ fn every_test_that_a_page_names_exists() {
         for span in text.split('`').filter(|span| span.contains("cargo test ")) {
             let words = span.split("cargo test ").nth(1).unwrap().split_whitespace();
             for name in words.filter(|word| !word.starts_with('-') && *word != "main") {
-                let exists = ["fn ", "mod "].iter().any(|kind| sources.lines().any(|l| l.contains(kind) && l.contains(name)));
+                let exists = ["fn ", "mod "]
+                    .iter()
+                    .any(|kind| sources.lines().any(|l| l.contains(kind) && l.contains(name)));
                 assert!(exists, "{path}: no test is called {name}");
                 named += 1;
             }
@@ -159,5 +188,10 @@ fn links_between_pages_lead_somewhere() {
 #[test]
 fn the_readme_is_one_page() {
     let text = fs::read_to_string("README.md").unwrap();
-    assert!(text.lines().count() <= 150 && text.len() <= 10_000, "{} lines, {} bytes", text.lines().count(), text.len());
+    assert!(
+        text.lines().count() <= 150 && text.len() <= 10_000,
+        "{} lines, {} bytes",
+        text.lines().count(),
+        text.len()
+    );
 }

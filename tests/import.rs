@@ -23,8 +23,13 @@ fn small_set(folder: &Path, more: &str) {
          [[position]]\nname = \"l1\"\nnut_m = 0.6\n[[frf]]\nposition = \"l1\"\nfile = \"a.csv\"\n[[frf]]\nposition = \"l1\"\nfile = \"b.csv\"\n",
     )
     .unwrap();
-    fs::write(folder.join("a.csv"), "frequency_hz,real,imag\n10.0,1e-9,-2.5e-7\n11.0,1.25e-9,-2e-7\n12.5,3e-9,1e-8\n").unwrap();
-    fs::write(folder.join("b.csv"), "frequency_hz,real,imag\n10.0,-1e-9,-2.5e-7\n11.0,-1.25e-9,-2e-7\n").unwrap();
+    fs::write(
+        folder.join("a.csv"),
+        "frequency_hz,real,imag\n10.0,1e-9,-2.5e-7\n11.0,1.25e-9,-2e-7\n12.5,3e-9,1e-8\n",
+    )
+    .unwrap();
+    fs::write(folder.join("b.csv"), "frequency_hz,real,imag\n10.0,-1e-9,-2.5e-7\n11.0,-1.25e-9,-2e-7\n")
+        .unwrap();
 }
 
 /// A window that a universal file cannot hold.
@@ -52,12 +57,22 @@ fn limit_export_and_import_give_the_same_numbers() {
             .arg(at(file))
             .arg("--out")
             .arg(&out)
-            .args(["--pattern", "position {}", "--nut-m", "l1=0.6", "--response", "table", "--excitation", "table"])
+            .args([
+                "--pattern",
+                "position {}",
+                "--nut-m",
+                "l1=0.6",
+                "--response",
+                "table",
+                "--excitation",
+                "table",
+            ])
             .assert()
             .success();
         let manifest = fs::read_to_string(out.join("manifest.toml")).unwrap();
         fs::write(out.join("manifest.toml"), more.to_owned() + &manifest).unwrap();
-        let (original, imported) = (read_set(at(set).to_str().unwrap()).unwrap(), read_set(out.to_str().unwrap()).unwrap());
+        let (original, imported) =
+            (read_set(at(set).to_str().unwrap()).unwrap(), read_set(out.to_str().unwrap()).unwrap());
         assert_eq!(imported.positions, original.positions);
         assert_eq!(imported.frfs.len(), 2);
         for (a, b) in original.frfs.iter().zip(&imported.frfs) {
@@ -75,13 +90,18 @@ fn published_beam_imports_with_its_quantity_and_a_warning_on_units() {
     let Some(folder) = real_files() else { return };
     let out = tempfile::tempdir().unwrap();
     let set = out.path().join("set");
-    let output = jointid().arg("import").arg(folder.join("measurement.uff")).arg("--out").arg(&set).output().unwrap();
+    let output =
+        jointid().arg("import").arg(folder.join("measurement.uff")).arg("--out").arg(&set).output().unwrap();
     let stderr = String::from_utf8(output.stderr).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(output.status.success(), "{stderr}");
     assert!(stderr.contains("taken as SI"), "{stderr}");
     let set = read_set(set.to_str().unwrap()).unwrap();
     assert_eq!(set.frfs.len(), 3);
-    assert!(set.frfs.iter().all(|f| f.quantity == Quantity::Accelerance && f.position.is_none() && f.lines.len() == 1000));
+    assert!(
+        set.frfs
+            .iter()
+            .all(|f| f.quantity == Quantity::Accelerance && f.position.is_none() && f.lines.len() == 1000)
+    );
 }
 
 /// The program reads every real file or refuses it by name; it never crashes.
@@ -91,7 +111,8 @@ fn every_real_file_is_read_or_refused() {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         let out = tempfile::tempdir().unwrap();
-        let output = jointid().arg("import").arg(&path).arg("--out").arg(out.path().join("set")).output().unwrap();
+        let output =
+            jointid().arg("import").arg(&path).arg("--out").arg(out.path().join("set")).output().unwrap();
         let stderr = String::from_utf8(output.stderr).unwrap();
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         match output.status.code() {
@@ -120,9 +141,19 @@ fn refuse_files_that_cannot_be_imported() {
     };
     let table = "frequency_hz,real,imag\n10,1,1\n";
     refuse(table, "a.csv", &[], "set the quantity");
-    refuse("frequency_hz,real,imag\n10,1,1\n9,1,1\n", "b.csv", &["--quantity", "receptance"], "does not follow");
+    refuse(
+        "frequency_hz,real,imag\n10,1,1\n9,1,1\n",
+        "b.csv",
+        &["--quantity", "receptance"],
+        "does not follow",
+    );
     refuse("frequency_hz,real,imag\n-1,1,1\n", "c.csv", &["--quantity", "receptance"], "0 or above");
-    refuse("frequency_hz,real,imag,coherence\n1,1,1,1.5\n", "d.csv", &["--quantity", "receptance", "--strict"], "between 0 and 1");
+    refuse(
+        "frequency_hz,real,imag,coherence\n1,1,1,1.5\n",
+        "d.csv",
+        &["--quantity", "receptance", "--strict"],
+        "between 0 and 1",
+    );
     refuse("frequency_hz,real,imag\n1,NaN,1\n", "e.csv", &["--quantity", "receptance"], "line 2");
     refuse(table, "f.csv", &["--quantity", "receptance", "--nut-m", "l1"], "NAME=M");
     refuse(table, "g.csv", &["--quantity", "receptance", "--nut-m", "l9=0.5"], "l9");

@@ -17,7 +17,15 @@ struct Imported {
 fn import(file: &Path, arguments: &[&str]) -> Imported {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("set");
-    let output = Command::cargo_bin("jointid").unwrap().arg("import").arg(file).arg("--out").arg(&out).args(arguments).output().unwrap();
+    let output = Command::cargo_bin("jointid")
+        .unwrap()
+        .arg("import")
+        .arg(file)
+        .arg("--out")
+        .arg(&out)
+        .args(arguments)
+        .output()
+        .unwrap();
     let said = String::from_utf8(output.stderr).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
     match output.status.code() {
         Some(0) => Imported { set: Some(read_set(out.to_str().unwrap()).unwrap()), said },
@@ -48,7 +56,12 @@ fn assert_truth(imported: &Imported, factor: f64) {
         for line in lines {
             // Headers state steps with six digits.
             let frequency_hz = (2.0 * line.frequency_hz).round() / 2.0;
-            assert!((line.frequency_hz - frequency_hz).abs() < 2e-6 * frequency_hz, "{} Hz, {}", line.frequency_hz, imported.said);
+            assert!(
+                (line.frequency_hz - frequency_hz).abs() < 2e-6 * frequency_hz,
+                "{} Hz, {}",
+                line.frequency_hz,
+                imported.said
+            );
             let omega = std::f64::consts::TAU * frequency_hz;
             let expected = match frf.quantity {
                 Quantity::Accelerance => truth(frequency_hz),
@@ -56,7 +69,13 @@ fn assert_truth(imported: &Imported, factor: f64) {
                 Quantity::Receptance => truth(frequency_hz) / (-omega * omega),
             } * factor;
             let error = (line.value - expected).norm() / expected.norm();
-            assert!(error < 2e-5, "{} Hz: {} for {expected}, {}", line.frequency_hz, line.value, imported.said);
+            assert!(
+                error < 2e-5,
+                "{} Hz: {} for {expected}, {}",
+                line.frequency_hz,
+                line.value,
+                imported.said
+            );
         }
     }
 }
@@ -72,7 +91,8 @@ fn assert_said(imported: &Imported, words: &[&str]) {
     }
 }
 
-/// Text of a universal file with one FRF of the truth: records 6 (end), 8, 9 and 10 as given, values times a factor, frequencies to be scaled.
+/// Text of a universal file with one FRF of the truth: records 6 (end), 8, 9 and 10 as given, values times a
+/// factor, frequencies to be scaled.
 struct Universal<'t> {
     locations: &'t str,
     abscissa: (&'t str, &'t str, f64),
@@ -98,9 +118,14 @@ impl Universal<'_> {
         let axis = |code: &str, unit: &str| format!("{code:>10}    0    0    0 {:<20} {unit:<20}\n", "NONE");
         let mut text = String::from("    -1\n    58\nFRF\nNONE\n01-Jan-20 10:00:00\nNONE\nNONE\n");
         let step = 0.5 * self.abscissa.2;
-        text += &format!("{}\n{:>10}{:>10}{:>10}{step:>13.5e}{step:>13.5e}{:>13.5e}\n", self.locations, 6, 400, 1, 0.0);
+        text += &format!(
+            "{}\n{:>10}{:>10}{:>10}{step:>13.5e}{step:>13.5e}{:>13.5e}\n",
+            self.locations, 6, 400, 1, 0.0
+        );
         text += &axis(self.abscissa.0, self.abscissa.1);
-        text += &(axis(self.ordinate.0, self.ordinate.1) + &axis(self.denominator.0, self.denominator.1) + &axis("0", "NONE"));
+        text += &(axis(self.ordinate.0, self.ordinate.1)
+            + &axis(self.denominator.0, self.denominator.1)
+            + &axis("0", "NONE"));
         for line in 1..=400 {
             let value = (self.value)(truth(0.5 * f64::from(line)));
             text += &format!("{:>20.11e}{:>20.11e}\n", value.re, value.im);
@@ -134,7 +159,9 @@ fn limit_a_blow_along_a_negative_direction_changes_the_sign() {
 #[test]
 fn signs_follow_the_points_that_are_named() {
     let of = |response: i32, reference: i32| {
-        format!("    4         0    0         0 NONE               1{response:>4} NONE               1{reference:>4}")
+        format!(
+            "    4         0    0         0 NONE               1{response:>4} NONE               1{reference:>4}"
+        )
     };
     let import = |response: i32, reference: i32, arguments: &[&str]| {
         Universal { locations: &of(response, reference), ..Universal::default() }.import(arguments)
@@ -194,7 +221,10 @@ fn contradictions_are_said_with_both_values() {
     assert_said(&imported, &["«m/s^2»", "0.001", "dataset 164", "mm (newton)"]);
     let of = |ordinate, arguments: &[&str]| Universal { ordinate, ..Universal::default() }.import(arguments);
     assert_refused(&of(("12", "mm/s"), &[]), &["accelerance", "mobility", "«mm/s»"]);
-    assert_said(&of(("12", "m/s^2"), &["--quantity", "receptance"]), &["states accelerance", "receptance was requested"]);
+    assert_said(
+        &of(("12", "m/s^2"), &["--quantity", "receptance"]),
+        &["states accelerance", "receptance was requested"],
+    );
 }
 
 #[test]
@@ -206,7 +236,9 @@ fn limit_force_over_motion_is_inverted_and_motion_over_motion_refused() {
         assert_said(&imported, &["reciprocal"]);
     }
     assert_refused(&import(&folder.join("transmissibility.uff"), &[]), &["transmissibility"]);
-    let of = |ordinate, denominator, value| Universal { ordinate, denominator, value, ..Universal::default() }.import(&[]);
+    let of = |ordinate, denominator, value| {
+        Universal { ordinate, denominator, value, ..Universal::default() }.import(&[])
+    };
     assert_truth(&of(("1", "N/(m/s^2)"), ("0", "NONE"), |h| h.inv()), 1.0);
     assert_truth(&of(("1", "(1/N)*(m/s^2)"), ("0", "NONE"), |h| h), 1.0);
     assert_refused(&of(("13", "N"), ("13", "N"), |h| h), &["force over force"]);
@@ -232,7 +264,9 @@ fn limit_coherences_pair_by_all_their_fields() {
         .arg(&out)
         .assert()
         .success();
-    let first = |name: &str| fs::read_to_string(out.join("frf").join(name)).unwrap().lines().nth(1).unwrap().to_string();
+    let first = |name: &str| {
+        fs::read_to_string(out.join("frf").join(name)).unwrap().lines().nth(1).unwrap().to_string()
+    };
     assert!(first("repeats-1.csv").ends_with(",0.97"), "{}", first("repeats-1.csv"));
     assert!(first("repeats-2.csv").ends_with(",0.485"), "{}", first("repeats-2.csv"));
     let imported = import(&folder.join("node0.uff"), &["--averages", "5"]);
@@ -243,8 +277,10 @@ fn limit_coherences_pair_by_all_their_fields() {
 #[test]
 fn a_coherence_without_partner_is_named() {
     let of = |node: i32| {
-        let locations = format!("    6         0    0         0 NONE       {node:>9}   3 NONE               1   3");
-        Universal { locations: &locations, value: |_| Complex64::new(0.97, 0.0), ..Universal::default() }.text()
+        let locations =
+            format!("    6         0    0         0 NONE       {node:>9}   3 NONE               1   3");
+        Universal { locations: &locations, value: |_| Complex64::new(0.97, 0.0), ..Universal::default() }
+            .text()
     };
     let other = import_text(&(Universal::default().text() + &of(9)), &["--averages", "5"]);
     assert_truth(&other, 1.0);
@@ -308,26 +344,41 @@ fn limit_tables_use_what_their_columns_state() {
 #[test]
 fn tables_are_read_in_any_of_their_forms() {
     let folder = tempfile::tempdir().unwrap();
-    let form = |file: &str, line: &dyn Fn(f64, Complex64) -> String, head: &str, arguments: &[&str], utf16: bool| {
-        let lines: String = (1..=400).map(|at| line(0.5 * f64::from(at), truth(0.5 * f64::from(at))) + "\n").collect();
-        let text = head.to_string() + &lines;
-        let bytes = if utf16 {
-            [0xFF, 0xFE].into_iter().chain(text.encode_utf16().flat_map(u16::to_le_bytes)).collect()
-        } else {
-            text.into_bytes()
+    let form =
+        |file: &str, line: &dyn Fn(f64, Complex64) -> String, head: &str, arguments: &[&str], utf16: bool| {
+            let lines: String =
+                (1..=400).map(|at| line(0.5 * f64::from(at), truth(0.5 * f64::from(at))) + "\n").collect();
+            let text = head.to_string() + &lines;
+            let bytes = if utf16 {
+                [0xFF, 0xFE].into_iter().chain(text.encode_utf16().flat_map(u16::to_le_bytes)).collect()
+            } else {
+                text.into_bytes()
+            };
+            let path = folder.path().join(file);
+            fs::write(&path, bytes).unwrap();
+            let arguments: Vec<&str> =
+                ["--quantity", "accelerance"].into_iter().chain(arguments.iter().copied()).collect();
+            let imported = import(&path, &arguments);
+            assert_truth(&imported, 1.0);
         };
-        let path = folder.path().join(file);
-        fs::write(&path, bytes).unwrap();
-        let arguments: Vec<&str> = ["--quantity", "accelerance"].into_iter().chain(arguments.iter().copied()).collect();
-        let imported = import(&path, &arguments);
-        assert_truth(&imported, 1.0);
-    };
     let cartesian = |f: f64, h: Complex64| format!("{f},{:e},{:e}", h.re, h.im);
     let comma = |f: f64, h: Complex64| format!("{f};{:e};{:e}", h.re, h.im).replace('.', ",");
     form("a.csv", &comma, "Frequenz (Hz);Realteil;Imaginärteil\n", &[], false);
     form("b.csv", &comma, "Frequency;Real;Imag\nHz;(m/s^2)/N;(m/s^2)/N\n", &[], true);
-    form("c.txt", &cartesian, "Analyser 7, test 3\nDate: 2020-01-01\n\nFrequency (Hz),Real,Imag\n", &[], false);
-    form("d.dat", &|f, h| format!("{f} {:e} {:e}", h.re, h.im), "", &["--columns", "frequency_hz,real,imag"], false);
+    form(
+        "c.txt",
+        &cartesian,
+        "Analyser 7, test 3\nDate: 2020-01-01\n\nFrequency (Hz),Real,Imag\n",
+        &[],
+        false,
+    );
+    form(
+        "d.dat",
+        &|f, h| format!("{f} {:e} {:e}", h.re, h.im),
+        "",
+        &["--columns", "frequency_hz,real,imag"],
+        false,
+    );
     form(
         "e.asc",
         &|f, h| format!("{f}\t{}\t{}", 20.0 * h.norm().log10(), h.arg().to_degrees()),
@@ -351,10 +402,25 @@ fn a_list_shows_what_an_import_will_use() {
     let (file, table) = (folder.path().join("file.uff"), folder.path().join("table.csv"));
     fs::write(&file, Universal::default().text()).unwrap();
     fs::write(&table, "f (Hz),re (mm/N),im (mm/N)\n10,1,1\n20,1,1\n").unwrap();
-    let output = Command::cargo_bin("jointid").unwrap().arg("import").args([&file, &table]).arg("--list").output().unwrap();
+    let output = Command::cargo_bin("jointid")
+        .unwrap()
+        .arg("import")
+        .args([&file, &table])
+        .arg("--list")
+        .output()
+        .unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
-    for word in ["400 lines", "0.5…200 Hz", "1:+Z / 1:+Z", "accelerance", "m/s^2 / N", "averages", "2 lines", "10…20 Hz", "receptance"]
-    {
+    for word in [
+        "400 lines",
+        "0.5…200 Hz",
+        "1:+Z / 1:+Z",
+        "accelerance",
+        "m/s^2 / N",
+        "averages",
+        "2 lines",
+        "10…20 Hz",
+        "receptance",
+    ] {
         assert!(text.contains(word), "«{word}» is not in: {text}");
     }
 }
@@ -366,7 +432,15 @@ fn a_set_is_replaced_on_request_alone() {
     let run = |name: &str, extra: &[&str]| {
         let path = folder.path().join(name);
         fs::write(&path, "f,re (m/N),im (m/N)\n10,1,1\n20,1,1\n").unwrap();
-        Command::cargo_bin("jointid").unwrap().arg("import").arg(path).arg("--out").arg(&out).args(extra).output().unwrap()
+        Command::cargo_bin("jointid")
+            .unwrap()
+            .arg("import")
+            .arg(path)
+            .arg("--out")
+            .arg(&out)
+            .args(extra)
+            .output()
+            .unwrap()
     };
     assert!(run("a.csv", &[]).status.success());
     let again = run("b.csv", &[]);
@@ -385,7 +459,15 @@ fn replacing_a_set_removes_its_own_tables_alone() {
     let import = |text: &str, extra: &[&str]| {
         let path = folder.path().join("new.csv");
         fs::write(&path, text).unwrap();
-        Command::cargo_bin("jointid").unwrap().arg("import").arg(path).arg("--out").arg(&out).args(extra).output().unwrap()
+        Command::cargo_bin("jointid")
+            .unwrap()
+            .arg("import")
+            .arg(path)
+            .arg("--out")
+            .arg(&out)
+            .args(extra)
+            .output()
+            .unwrap()
     };
     let table = "f,re (m/N),im (m/N)\n10,1,1\n20,1,1\n";
     let kept = ["frf/own-notes.csv", "frf/deep/x.csv", "modes.csv", "frf/a.txt"];
@@ -410,10 +492,16 @@ fn replacing_a_set_removes_its_own_tables_alone() {
         let entry = |name: &&str| format!("[[frf]]\nfile = \"{name}\"\n");
         fs::write(out.join("manifest.toml"), listed.iter().map(entry).collect::<String>()).unwrap();
     };
-    let all_kept = || kept.iter().all(|name| out.join(name).exists()) && outside.exists() && out.join("frf/is-folder.csv").is_dir();
+    let all_kept = || {
+        kept.iter().all(|name| out.join(name).exists())
+            && outside.exists()
+            && out.join("frf/is-folder.csv").is_dir()
+    };
     prepare();
     // A refused import leaves the old set as it is.
-    for (text, extra) in [("f,re (bananas),im (bananas)\n10,1,1\n20,1,1\n", ["--replace"]), (table, ["--title=x"])] {
+    for (text, extra) in
+        [("f,re (bananas),im (bananas)\n10,1,1\n20,1,1\n", ["--replace"]), (table, ["--title=x"])]
+    {
         assert_eq!(import(text, &extra).status.code(), Some(2));
         assert!(all_kept() && out.join("frf/old.csv").exists() && !out.join("frf/new.csv").exists());
     }
@@ -445,12 +533,21 @@ fn replacing_a_set_removes_nothing_behind_a_link() {
     std::os::unix::fs::symlink(&other, out.join("frf")).unwrap();
     let path = folder.path().join("new.csv");
     fs::write(&path, "f,re (m/N),im (m/N)\n10,1,1\n20,1,1\n").unwrap();
-    let output = Command::cargo_bin("jointid").unwrap().arg("import").arg(&path).arg("--out").arg(&out).arg("--replace").output().unwrap();
+    let output = Command::cargo_bin("jointid")
+        .unwrap()
+        .arg("import")
+        .arg(&path)
+        .arg("--out")
+        .arg(&out)
+        .arg("--replace")
+        .output()
+        .unwrap();
     assert_eq!(output.status.code(), Some(2));
     assert!(other.join("old.csv").exists() && fs::read_dir(&other).unwrap().count() == 1);
 }
 
-/// Fields of asterisks that touch their neighbours cost their lines alone, in a file of real origin's columns.
+/// Fields of asterisks that touch their neighbours cost their lines alone, in a file of real origin's
+/// columns.
 #[test]
 fn limit_overflown_fields_cost_their_lines_alone() {
     let lines = |bad: &[usize]| {
@@ -472,7 +569,12 @@ fn limit_overflown_fields_cost_their_lines_alone() {
     assert_eq!(frf.lines.len() + frf.rejected.len(), 397, "{}", imported.said);
     for line in &frf.lines {
         let expected = truth(line.frequency_hz);
-        assert!((line.value - expected).norm() < 1e-9 * expected.norm(), "{} Hz: {}", line.frequency_hz, line.value);
+        assert!(
+            (line.value - expected).norm() < 1e-9 * expected.norm(),
+            "{} Hz: {}",
+            line.frequency_hz,
+            line.value
+        );
     }
     assert_said(&imported, &["3 lines without a finite value are left out, at 3.5 Hz, 4 Hz, 200 Hz"]);
     assert!(import_text(&lines(&[7]), &["--strict"]).set.is_none());

@@ -1,4 +1,5 @@
-//! Machines, results and files that a user hands over: implausible numbers, files that are none, links, hidden characters, refused threads.
+//! Machines, results and files that a user hands over: implausible numbers, files that are none, links,
+//! hidden characters, refused threads.
 
 use std::fs;
 use std::path::Path;
@@ -30,8 +31,13 @@ fn refused(arguments: &[&str], parts: &[&str]) -> String {
     let output = run(arguments);
     let message = stderr(&output);
     assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
-    assert!(message.starts_with("jointid: ") && message.trim().lines().count() == 1, "{arguments:?}: {message}");
-    parts.iter().for_each(|part| assert!(message.contains(part), "{arguments:?}: «{part}» is not in: {message}"));
+    assert!(
+        message.starts_with("jointid: ") && message.trim().lines().count() == 1,
+        "{arguments:?}: {message}"
+    );
+    parts
+        .iter()
+        .for_each(|part| assert!(message.contains(part), "{arguments:?}: «{part}» is not in: {message}"));
     message
 }
 
@@ -46,7 +52,10 @@ fn implausible_numbers_are_named_with_their_likely_unit() {
     ] {
         let modes = run(&["simulate", "modes", "--set", set]);
         let warnings = stderr(&modes);
-        assert!(modes.status.success() && warnings.matches("warning: ").count() == 1 && warnings.contains(remedy), "{set}: {warnings}");
+        assert!(
+            modes.status.success() && warnings.matches("warning: ").count() == 1 && warnings.contains(remedy),
+            "{set}: {warnings}"
+        );
     }
     // A search for thousands of modes is refused, and the message names the likely cause.
     for set in ["shaft.screw.youngs_modulus_pa=206", "shaft.screw.length_m=1120"] {
@@ -89,8 +98,13 @@ fn all_open_numbers_of_a_template_are_in_one_message() {
     let axis = folder.path().join("axis");
     assert!(jointid().args(["init", "--quiet"]).arg(&axis).output().unwrap().status.success());
     let machine = axis.join("machine.toml");
-    let keys =
-        ["point.table.mass_kg", "point.rotor.inertia_kg_m2", "shaft.screw.length_m", "shaft.screw.diameter_m", "joint.nut.screw.lead_m"];
+    let keys = [
+        "point.table.mass_kg",
+        "point.rotor.inertia_kg_m2",
+        "shaft.screw.length_m",
+        "shaft.screw.diameter_m",
+        "joint.nut.screw.lead_m",
+    ];
     refused(&["simulate", "modes", "--config", machine.to_str().unwrap()], &keys);
 }
 
@@ -106,7 +120,18 @@ fn a_result_brings_machine_and_measurements() {
     let machine = fs::read_to_string("configs/tian.toml").unwrap().replace("title = \"", "title = \"mine, ");
     fs::write(at("machine.toml"), machine).unwrap();
     let (config, set, out) = (at("machine.toml"), at("set"), at("out"));
-    let identified = run(&["identify", "--config", &config, "--measurements", &set, "--repeats", "1", "--out", &out, "--json"]);
+    let identified = run(&[
+        "identify",
+        "--config",
+        &config,
+        "--measurements",
+        &set,
+        "--repeats",
+        "1",
+        "--out",
+        &out,
+        "--json",
+    ]);
     assert!(identified.status.success(), "{}", stderr(&identified));
     // The machine is that of the result even where its file is gone.
     fs::remove_file(&config).unwrap();
@@ -115,13 +140,29 @@ fn a_result_brings_machine_and_measurements() {
     for arguments in [&["validate", "--result", &result][..], &["plan", "--result", &result], &hold] {
         let output = run(arguments);
         let text = String::from_utf8_lossy(&output.stdout).split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(output.status.success() && text.contains("machine «mine, ") && text.contains(&format!("measurements {set}")), "{text}");
+        assert!(
+            output.status.success()
+                && text.contains("machine «mine, ")
+                && text.contains(&format!("measurements {set}")),
+            "{text}"
+        );
     }
     let frf = run(&["simulate", "frf", "--result", &result, "--to-hz", "2"]);
-    assert!(stderr(&frf).split_whitespace().collect::<Vec<_>>().join(" ").contains("machine «mine, "), "{}", stderr(&frf));
-    let document: Value = serde_json::from_slice(&run(&["simulate", "frf", "--result", &result, "--to-hz", "2", "--json"]).stdout).unwrap();
-    let inputs: Vec<&str> = document["inputs"].as_array().unwrap().iter().map(|input| input["path"].as_str().unwrap()).collect();
-    assert!(inputs.iter().any(|path| path.starts_with(&set)) && !inputs.iter().any(|path| path.contains("tian")), "{inputs:?}");
+    assert!(
+        stderr(&frf).split_whitespace().collect::<Vec<_>>().join(" ").contains("machine «mine, "),
+        "{}",
+        stderr(&frf)
+    );
+    let document: Value = serde_json::from_slice(
+        &run(&["simulate", "frf", "--result", &result, "--to-hz", "2", "--json"]).stdout,
+    )
+    .unwrap();
+    let inputs: Vec<&str> =
+        document["inputs"].as_array().unwrap().iter().map(|input| input["path"].as_str().unwrap()).collect();
+    assert!(
+        inputs.iter().any(|path| path.starts_with(&set)) && !inputs.iter().any(|path| path.contains("tian")),
+        "{inputs:?}"
+    );
     assert!(run(&["report", &out]).status.success());
 }
 
@@ -130,7 +171,19 @@ fn a_result_brings_machine_and_measurements() {
 fn cached_null_simulations_serve_their_own_settings_only() {
     let folder = tempfile::tempdir().unwrap();
     let cache = folder.path().join("cache").display().to_string();
-    let base = ["diagnose", "--positions", "l1,l3,l5", "--nulls", "20", "--repeats", "1", "--effects", "rotor-hold", "--json", "--quiet"];
+    let base = [
+        "diagnose",
+        "--positions",
+        "l1,l3,l5",
+        "--nulls",
+        "20",
+        "--repeats",
+        "1",
+        "--effects",
+        "rotor-hold",
+        "--json",
+        "--quiet",
+    ];
     let found = |more: &[&str]| -> Value {
         let output = jointid().args(base).args(more).output().unwrap();
         assert!(output.status.success(), "{}", stderr(&output));
@@ -138,7 +191,10 @@ fn cached_null_simulations_serve_their_own_settings_only() {
     };
     found(&["--cache", &cache]);
     for setting in [["--frequency-model-error", "0.05"], ["--objective", "frequencies"]] {
-        let (cached, alone) = (found(&[&setting[..], &["--cache", &cache]].concat()), found(&[&setting[..], &["--no-cache"]].concat()));
+        let (cached, alone) = (
+            found(&[&setting[..], &["--cache", &cache]].concat()),
+            found(&[&setting[..], &["--no-cache"]].concat()),
+        );
         assert_eq!(cached["verdict"], alone["verdict"], "{setting:?}");
         assert_eq!(cached["effects"], alone["effects"], "{setting:?}");
     }
@@ -156,10 +212,18 @@ fn refuse_sets_whose_files_lie_outside_and_quote_nothing_of_them() {
     for outside in ["../secret", secret.to_str().unwrap()] {
         fs::write(set.join("manifest.toml"), manifest.replace("modes.csv", outside)).unwrap();
         refused(&["identify", "--measurements", path], &["secret", "outside the folder"]);
-        let message = refused(&["identify", "--measurements", path, "--allow-outside"], &["secret, line 1", "is not the header"]);
+        let message = refused(
+            &["identify", "--measurements", path, "--allow-outside"],
+            &["secret, line 1", "is not the header"],
+        );
         assert!(!message.contains("root"), "{message}");
     }
-    for arguments in [&["friction", "--data"][..], &["identify", "--config"], &["validate", "--result"], &["import", "--list"]] {
+    for arguments in [
+        &["friction", "--data"][..],
+        &["identify", "--config"],
+        &["validate", "--result"],
+        &["import", "--list"],
+    ] {
         let message = refused(&[arguments, &[secret.to_str().unwrap()]].concat(), &["secret"]);
         assert!(!message.contains("root") && !message.contains("password"), "{message}");
     }
@@ -173,7 +237,9 @@ fn limit_files_outside_are_read_where_that_is_allowed() {
     fs::create_dir(&set).unwrap();
     fs::copy("measurements/tian/modes.csv", folder.path().join("modes.csv")).unwrap();
     fs::copy("measurements/tian/published.csv", set.join("published.csv")).unwrap();
-    let manifest = fs::read_to_string("measurements/tian/manifest.toml").unwrap().replace("\"modes.csv\"", "\"../modes.csv\"");
+    let manifest = fs::read_to_string("measurements/tian/manifest.toml")
+        .unwrap()
+        .replace("\"modes.csv\"", "\"../modes.csv\"");
     fs::write(set.join("manifest.toml"), manifest).unwrap();
     let read = |path: &str, outside| measurement::read_set_from(path, outside).map(|set| set.modes);
     assert!(read(set.to_str().unwrap(), false).is_err());
@@ -210,11 +276,13 @@ mod unix {
         refused(&["report", path], &["identification.json", "is a pipe"]);
     }
 
-    /// Links and files of other names in the result folder are refused or replaced; what they point to keeps its content.
+    /// Links and files of other names in the result folder are refused or replaced; what they point to keeps
+    /// its content.
     #[test]
     fn refuse_links_that_lead_out_of_the_result_folder() {
         let folder = tempfile::tempdir().unwrap();
-        let (out, victim, other) = (folder.path().join("out"), folder.path().join("victim"), folder.path().join("other"));
+        let (out, victim, other) =
+            (folder.path().join("out"), folder.path().join("victim"), folder.path().join("other"));
         fs::write(&victim, "kept").unwrap();
         fs::create_dir(&other).unwrap();
         let fresh = || {
@@ -247,9 +315,14 @@ mod unix {
     #[test]
     fn a_full_or_closed_stderr_costs_no_result() {
         for end in ["2>/dev/full", "2>&-"] {
-            for command in ["identify --repeats 1", "simulate modes --set point.rotor.inertia_kg_m2=42", "identify --repeats 1 --verbose"] {
+            for command in [
+                "identify --repeats 1",
+                "simulate modes --set point.rotor.inertia_kg_m2=42",
+                "identify --repeats 1 --verbose",
+            ] {
                 let script = format!("\"$0\" {command} {end}");
-                let output = Command::new("sh").args(["-c", &script, env!("CARGO_BIN_EXE_jointid")]).output().unwrap();
+                let output =
+                    Command::new("sh").args(["-c", &script, env!("CARGO_BIN_EXE_jointid")]).output().unwrap();
                 assert!(output.status.success() && !output.stdout.is_empty(), "{script}");
             }
         }
@@ -279,13 +352,15 @@ mod unix {
         assert!(!Path::new(&out).join(".jointid-lock").exists());
     }
 
-    /// Ctrl-C ends a command within a second, with or without a result, and leaves neither locks nor unfinished files.
+    /// Ctrl-C ends a command within a second, with or without a result, and leaves neither locks nor
+    /// unfinished files.
     #[test]
     fn an_interrupt_ends_every_command_soon() {
         let folder = tempfile::tempdir().unwrap();
         let set = folder.path().join("long");
         fs::create_dir(&set).unwrap();
-        let table: String = (1..1_500_000).map(|line| format!("{line},{}e-9,-1e-9\n", line % 7 + 1)).collect();
+        let table: String =
+            (1..1_500_000).map(|line| format!("{line},{}e-9,-1e-9\n", line % 7 + 1)).collect();
         fs::write(folder.path().join("long.csv"), format!("frequency_hz,real,imag\n{table}")).unwrap();
         let long = folder.path().join("long.csv").display().to_string();
         let hybrid = ["--config", "configs/hybrid-axis.toml"];
@@ -298,11 +373,20 @@ mod unix {
         for (at, (command, after)) in commands.into_iter().enumerate() {
             let out = folder.path().join(format!("out{at}"));
             let out = out.display().to_string();
-            let (time, output) = interrupted(&[command, &["--out", &out]].concat(), Duration::from_millis(after));
+            let (time, output) =
+                interrupted(&[command, &["--out", &out]].concat(), Duration::from_millis(after));
             // The deadline of the command is 0.85 s; the rest is for a busy processor.
             assert!(time < Duration::from_secs(2), "{command:?}: {time:?}");
-            assert!([0, 3].contains(&output.status.code().unwrap()), "{command:?}: {:?} {}", output.status, stderr(&output));
-            let left = fs::read_dir(&out).into_iter().flatten().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+            assert!(
+                [0, 3].contains(&output.status.code().unwrap()),
+                "{command:?}: {:?} {}",
+                output.status,
+                stderr(&output)
+            );
+            let left = fs::read_dir(&out)
+                .into_iter()
+                .flatten()
+                .map(|entry| entry.unwrap().file_name().into_string().unwrap());
             let left: Vec<String> = left.filter(|name| name.starts_with('.')).collect();
             assert!(left.is_empty(), "{command:?}: {left:?}");
         }
@@ -312,15 +396,20 @@ mod unix {
 /// Text from a file reaches terminal, messages, documents and page escaped.
 #[test]
 fn hidden_characters_are_escaped_everywhere() {
-    let hidden = |text: &str| text.chars().any(|c| c != '\n' && (c.is_control() || ('\u{202a}'..='\u{202e}').contains(&c)));
+    let hidden = |text: &str| {
+        text.chars().any(|c| c != '\n' && (c.is_control() || ('\u{202a}'..='\u{202e}').contains(&c)))
+    };
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).display().to_string();
     let evil = "\\u001B[31mred\\u202Efdp\\n";
-    let machine = fs::read_to_string("configs/tian.toml").unwrap().replace("title = \"", &format!("title = \"{evil}"));
+    let machine =
+        fs::read_to_string("configs/tian.toml").unwrap().replace("title = \"", &format!("title = \"{evil}"));
     let machine = machine.replace("\"table\"", "\"ta\\\"ble\\u202E\\u001B\"");
     fs::write(at("machine.toml"), machine).unwrap();
     fs::create_dir(at("set")).unwrap();
-    let manifest = fs::read_to_string("measurements/tian/manifest.toml").unwrap().replace("\"table\"", "\"ta\\\"ble\\u202E\\u001B\"");
+    let manifest = fs::read_to_string("measurements/tian/manifest.toml")
+        .unwrap()
+        .replace("\"table\"", "\"ta\\\"ble\\u202E\\u001B\"");
     fs::write(at("set/manifest.toml"), manifest.replace("\"l1\"", "\"l1, \\\"x\\\"\\u202E\"")).unwrap();
     let modes = fs::read_to_string("measurements/tian/modes.csv").unwrap();
     fs::write(at("set/modes.csv"), modes.replace("l1,", "\"l1, \"\"x\"\"\u{202e}\",")).unwrap();
@@ -343,7 +432,11 @@ fn hidden_characters_are_escaped_everywhere() {
     assert!(run(&["report", &out]).status.success());
     let document = fs::read_to_string(format!("{out}/identification.json")).unwrap();
     assert!(
-        !hidden(&document) && serde_json::from_str::<Value>(&document).unwrap()["machine"]["text"].as_str().unwrap().contains("\\u202E")
+        !hidden(&document)
+            && serde_json::from_str::<Value>(&document).unwrap()["machine"]["text"]
+                .as_str()
+                .unwrap()
+                .contains("\\u202E")
     );
     let page = fs::read_to_string(format!("{out}/report.html")).unwrap();
     assert!(!page.contains('\u{202e}') && !page.contains('\u{1b}') && !page.contains("&quot;x"));
@@ -355,7 +448,8 @@ fn limit_descriptions_up_to_the_limits_are_computed() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("chain.toml");
     let chain = |count: usize| {
-        let points = (0..count).map(|at| format!("[[point]]\nname = \"p{at}\"\nmotion = \"translation\"\nmass_kg = 1.0\n"));
+        let points = (0..count)
+            .map(|at| format!("[[point]]\nname = \"p{at}\"\nmotion = \"translation\"\nmass_kg = 1.0\n"));
         let joints = (1..count).map(|at| {
             let before = at - 1;
             format!("[[joint]]\nname = \"j{at}\"\nbetween = [\"p{before}\", \"p{at}\"]\nstiffness = 1e7\n")

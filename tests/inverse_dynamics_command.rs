@@ -38,7 +38,14 @@ fn a_set_of_motions_goes_through_all_commands() {
     }
     let out = folder.path().join("out");
     let on_set = |command: &mut Command| {
-        command.args(["--config", CONFIG, "--measurements"]).arg(&set).arg("--out").arg(&out).arg("--json").output().unwrap()
+        command
+            .args(["--config", CONFIG, "--measurements"])
+            .arg(&set)
+            .arg("--out")
+            .arg(&out)
+            .arg("--json")
+            .output()
+            .unwrap()
     };
     let read = |stdout: &[u8]| serde_json::from_slice::<serde_json::Value>(stdout).unwrap();
     let output = on_set(jointid().arg("identify"));
@@ -59,7 +66,12 @@ fn a_set_of_motions_goes_through_all_commands() {
     let output = on_set(jointid().args(["diagnose", "--nulls", "24"]));
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let found = read(&output.stdout);
-    assert_eq!((found["domain"].as_str(), found["verdict"]["kind"].as_str()), (Some("motion"), Some("effect")), "{:#}", found["effects"]);
+    assert_eq!(
+        (found["domain"].as_str(), found["verdict"]["kind"].as_str()),
+        (Some("motion"), Some("effect")),
+        "{:#}",
+        found["effects"]
+    );
     for phase in ["reversal", "acceleration", "constant-speed"] {
         assert!(found["gap"]["by_phase"][phase].is_number(), "{phase}");
     }
@@ -68,7 +80,9 @@ fn a_set_of_motions_goes_through_all_commands() {
     assert!(schema.is_valid(&found));
     jointid().arg("report").arg(&out).assert().success();
     let page = std::fs::read_to_string(out.join("report.html")).unwrap();
-    for part in ["id=\"force\"", "id=\"phases\"", "id=\"friction-curve\"", "friction-asymmetry", "Results by record"] {
+    for part in
+        ["id=\"force\"", "id=\"phases\"", "id=\"friction-curve\"", "friction-asymmetry", "Results by record"]
+    {
         assert!(page.contains(part), "{part}");
     }
 }
@@ -80,7 +94,8 @@ fn faults_are_reported() {
     let manifest = "title = \"x\"\n[[motion]]\nname = \"a\"\nfile = \"a.csv\"\n";
     std::fs::write(folder.path().join("manifest.toml"), manifest).unwrap();
     let row = |t: f64| format!("{t},{0},{0},{1}\n", (9.0 * t).sin(), 30.0 * (9.0 * t).cos());
-    let text = |head: &str, times: &[f64]| head.to_string() + &times.iter().map(|t| row(*t)).collect::<String>();
+    let text =
+        |head: &str, times: &[f64]| head.to_string() + &times.iter().map(|t| row(*t)).collect::<String>();
     let even: Vec<f64> = (0..300).map(|i| (1e3 * (1e-3 * i as f64)).round() / 1e3).collect();
     let mut repeated = even.clone();
     repeated[100] = repeated[99];
@@ -96,8 +111,13 @@ fn faults_are_reported() {
     for (csv, words) in cases {
         std::fs::write(folder.path().join("a.csv"), csv).unwrap();
         let out = folder.path().join("out");
-        let output =
-            jointid().args(["diagnose", "--config", CONFIG, "--measurements"]).arg(folder.path()).arg("--out").arg(&out).output().unwrap();
+        let output = jointid()
+            .args(["diagnose", "--config", CONFIG, "--measurements"])
+            .arg(folder.path())
+            .arg("--out")
+            .arg(&out)
+            .output()
+            .unwrap();
         let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(2), "{stderr}");
         assert!(stderr.contains(words) && stderr.lines().count() == 1, "{stderr}");
@@ -109,8 +129,8 @@ fn faults_are_reported() {
     assert!(String::from_utf8_lossy(&output.stderr).contains("no [drive]"));
 }
 
-/// No effect of the library describes a cable chain that pulls along the travel. A force along the travel four times its common size would fit it;
-/// as that is implausible, the verdict is unknown.
+/// No effect of the library describes a cable chain that pulls along the travel. A force along the travel
+/// four times its common size would fit it; as that is implausible, the verdict is unknown.
 #[test]
 fn recover_no_effect_larger_than_common() {
     use reference_simulator::motion::{Plan, QUICK, generate_one, write_case};
@@ -121,15 +141,23 @@ fn recover_no_effect_larger_than_common() {
     write_case(folder.path(), &case).unwrap();
     let set = folder.path().to_str().unwrap();
     let machine = format!("{set}/machine.toml");
-    let output = jointid().args(["diagnose", "--config", &machine, "--measurements", set, "--json", "--quiet"]).output().unwrap();
+    let output = jointid()
+        .args(["diagnose", "--config", &machine, "--measurements", set, "--json", "--quiet"])
+        .output()
+        .unwrap();
     let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(found["verdict"]["kind"], "unknown", "{:#}", found["verdict"]);
-    assert!(found["verdict"]["reason"].as_str().unwrap().contains("force along the travel, half-wave 1"), "{:#}", found["verdict"]);
+    assert!(
+        found["verdict"]["reason"].as_str().unwrap().contains("force along the travel, half-wave 1"),
+        "{:#}",
+        found["verdict"]
+    );
     assert_eq!(found["where"][0]["over"], "position", "{:#}", found["where"][0]);
 }
 
-/// Sampled loops delay the recorded force by half a period. The delay shows in records where presliding, which dominates the slower ones, does not
-/// hide it. Next to the named effect this residual is no data fault of such a record.
+/// Sampled loops delay the recorded force by half a period. The delay shows in records where presliding,
+/// which dominates the slower ones, does not hide it. Next to the named effect this residual is no data fault
+/// of such a record.
 #[test]
 #[ignore = "second tier"]
 fn recover_presliding_with_sampled_loops() {
@@ -167,8 +195,16 @@ fn recover_presliding_with_sampled_loops() {
         manifest += &format!("[[motion]]\nname = \"{name}\"\nfile = \"{name}.csv\"\n");
     }
     std::fs::write(folder.path().join("manifest.toml"), manifest).unwrap();
-    let output =
-        jointid().args(["diagnose", "--config", CONFIG, "--json", "--quiet", "--measurements"]).arg(folder.path()).output().unwrap();
+    let output = jointid()
+        .args(["diagnose", "--config", CONFIG, "--json", "--quiet", "--measurements"])
+        .arg(folder.path())
+        .output()
+        .unwrap();
     let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(found["verdict"]["effects"], serde_json::json!(["presliding-friction"]), "{:#}", found["verdict"]);
+    assert_eq!(
+        found["verdict"]["effects"],
+        serde_json::json!(["presliding-friction"]),
+        "{:#}",
+        found["verdict"]
+    );
 }

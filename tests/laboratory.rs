@@ -1,4 +1,5 @@
-//! `jointid lab` and former names of its commands start the laboratory's program, for which a script stands here.
+//! `jointid lab` and former names of its commands start the laboratory's program, for which a script stands
+//! here.
 #![cfg(unix)]
 
 use std::fs;
@@ -7,9 +8,11 @@ use std::process::{Command, Output, Stdio};
 
 /// Copies the command into a folder, and a script as the laboratory's program beside it.
 ///
-/// Another process writes both: a file that this one holds open for writing could not be started while another test starts a program.
+/// Another process writes both: a file that this one holds open for writing could not be started while
+/// another test starts a program.
 fn with_script(folder: &Path, script: &str) {
-    let write = "cp \"$1\" jointid && printf '#!/bin/sh\\n%s\\n' \"$2\" > jointid-lab && chmod 755 jointid-lab";
+    let write =
+        "cp \"$1\" jointid && printf '#!/bin/sh\\n%s\\n' \"$2\" > jointid-lab && chmod 755 jointid-lab";
     let words = ["-c", write, "sh", env!("CARGO_BIN_EXE_jointid"), script];
     assert!(Command::new("sh").args(words).current_dir(folder).status().unwrap().success());
 }
@@ -58,7 +61,10 @@ fn former_names_are_forwarded_with_the_new_one() {
     ] {
         let (out, err) = of(words);
         assert_eq!(out, format!("{forwarded}\n"));
-        assert!(err.contains(&format!("«jointid lab {forwarded}»")) && err.lines().count() == 1, "{words}: {err}");
+        assert!(
+            err.contains(&format!("«jointid lab {forwarded}»")) && err.lines().count() == 1,
+            "{words}: {err}"
+        );
         assert_eq!(of(&format!("{words} --quiet")), (format!("{forwarded} --quiet\n"), String::new()));
         assert_eq!(of(&format!("{words} --json")).1, "");
     }
@@ -67,15 +73,20 @@ fn former_names_are_forwarded_with_the_new_one() {
     assert!(of("simulate modes").0.contains("frequency Hz"));
 }
 
-/// Ctrl-C reaches the laboratory's program, and its end is that of the command. A script that was started with Ctrl-C ignored cannot trap it, hence `env`.
+/// Ctrl-C reaches the laboratory's program, and its end is that of the command. A script that was started
+/// with Ctrl-C ignored cannot trap it, hence `env`.
 #[cfg(target_os = "linux")]
 #[test]
 fn an_interrupt_passes_through() {
     let folder = tempfile::tempdir().unwrap();
-    with_script(folder.path(), "exec env --default-signal=INT sh -c \"trap 'exit 3' INT; echo ready; while :; do sleep 0.05; done\"");
+    with_script(
+        folder.path(),
+        "exec env --default-signal=INT sh -c \"trap 'exit 3' INT; echo ready; while :; do sleep 0.05; done\"",
+    );
     let mut child = jointid(folder.path()).args(["lab", "machine"]).stdout(Stdio::piped()).spawn().unwrap();
     let mut line = String::new();
-    std::io::BufRead::read_line(&mut std::io::BufReader::new(child.stdout.take().unwrap()), &mut line).unwrap();
+    std::io::BufRead::read_line(&mut std::io::BufReader::new(child.stdout.take().unwrap()), &mut line)
+        .unwrap();
     assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
     assert_eq!(child.wait().unwrap().code(), Some(3));
 }

@@ -1,7 +1,11 @@
-//! The lumped models of the papers: matrices, contacts in a machine, operating condition, strain energy, convergence.
+//! The lumped models of the papers: matrices, contacts in a machine, operating condition, strain energy,
+//! convergence.
 
 use config::{read_machine, read_machine_text};
-use dynamics::model::{Complexes, Frequencies, Matrices, Reals, RodModel, Structure, elastic_frequencies_hz, matrices, undamped_modes};
+use dynamics::model::{
+    Complexes, Frequencies, Matrices, Reals, RodModel, Structure, elastic_frequencies_hz, matrices,
+    undamped_modes,
+};
 use machine::contact::{Rule, published};
 use machine::{Machine, Operating};
 use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
@@ -32,18 +36,23 @@ fn middle(machine: &Machine) -> Operating {
     Operating::at(machine.stroke_m().map(|s| 0.5 * s))
 }
 
-/// Computes natural frequencies (Hz) by Cholesky factorisation and the symmetric eigenvalue problem, independently of the program's method.
+/// Computes natural frequencies (Hz) by Cholesky factorisation and the symmetric eigenvalue problem,
+/// independently of the program's method.
 fn eigen_hz(m: &Matrices) -> Vec<f64> {
     let root = Cholesky::new(m.mass.clone()).expect("M is positive definite").l();
     let inverse = root.clone().try_inverse().unwrap();
     let a = &inverse * &m.stiffness * inverse.transpose();
-    let mut hz: Vec<f64> =
-        SymmetricEigen::new((&a + a.transpose()) * 0.5).eigenvalues.iter().map(|x| x.max(0.0).sqrt() / std::f64::consts::TAU).collect();
+    let mut hz: Vec<f64> = SymmetricEigen::new((&a + a.transpose()) * 0.5)
+        .eigenvalues
+        .iter()
+        .map(|x| x.max(0.0).sqrt() / std::f64::consts::TAU)
+        .collect();
     hz.sort_by(f64::total_cmp);
     hz
 }
 
-/// Asserts that M is symmetric positive definite, C and K symmetric positive semi-definite (scaled to a unit diagonal).
+/// Asserts that M is symmetric positive definite, C and K symmetric positive semi-definite (scaled to a unit
+/// diagonal).
 fn check_matrices(m: &Matrices) {
     for (name, matrix) in [("M", &m.mass), ("C", &m.damping), ("K", &m.stiffness)] {
         assert!((matrix - matrix.transpose()).amax() <= 1e-12 * matrix.amax(), "{name} is not symmetric");
@@ -72,11 +81,16 @@ fn limit_shipped_machines_have_valid_matrices_and_the_described_rigid_body_modes
             assert_eq!(hz.len() - elastic.len(), free, "{path}: {hz:?}");
             // The program's mode count and frequencies of the same chain.
             let first = machine.points.iter().position(|p| !p.fixed).unwrap();
-            let structure = Arc::new(Structure::new(&machine, first, first, RodModel::Lumped(lumps)).unwrap());
+            let structure =
+                Arc::new(Structure::new(&machine, first, first, RodModel::Lumped(lumps)).unwrap());
             let mut network = structure.empty_model();
             network.update(&machine, &machine.start(), &middle(&machine));
             let modes = undamped_modes(&network, 3000.0, &mut structure.workspace());
-            assert_eq!(modes.iter().filter(|m| m.frequency_hz == 0.0).count(), free, "{path}: rigid-body modes at exactly 0 Hz");
+            assert_eq!(
+                modes.iter().filter(|m| m.frequency_hz == 0.0).count(),
+                free,
+                "{path}: rigid-body modes at exactly 0 Hz"
+            );
             let ours: Vec<f64> = modes.iter().map(|m| m.frequency_hz).filter(|f| *f > 0.0).collect();
             assert!(!ours.is_empty() || elastic.iter().all(|f| *f > 3000.0));
             for (a, b) in ours.iter().zip(&elastic) {
@@ -86,7 +100,8 @@ fn limit_shipped_machines_have_valid_matrices_and_the_described_rigid_body_modes
     }
 }
 
-/// Generates a random machine: translations in a chain with springs between neighbours, a screw–nut joint, and a rotation, held or free.
+/// Generates a random machine: translations in a chain with springs between neighbours, a screw–nut joint,
+/// and a rotation, held or free.
 fn random_machine() -> impl Strategy<Value = (Machine, bool)> {
     let spring = 5.0..9.0_f64;
     (2..7_usize, prop::collection::vec((-1.0..2.0_f64, spring), 7), any::<bool>(), 3.0..6.0_f64, -2.5..-1.5_f64).prop_map(
@@ -144,9 +159,13 @@ fn published_six_coordinates_of_the_twin_ball_screw() {
     let p = 5e-3 / std::f64::consts::TAU;
     let ka: Vec<f64> = (1..=2)
         .map(|axis| {
-            let contact = |name: String| machine.contacts.iter().find(|c| c.name == name).unwrap().at(&here).unwrap().stiffness_n_per_m;
+            let contact = |name: String| {
+                machine.contacts.iter().find(|c| c.name == name).unwrap().at(&here).unwrap().stiffness_n_per_m
+            };
             let segment = std::f64::consts::PI * 20e-3 * 20e-3 * 2.06e11 / (4.0 * 0.2);
-            1.0 / (1.0 / contact(format!("bearing-{axis}")) + 1.0 / segment + 1.0 / contact(format!("screw-nut-{axis}")))
+            1.0 / (1.0 / contact(format!("bearing-{axis}"))
+                + 1.0 / segment
+                + 1.0 / contact(format!("screw-nut-{axis}")))
         })
         .collect();
     assert!(ka[0] > ka[1], "axis 2 has more friction, so its contacts are softer");
@@ -160,20 +179,27 @@ fn published_six_coordinates_of_the_twin_ball_screw() {
         0.0, -p * ka[1], 0.0, 0.0, p * p * ka[1] + 1e3, 0.0,
         0.0, 0.0, 0.0, 0.0, 0.0, 5e6,
     ]);
-    let mass = DMatrix::from_diagonal(&nalgebra::DVector::from_vec(vec![0.575, 0.575, 24.43, 2.545e-4, 2.545e-4, 0.505]));
+    let mass = DMatrix::from_diagonal(&nalgebra::DVector::from_vec(vec![
+        0.575, 0.575, 24.43, 2.545e-4, 2.545e-4, 0.505,
+    ]));
     assert_eq!(m.mass, mass);
     for (ours, theirs) in [(&m.stiffness, k.clone()), (&m.damping, k * 1.9e-4)] {
         for i in 0..6 {
             for j in 0..6 {
                 let scale = (theirs[(i, i)] * theirs[(j, j)]).sqrt();
-                assert!((ours[(i, j)] - theirs[(i, j)]).abs() < 1e-12 * scale, "({i}, {j}): {} against {}", ours[(i, j)], theirs[(i, j)]);
+                assert!(
+                    (ours[(i, j)] - theirs[(i, j)]).abs() < 1e-12 * scale,
+                    "({i}, {j}): {} against {}",
+                    ours[(i, j)],
+                    theirs[(i, j)]
+                );
             }
         }
     }
 }
 
-/// Duan, Eq. 6 without servos: the screws turn against each other on bearing and screw, f = √(K_L/[(J_m + J_b)·(2π/p)²])/2π. The closed form holds where
-/// nut brackets and yawing are rigid.
+/// Duan, Eq. 6 without servos: the screws turn against each other on bearing and screw, f = √(K_L/[(J_m +
+/// J_b)·(2π/p)²])/2π. The closed form holds where nut brackets and yawing are rigid.
 #[test]
 fn limit_screws_of_a_twin_ball_screw_turn_against_each_other() {
     let machine = with("configs/twin-ball-screw-as-computed.toml", &["joint.yaw.stiffness=1e12"]);
@@ -188,11 +214,13 @@ fn limit_screws_of_a_twin_ball_screw_turn_against_each_other() {
     }
 }
 
-/// Both ends of the vertical screw: equilibrium, equal displacements at the nut, the nearer end carries more; halves as printed.
+/// Both ends of the vertical screw: equilibrium, equal displacements at the nut, the nearer end carries more;
+/// halves as printed.
 #[test]
 fn limit_screw_ends_share_a_load_by_compatibility() {
     let machine = shipped("configs/vertical-axis.toml");
-    let find = |machine: &Machine, name: &str| machine.contacts.iter().find(|c| c.name == name).unwrap().clone();
+    let find =
+        |machine: &Machine, name: &str| machine.contacts.iter().find(|c| c.name == name).unwrap().clone();
     let (upper, lower) = (find(&machine, "bearing-upper"), find(&machine, "bearing-lower"));
     for (a, nut_m) in [(0.0, 0.2), (0.0, 0.05), (10.0, 0.05), (-30.0, 0.7)] {
         let here = Operating { acceleration_m_s2: Some(a), ..Operating::at_nut(nut_m) };
@@ -200,8 +228,12 @@ fn limit_screw_ends_share_a_load_by_compatibility() {
         let (u, l) = (state(&upper), state(&lower));
         let whole_n = 150.0 * (9.80665 + a);
         assert!(((u.force_n + l.force_n) / whole_n - 1.0).abs() < 1e-9);
-        let segment = |name: &str| machine.segments.iter().find(|s| s.name == name).unwrap().stiffness_n_per_m(&here);
-        let displacement = [u.force_n / segment("upper") + u.share.displacement_m, l.force_n / segment("lower") + l.share.displacement_m];
+        let segment =
+            |name: &str| machine.segments.iter().find(|s| s.name == name).unwrap().stiffness_n_per_m(&here);
+        let displacement = [
+            u.force_n / segment("upper") + u.share.displacement_m,
+            l.force_n / segment("lower") + l.share.displacement_m,
+        ];
         assert!((displacement[0] / displacement[1] - 1.0).abs() < 1e-6, "{displacement:?}");
         let share = l.force_n / whole_n;
         match nut_m {
@@ -216,18 +248,26 @@ fn limit_screw_ends_share_a_load_by_compatibility() {
     let hz = elastic_frequencies_hz(&machine, 1, &machine.start(), &near)[0];
     assert!((hz - 213.9).abs() < 0.1, "{hz}");
     let printed = with("configs/vertical-axis.toml", &["contact_rule=as-printed"]);
-    let (u, l) = (find(&printed, "bearing-upper").force_n(&near), find(&printed, "bearing-lower").force_n(&near));
+    let (u, l) =
+        (find(&printed, "bearing-upper").force_n(&near), find(&printed, "bearing-lower").force_n(&near));
     assert!(u == l && (u - 0.5 * 150.0 * 19.80665).abs() < 1e-9);
 }
 
-/// Velocities at which nut B unloads, by Eq. 12–17 with Tab. 2 as printed and by equilibrium, evaluated in the machine.
+/// Velocities at which nut B unloads, by Eq. 12–17 with Tab. 2 as printed and by equilibrium, evaluated in
+/// the machine.
 #[test]
 fn published_velocities_at_which_nut_b_unloads_in_the_machine() {
     let m_min = |machine: &Machine, name: &str, x: f64| {
         let contact = machine.contacts.iter().find(|c| c.name == name).unwrap();
-        contact.at(&Operating { velocity_m_s: Some(x / 60.0), ..Operating::default() }).unwrap().share.load_b_n
+        contact
+            .at(&Operating { velocity_m_s: Some(x / 60.0), ..Operating::default() })
+            .unwrap()
+            .share
+            .load_b_n
     };
-    for (rule, axis, unloads) in [("as-printed", 1, 30.22), ("as-printed", 2, 18.91), ("physics", 1, 49.39), ("physics", 2, 32.03)] {
+    for (rule, axis, unloads) in
+        [("as-printed", 1, 30.22), ("as-printed", 2, 18.91), ("physics", 1, 49.39), ("physics", 2, 32.03)]
+    {
         let machine = with("configs/twin-ball-screw.toml", &[&format!("contact_rule={rule}")]);
         let name = format!("screw-nut-{axis}");
         assert!(m_min(&machine, &name, unloads - 0.02) > 0.0, "{rule} {axis}");
@@ -257,7 +297,8 @@ fn limit_separation_kink_and_reversal_in_a_machine() {
         assert!((before / here - 1.0).abs() < 1e-4 && (after / here - 1.0).abs() < 1e-6);
         let (before, after) = (hz(kink + inward * 0.1), hz(kink + outward * 0.1));
         assert!(before > here && after > here, "{before} {here} {after}");
-        // The stiffness of the separating side goes with the cube root of its load: a square root in the distance, steeper than beyond the kink.
+        // The stiffness of the separating side goes with the cube root of its load: a square root in the
+        // distance, steeper than beyond the kink.
         assert!(before - here > 10.0 * (after - here));
         let nearer = hz(kink + inward * 0.001);
         let order = ((before - here) / (nearer - here)).log10() / 2.0;
@@ -271,7 +312,8 @@ fn limit_separation_kink_and_reversal_in_a_machine() {
     }
 }
 
-/// Friction reverses with the velocity: the nut's stiffness is even in velocity, its load odd with a jump of 2·F_s.
+/// Friction reverses with the velocity: the nut's stiffness is even in velocity, its load odd with a jump of
+/// 2·F_s.
 #[test]
 fn limit_reversal_of_the_velocity() {
     let machine = shipped("configs/twin-ball-screw.toml");
@@ -292,9 +334,11 @@ fn limit_reversal_of_the_velocity() {
 #[test]
 fn limit_derivatives_through_a_series_of_contacts() {
     let text = std::fs::read_to_string("configs/twin-ball-screw.toml").unwrap();
-    let text = text
-        .replace("{ contact = \"bearing-1\" }", "{ contact = \"bearing-1\", times = \"soft\" }")
-        .replace("[parameter.k_mount]", "[parameter.soft]\nunit = \"1\"\nstart = 0.7\nlower = 0.1\nupper = 3.0\n\n[parameter.k_mount]");
+    let text =
+        text.replace("{ contact = \"bearing-1\" }", "{ contact = \"bearing-1\", times = \"soft\" }").replace(
+            "[parameter.k_mount]",
+            "[parameter.soft]\nunit = \"1\"\nstart = 0.7\nlower = 0.1\nupper = 3.0\n\n[parameter.k_mount]",
+        );
     let machine = read_machine_text("twin.toml", &text, &[], &[]).unwrap().machine;
     let table = machine.point("table").unwrap();
     let structure = Arc::new(Structure::new(&machine, table, table, RodModel::Exact).unwrap());
@@ -316,11 +360,16 @@ fn limit_derivatives_through_a_series_of_contacts() {
         };
         let slope = (at(1.0 + 1e-6) - at(1.0 - 1e-6)) / (2e-6 * machine.start()[index]);
         let id = &machine.parameters[index].id;
-        assert!((exact[index] - slope).norm() < 1e-6 * slope.norm() && slope.norm() > 0.0, "{id}: {} against {slope}", exact[index]);
+        assert!(
+            (exact[index] - slope).norm() < 1e-6 * slope.norm() && slope.norm() > 0.0,
+            "{id}: {} against {slope}",
+            exact[index]
+        );
     }
 }
 
-/// Half the strain-energy share is the sensitivity of the frequency. Shares sum to one, those of the parts of a series to their joint's.
+/// Half the strain-energy share is the sensitivity of the frequency. Shares sum to one, those of the parts of
+/// a series to their joint's.
 #[test]
 fn limit_strain_energy_is_the_sensitivity() {
     for path in SHIPPED {
@@ -338,7 +387,11 @@ fn limit_strain_energy_is_the_sensitivity() {
             assert!((total - 1.0).abs() < 1e-9 && rows.iter().all(|r| r.share >= -1e-9), "{path}: {rows:?}");
             for joint in &machine.joints {
                 let own = rows.iter().find(|r| r.name == joint.name).unwrap().share;
-                let parts: Vec<f64> = rows.iter().filter(|r| r.name.starts_with(&format!("{}/", joint.name))).map(|r| r.share).collect();
+                let parts: Vec<f64> = rows
+                    .iter()
+                    .filter(|r| r.name.starts_with(&format!("{}/", joint.name)))
+                    .map(|r| r.share)
+                    .collect();
                 assert!(parts.is_empty() || (parts.iter().sum::<f64>() - own).abs() < 1e-9);
             }
         }
@@ -356,12 +409,27 @@ fn limit_strain_energy_is_the_sensitivity() {
     network.update(&machine, &machine.start(), &here);
     let modes = undamped_modes(&network, 300.0, &mut structure.workspace());
     let mode = modes.iter().find(|m| m.frequency_hz > 0.0).unwrap();
-    assert!((mode.frequency_hz / 152.0 - 1.0).abs() < 1e-4 && (mode.damping_ratio.unwrap() / 0.03 - 1.0).abs() < 1e-3);
-    let rows = network.strain_energy(&machine, &machine.start(), &here, std::f64::consts::TAU * mode.frequency_hz, &mode.shape);
-    for (joint, id) in [("coupling", "k_12t"), ("screw-torsion", "k_23t"), ("support", "k_support"), ("nut", "k_12a"), ("flange", "k_23a")]
-    {
+    assert!(
+        (mode.frequency_hz / 152.0 - 1.0).abs() < 1e-4
+            && (mode.damping_ratio.unwrap() / 0.03 - 1.0).abs() < 1e-3
+    );
+    let rows = network.strain_energy(
+        &machine,
+        &machine.start(),
+        &here,
+        std::f64::consts::TAU * mode.frequency_hz,
+        &mode.shape,
+    );
+    for (joint, id) in [
+        ("coupling", "k_12t"),
+        ("screw-torsion", "k_23t"),
+        ("support", "k_support"),
+        ("nut", "k_12a"),
+        ("flange", "k_23a"),
+    ] {
         let slope = (moved(id, 1.001).ln() - moved(id, 0.999).ln()) / (1.001_f64.ln() - 0.999_f64.ln());
-        // The support is in series with the screw: its spring takes the part of the energy that its compliance has.
+        // The support is in series with the screw: its spring takes the part of the energy that its
+        // compliance has.
         let part = if joint == "support" { series_share(&machine, joint, id) } else { 1.0 };
         let share = rows.iter().find(|r| r.name == joint).unwrap().share * part;
         assert!((slope - 0.5 * share).abs() < 1e-6, "{joint}: {slope} against {}", 0.5 * share);
@@ -371,7 +439,8 @@ fn limit_strain_energy_is_the_sensitivity() {
 /// Returns the compliance of a spring over that of the joint in whose series it is.
 fn series_share(machine: &Machine, joint: &str, id: &str) -> f64 {
     let values = machine.start();
-    let whole = machine.joints.iter().find(|j| j.name == joint).unwrap().stiffness.at(&values, &Operating::default());
+    let whole =
+        machine.joints.iter().find(|j| j.name == joint).unwrap().stiffness.at(&values, &Operating::default());
     whole / values[machine.parameter(id).unwrap()]
 }
 
@@ -385,7 +454,11 @@ fn limit_lumped_bench_converges_at_second_order() {
             let structure = Arc::new(Structure::new(&machine, table, table, rods).unwrap());
             let mut network = structure.empty_model();
             network.update(&machine, &machine.start(), &Operating::at_nut(nut));
-            undamped_modes(&network, 1000.0, &mut structure.workspace()).iter().map(|m| m.frequency_hz).take(4).collect()
+            undamped_modes(&network, 1000.0, &mut structure.workspace())
+                .iter()
+                .map(|m| m.frequency_hz)
+                .take(4)
+                .collect()
         };
         let exact = hz(RodModel::Exact);
         let error = |n: usize, mode: usize| (hz(RodModel::Lumped(n))[mode] / exact[mode] - 1.0).abs();
@@ -406,7 +479,10 @@ fn limit_condensed_chain_has_the_frequencies_of_the_full_one() {
         let structure = Arc::new(Structure::new(&machine, 0, 0, RodModel::Lumped(lumps)).unwrap());
         let mut network = structure.empty_model();
         network.update(&machine, &machine.start(), &here);
-        let ours: Vec<f64> = undamped_modes(&network, 2500.0, &mut structure.workspace()).iter().map(|m| m.frequency_hz).collect();
+        let ours: Vec<f64> = undamped_modes(&network, 2500.0, &mut structure.workspace())
+            .iter()
+            .map(|m| m.frequency_hz)
+            .collect();
         assert_eq!(ours.len(), hz.iter().filter(|f| **f < 2500.0).count(), "{lumps}: {ours:?} {hz:?}");
         for (a, b) in ours.iter().zip(&hz) {
             assert!((a / b - 1.0).abs() < 1e-6, "{lumps} lumps: {a} against {b}");

@@ -7,9 +7,13 @@ use numeric::distribution::clopper_pearson;
 use reference_simulator::{ordinary, write_case};
 use test_data::draws;
 
-/// A wrong number: the effect that stands for it, its key in a machine's file, and the factor by which it is wrong.
-const WRONG: [(&str, &str, f64); 3] =
-    [("screw-lead", "lead_m", 1.1), ("screw-youngs-modulus", "youngs_modulus_pa", 0.8), ("screw-shear-modulus", "shear_modulus_pa", 1.25)];
+/// A wrong number: the effect that stands for it, its key in a machine's file, and the factor by which it is
+/// wrong.
+const WRONG: [(&str, &str, f64); 3] = [
+    ("screw-lead", "lead_m", 1.1),
+    ("screw-youngs-modulus", "youngs_modulus_pa", 0.8),
+    ("screw-shear-modulus", "shear_modulus_pa", 1.25),
+];
 
 /// Returns a file with every number of a key multiplied.
 fn with_wrong(text: &str, key: &str, factor: f64) -> String {
@@ -26,8 +30,9 @@ fn with_wrong(text: &str, key: &str, factor: f64) -> String {
     text
 }
 
-/// Drawn machines of finite elements, of which nothing is missing, described with one wrong number each. The number is named alone or in a set in at least
-/// four of five cases, whether or not it shows, and another effect is named for it in at most one of ten.
+/// Drawn machines of finite elements, of which nothing is missing, described with one wrong number each. The
+/// number is named alone or in a set in at least four of five cases, whether or not it shows, and another
+/// effect is named for it in at most one of ten.
 #[test]
 #[ignore = "long"]
 fn recover_wrong_data_of_the_machine() {
@@ -42,7 +47,10 @@ fn recover_wrong_data_of_the_machine() {
         let mut tried = |id: &str, text: &str, set: &measurement::MeasurementSet| {
             std::fs::write(&path, text).unwrap();
             let study = Study::new(read_machine(&path.display().to_string()).unwrap(), set.clone());
-            let verdict = study.diagnose_with(&DiagnosisRequest { nulls: 20, ..DiagnosisRequest::default() }).unwrap().verdict;
+            let verdict = study
+                .diagnose_with(&DiagnosisRequest { nulls: 20, ..DiagnosisRequest::default() })
+                .unwrap()
+                .verdict;
             let named = verdict.effects.iter().any(|name| name == id);
             println!("machine {number}, {id}: {} {:?} {:?}", verdict.kind, verdict.effects, verdict.faults);
             all += 1;
@@ -63,6 +71,10 @@ fn recover_wrong_data_of_the_machine() {
         tried("nut-position-scale", &text, &moved(&|nut_m| 0.85 * nut_m));
     }
     let interval = |part: usize| clopper_pearson(part, all, 0.95).unwrap();
-    println!("{right} of {all} named ({:.2?}), {wrong} of {all} by another name ({:.2?})", interval(right), interval(wrong));
+    println!(
+        "{right} of {all} named ({:.2?}), {wrong} of {all} by another name ({:.2?})",
+        interval(right),
+        interval(wrong)
+    );
     assert!(5 * right >= 4 * all && 10 * wrong <= all);
 }

@@ -28,7 +28,8 @@ fn frequencies(modes: &Value) -> Vec<f64> {
     modes.as_array().unwrap().iter().map(|m| m["frequency_hz"].as_f64().unwrap()).collect()
 }
 
-/// Whole FRFs with tolerances: the file has the same FRFs and frequencies as the identified machine, and a second identification returns to them.
+/// Whole FRFs with tolerances: the file has the same FRFs and frequencies as the identified machine, and a
+/// second identification returns to them.
 #[test]
 fn an_identified_machine_is_a_machine_of_every_command() {
     let folder = tempfile::tempdir().unwrap();
@@ -37,13 +38,24 @@ fn an_identified_machine_is_a_machine_of_every_command() {
     let (machine, found, out) = (path("machine.toml"), path("found.toml"), path("out"));
     let set = folder.path().display().to_string();
     let fit = ["--measurements", &set, "--positions", "l1,l3,l5", "--repeats", "1", "--quiet"];
-    let (code, text, fault) = command(&[&["identify", "--config", &machine, "--out", &out], &fit[..]].concat());
+    let (code, text, fault) =
+        command(&[&["identify", "--config", &machine, "--out", &out], &fit[..]].concat());
     assert_eq!(code, 0, "{fault}");
     // FRF fits, too, print natural frequencies.
     assert!(text.contains("natural frequencies"), "{text}");
     let result = path("out/identification.json");
     let identified = read(Path::new(&result));
-    let (code, _, fault) = command(&["predict", "--result", &result, "--nut-m", "0.5", "--draws", "39", "--machine-out", &found]);
+    let (code, _, fault) = command(&[
+        "predict",
+        "--result",
+        &result,
+        "--nut-m",
+        "0.5",
+        "--draws",
+        "39",
+        "--machine-out",
+        &found,
+    ]);
     assert_eq!(code, 0, "{fault}");
     let text = fs::read_to_string(&found).unwrap();
     assert!(text.contains("[fitted.tolerances]") && text.contains("\"mass of table\" = "), "{text}");
@@ -52,11 +64,14 @@ fn an_identified_machine_is_a_machine_of_every_command() {
     let line = ["--from-hz", "20", "--to-hz", "700", "--step-hz", "3.7", "--json", "--position", "l2,l5"];
     let (_, from_result, fault) = command(&[&["simulate", "frf", "--result", &result], &line[..]].concat());
     assert!(!from_result.is_empty(), "{fault}");
-    let (_, from_file, fault) = command(&[&["simulate", "frf", "--config", &found, "--measurements", &set], &line[..]].concat());
+    let (_, from_file, fault) =
+        command(&[&["simulate", "frf", "--config", &found, "--measurements", &set], &line[..]].concat());
     assert!(!from_file.is_empty(), "{fault}");
-    let (from_result, from_file): (Value, Value) = (serde_json::from_str(&from_result).unwrap(), serde_json::from_str(&from_file).unwrap());
+    let (from_result, from_file): (Value, Value) =
+        (serde_json::from_str(&from_result).unwrap(), serde_json::from_str(&from_file).unwrap());
     for name in ["l2", "l5"] {
-        let values = |of: &Value| -> Vec<[f64; 2]> { serde_json::from_value(of["positions"][name].clone()).unwrap() };
+        let values =
+            |of: &Value| -> Vec<[f64; 2]> { serde_json::from_value(of["positions"][name].clone()).unwrap() };
         let (a, b) = (values(&from_result), values(&from_file));
         assert!(a.len() > 100 && a.len() == b.len());
         for (a, b) in a.iter().zip(&b) {
@@ -64,18 +79,39 @@ fn an_identified_machine_is_a_machine_of_every_command() {
             assert!(distance < 1e-9 * size, "{name}: {a:?} {b:?}");
         }
     }
-    let modes = document(&["simulate", "modes", "--config", &found, "--measurements", &set, "--position", "l3", "--max-hz", "600"]);
+    let modes = document(&[
+        "simulate",
+        "modes",
+        "--config",
+        &found,
+        "--measurements",
+        &set,
+        "--position",
+        "l3",
+        "--max-hz",
+        "600",
+    ]);
     let (listed, simulated) = (frequencies(&identified["modes"]["l3"]), frequencies(&modes["modes"]));
     let elastic: Vec<f64> = simulated.into_iter().filter(|hz| *hz > 1.0).collect();
     assert!(!elastic.is_empty());
-    // Peaks of a damped FRF lie beside the undamped natural frequencies by about half the square of the damping ratio.
+    // Peaks of a damped FRF lie beside the undamped natural frequencies by about half the square of the
+    // damping ratio.
     for hz in elastic {
-        assert!(listed.iter().any(|other| (other / hz - 1.0).abs() < 5e-3), "{hz} Hz is not among {listed:?}");
+        assert!(
+            listed.iter().any(|other| (other / hz - 1.0).abs() < 5e-3),
+            "{hz} Hz is not among {listed:?}"
+        );
     }
 
     // Identified again: the tolerances are numbers now, and the frequencies stay.
     let again = document(&[&["identify", "--config", &found], &fit[..6]].concat());
-    assert!(again["tolerances"].as_object().unwrap().keys().all(|name| !name.starts_with("mass") && !name.starts_with("loss")));
+    assert!(
+        again["tolerances"]
+            .as_object()
+            .unwrap()
+            .keys()
+            .all(|name| !name.starts_with("mass") && !name.starts_with("loss"))
+    );
     for name in ["l1", "l2", "l6"] {
         let (first, second) = (frequencies(&identified["modes"][name]), frequencies(&again["modes"][name]));
         for (a, b) in first.iter().zip(&second).take(4) {
@@ -85,7 +121,10 @@ fn an_identified_machine_is_a_machine_of_every_command() {
 
     // Files that describe no such machine.
     for (change, words) in [
-        (("\"mass of table\"", "\"mass of tabel\""), "fitted.tolerances.mass of tabel: the machine has no such tolerance"),
+        (
+            ("\"mass of table\"", "\"mass of tabel\""),
+            "fitted.tolerances.mass of tabel: the machine has no such tolerance",
+        ),
         (("nuts_m = [", "nuts_m = [-1.0, "), "outside the screw"),
     ] {
         let wrong = path("wrong.toml");
@@ -95,15 +134,30 @@ fn an_identified_machine_is_a_machine_of_every_command() {
     }
 }
 
-/// The named effect is in the written machine, which is identified with it. Where the verdict names none, nothing is written.
+/// The named effect is in the written machine, which is identified with it. Where the verdict names none,
+/// nothing is written.
 #[test]
 fn a_named_effect_is_applied() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).display().to_string();
     let (applied, out) = (path("applied.toml"), path("out"));
-    let common = ["diagnose", "--positions", "l1,l3,l5", "--no-cache", "--nulls", "20", "--repeats", "1", "--quiet"];
+    let common =
+        ["diagnose", "--positions", "l1,l3,l5", "--no-cache", "--nulls", "20", "--repeats", "1", "--quiet"];
     let (code, text, fault) = command(
-        &[&common[..], &["--without", "rotor-hold", "--effects", "rotor-hold,table-mass", "--apply", &applied, "--out", &out]].concat(),
+        &[
+            &common[..],
+            &[
+                "--without",
+                "rotor-hold",
+                "--effects",
+                "rotor-hold,table-mass",
+                "--apply",
+                &applied,
+                "--out",
+                &out,
+            ],
+        ]
+        .concat(),
     );
     assert_eq!(code, 0, "{fault}");
     assert!(text.contains("rotor-hold") && text.contains("largest frequency error, held out"), "{text}");
@@ -112,16 +166,27 @@ fn a_named_effect_is_applied() {
     // Far better than the machine without the effect, in the fit and at the held-out positions.
     let identified = read(&folder.path().join("out/identification.json"));
     assert_eq!(identified["settings"]["config"], applied);
-    let without = document(&["identify", "--without", "rotor-hold", "--positions", "l1,l3,l5", "--repeats", "1"]);
-    let of = |document: &Value| [&document["cost"], &document["derived"]["largest_frequency_error_held_out"]].map(|x| x.as_f64().unwrap());
+    let without =
+        document(&["identify", "--without", "rotor-hold", "--positions", "l1,l3,l5", "--repeats", "1"]);
+    let of = |document: &Value| {
+        [&document["cost"], &document["derived"]["largest_frequency_error_held_out"]]
+            .map(|x| x.as_f64().unwrap())
+    };
     let ([cost, largest], [cost_before, largest_before]) = (of(&identified), of(&without));
-    assert!(cost < 0.05 * cost_before && largest < 0.2 * largest_before, "{cost} {cost_before} {largest} {largest_before}");
+    assert!(
+        cost < 0.05 * cost_before && largest < 0.2 * largest_before,
+        "{cost} {cost_before} {largest} {largest_before}"
+    );
     let modes = document(&["simulate", "modes", "--config", &applied, "--position", "l3"]);
     assert!(modes["modes"].as_array().unwrap().len() > 3);
 
     let nothing = path("nothing.toml");
-    let (code, _, fault) = command(&[&common[..], &["--apply", &nothing, "--effects", "table-mass"]].concat());
-    assert!(code == 1 && fault.contains("names no single effect to apply: no machine is written"), "{code} {fault}");
+    let (code, _, fault) =
+        command(&[&common[..], &["--apply", &nothing, "--effects", "table-mass"]].concat());
+    assert!(
+        code == 1 && fault.contains("names no single effect to apply: no machine is written"),
+        "{code} {fault}"
+    );
     assert!(!Path::new(&nothing).exists());
     let (code, _, fault) = command(&[&common[..], &["--apply", &out]].concat());
     assert!(code == 2 && fault.contains("is a folder"), "{code} {fault}");

@@ -1,4 +1,5 @@
-//! All integration tests, in one binary. The prefix of a test's name states the source of the expected result:
+//! All integration tests, in one binary. The prefix of a test's name states the source of the expected
+//! result:
 //!
 //! - `limit_`: a closed form or limiting case,
 //! - `published_`: a printed figure,

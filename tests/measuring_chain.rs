@@ -1,4 +1,5 @@
-//! Faults of the measuring chain are named with their number and record, and no effect of the structure with them.
+//! Faults of the measuring chain are named with their number and record, and no effect of the structure with
+//! them.
 
 use std::f64::consts::TAU;
 
@@ -33,13 +34,35 @@ fn recover_faults_of_files() {
         let machine = folder.join("machine.toml").display().to_string();
         let measurements = folder.join(set).display().to_string();
         let mut command = Command::cargo_bin("jointid").unwrap();
-        command.args(["diagnose", "--json", "--quiet", "--no-cache", "--nulls", "20", "--measurements", &measurements]);
-        command.args(if case == "unit-mistakes" { ["--config", &machine] } else { ["--positions", "l1,l3,l5"] });
+        command.args([
+            "diagnose",
+            "--json",
+            "--quiet",
+            "--no-cache",
+            "--nulls",
+            "20",
+            "--measurements",
+            &measurements,
+        ]);
+        command.args(if case == "unit-mistakes" {
+            ["--config", &machine]
+        } else {
+            ["--positions", "l1,l3,l5"]
+        });
         let found: Value = serde_json::from_slice(&command.output().unwrap().stdout).unwrap();
         let verdict = &found["verdict"];
-        let named: Vec<&str> = verdict["faults"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
-        assert_eq!((named.as_slice(), &verdict["effects"]), (faults, &serde_json::json!([])), "{case} {set}: {verdict:#}");
-        assert_eq!(verdict["kind"], if faults.is_empty() { "none" } else { "measurement" }, "{case} {set}: {verdict:#}");
+        let named: Vec<&str> =
+            verdict["faults"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
+        assert_eq!(
+            (named.as_slice(), &verdict["effects"]),
+            (faults, &serde_json::json!([])),
+            "{case} {set}: {verdict:#}"
+        );
+        assert_eq!(
+            verdict["kind"],
+            if faults.is_empty() { "none" } else { "measurement" },
+            "{case} {set}: {verdict:#}"
+        );
     }
 }
 
@@ -80,9 +103,11 @@ pub fn verdict(machine: &str, set: MeasurementSet) -> (String, Vec<String>, Vec<
     (found.verdict.kind.to_string(), found.verdict.faults, found.verdict.effects)
 }
 
-/// Drawn machines of finite elements, of which nothing is missing: each fault is named; where nothing is wrong, none is.
+/// Drawn machines of finite elements, of which nothing is missing: each fault is named; where nothing is
+/// wrong, none is.
 ///
-/// Filters have their corner near the band; others differ from the model by less than tolerances and noise. Of l1 to l6 every other one is fitted.
+/// Filters have their corner near the band; others differ from the model by less than tolerances and noise.
+/// Of l1 to l6 every other one is fitted.
 #[test]
 #[ignore = "long"]
 fn recover_faults_on_drawn_machines() {
@@ -99,7 +124,9 @@ fn recover_faults_on_drawn_machines() {
         for (id, spoil) in SPOILT.into_iter().step_by(draws(3, 1) as usize) {
             let mut other = set.clone();
             let record = id.split_once('@').map(|(_, record)| record);
-            let concerns = |position: Option<usize>| record.is_none_or(|name| position.is_some_and(|p| set.positions[p].name == name));
+            let concerns = |position: Option<usize>| {
+                record.is_none_or(|name| position.is_some_and(|p| set.positions[p].name == name))
+            };
             for frf in other.frfs.iter_mut().filter(|frf| concerns(frf.position)) {
                 frf.lines.iter_mut().for_each(|line| *line = spoil(line));
             }
@@ -115,16 +142,24 @@ fn recover_faults_on_drawn_machines() {
     }
     recover_records_without_data_of_their_own();
     let interval = |part: usize, whole: usize| clopper_pearson(part, whole, 0.95).unwrap();
-    println!("{right} of {all} faults named ({:.2?}); claimed on {claimed} of {sound} sound sets", interval(right, all));
+    println!(
+        "{right} of {all} faults named ({:.2?}); claimed on {claimed} of {sound} sound sets",
+        interval(right, all)
+    );
     assert!(20 * (all - right) <= all && claimed == 0);
 }
 
-/// Faults of all records of the rotor, on a machine of which nothing is missing: each is named with its channel.
+/// Faults of all records of the rotor, on a machine of which nothing is missing: each is named with its
+/// channel.
 #[test]
 #[ignore = "long"]
 fn recover_faults_of_one_channel() {
     let plan = Plan::on_layouts(&Counts::QUICK, 77, Some(Layout::Gantry));
-    let index = plan.slots.iter().position(|slot| slot.kind == Kind::Null && slot.channel_set == ChannelSet::Rotor).unwrap();
+    let index = plan
+        .slots
+        .iter()
+        .position(|slot| slot.kind == Kind::Null && slot.channel_set == ChannelSet::Rotor)
+        .unwrap();
     let (case, _) = generate_one(77, &plan, index).unwrap();
     let folder = tempfile::tempdir().unwrap();
     write_case(folder.path(), &case).unwrap();
@@ -143,7 +178,10 @@ fn recover_faults_of_one_channel() {
             frf.lines.iter_mut().for_each(|line| *line = spoil(line));
         }
         let (kind, faults, effects) = verdict(&machine, other);
-        assert!(kind == "measurement" && faults == [format!("{id}@rotor")] && effects.is_empty(), "{id}: {kind} {faults:?} {effects:?}");
+        assert!(
+            kind == "measurement" && faults == [format!("{id}@rotor")] && effects.is_empty(),
+            "{id}: {kind} {faults:?} {effects:?}"
+        );
     }
 }
 
@@ -154,7 +192,9 @@ fn recover_records_without_data_of_their_own() {
     write_case(folder.path(), &simulated.case).unwrap();
     let machine = folder.path().join("machine.toml").display().to_string();
     let set = read_set(&folder.path().display().to_string()).unwrap();
-    let at = |name: &str| set.frfs.iter().position(|f| f.position.is_some_and(|p| set.positions[p].name == name)).unwrap();
+    let at = |name: &str| {
+        set.frfs.iter().position(|f| f.position.is_some_and(|p| set.positions[p].name == name)).unwrap()
+    };
     let mut copied = set.clone();
     copied.frfs[at("l5")].lines = set.frfs[at("l1")].lines.clone();
     let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
@@ -164,6 +204,9 @@ fn recover_records_without_data_of_their_own() {
     }
     for (set, fault) in [(copied, "copied-record@l5"), (noise, "noise@l2")] {
         let (kind, faults, effects) = verdict(&machine, set);
-        assert!(kind == "measurement" && faults == [fault] && effects.is_empty(), "{kind} {faults:?} {effects:?}");
+        assert!(
+            kind == "measurement" && faults == [fault] && effects.is_empty(),
+            "{kind} {faults:?} {effects:?}"
+        );
     }
 }

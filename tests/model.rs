@@ -1,7 +1,9 @@
 //! The receptance model against closed forms, the paper's equations, receptance coupling and finite elements.
 
 use config::effect_library;
-use dynamics::model::{Complexes, Frequencies, FrequencyGrid, LANES, Reals, RodModel, Structure, matrices, undamped_modes};
+use dynamics::model::{
+    Complexes, Frequencies, FrequencyGrid, LANES, Reals, RodModel, Structure, matrices, undamped_modes,
+};
 use machine::{Machine, Operating};
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
@@ -27,7 +29,11 @@ fn published_undamped_modes_at_l1() {
     let expected = [0.0, 109.2223235, 354.4007986, 531.5772765, 739.2526774];
     assert_eq!(modes.len(), expected.len());
     for (mode, expected) in modes.iter().zip(expected) {
-        assert!((mode.frequency_hz - expected).abs() <= 1e-6 * expected, "{} against {expected}", mode.frequency_hz);
+        assert!(
+            (mode.frequency_hz - expected).abs() <= 1e-6 * expected,
+            "{} against {expected}",
+            mode.frequency_hz
+        );
     }
 }
 
@@ -42,14 +48,17 @@ fn limit_an_evaluation_allocates_nothing() {
     let columns: Vec<Option<usize>> = (0..values.len()).map(Some).collect();
     network.update(machine, &values, &here);
     let sensitivity = network.sensitivity(machine, &values, &here, &columns, None);
-    let omegas = [[20.0, 90.0, 400.0, 700.0], [30.0, 95.0, 410.0, 710.0]].map(|some| Reals::from(some.map(omega)));
+    let omegas =
+        [[20.0, 90.0, 400.0, 700.0], [30.0, 95.0, 410.0, 710.0]].map(|some| Reals::from(some.map(omega)));
     let mut slopes = vec![Complexes::ZERO; values.len() * omegas.len()];
     let mut all = || {
         network.update(machine, &values, &here);
         let receptance = network.receptances(&omegas, &mut work)[1];
         let below = network.modes_below(omega(400.0), &mut work);
         let same = network.gradient(Frequencies::any(&omegas), &sensitivity, &mut work, &mut slopes)[1];
-        assert!(below > 0 && (receptance - same).norm_sqr().to_array()[0] < 1e-20 * same.norm_sqr().to_array()[0]);
+        assert!(
+            below > 0 && (receptance - same).norm_sqr().to_array()[0] < 1e-20 * same.norm_sqr().to_array()[0]
+        );
     };
     // The first evaluation allocates the rods' entries.
     all();
@@ -82,8 +91,8 @@ fn limit_a_frequency_grid_with_stored_rods_gives_the_same_receptances() {
     }
 }
 
-/// Receptances and derivatives on a grid, which keeps the rods with losses that were computed last, are those at frequencies of no grid, whatever was
-/// evaluated there before.
+/// Receptances and derivatives on a grid, which keeps the rods with losses that were computed last, are those
+/// at frequencies of no grid, whatever was evaluated there before.
 #[test]
 fn limit_recent_rods_of_a_frequency_grid_are_those_of_the_model() {
     let mut config = config("configs/tian.toml");
@@ -113,7 +122,8 @@ fn limit_recent_rods_of_a_frequency_grid_are_those_of_the_model() {
     }
 }
 
-/// The transform of x(t)·e^(−σt) is that of x(t) at s = iω + σ: H = f_rᵀ·(K + s·C + s²·M)⁻¹·f_e with the matrices of the chain; the exact rods' limit.
+/// The transform of x(t)·e^(−σt) is that of x(t) at s = iω + σ: H = f_rᵀ·(K + s·C + s²·M)⁻¹·f_e with the
+/// matrices of the chain; the exact rods' limit.
 #[test]
 fn limit_an_exponential_window_shifts_the_receptance_to_a_complex_frequency() {
     let config = config("configs/tian.toml");
@@ -130,27 +140,41 @@ fn limit_an_exponential_window_shifts_the_receptance_to_a_complex_frequency() {
             for hz in [2.0, 35.0, 109.0, 354.0, 700.0] {
                 let s = Complex64::new(6.0, omega(hz));
                 let complex = |m: &DMatrix<f64>, factor: Complex64| m.map(|x| factor * x);
-                let stiffness = complex(&of.stiffness, 1.0.into()) + complex(&of.damping, s) + complex(&of.mass, s * s);
+                let stiffness =
+                    complex(&of.stiffness, 1.0.into()) + complex(&of.damping, s) + complex(&of.mass, s * s);
                 let mut force = DVector::<Complex64>::zeros(of.names.len());
                 force[at(excitation)] = 1.0.into();
                 let expected = stiffness.lu().solve(&force).unwrap()[at(response)];
                 let found = network.receptance(omega(hz), &mut structure.workspace());
-                assert!((found - expected).norm() < within * expected.norm(), "{response} at {hz} Hz, {rods:?}: {found} for {expected}");
+                assert!(
+                    (found - expected).norm() < within * expected.norm(),
+                    "{response} at {hz} Hz, {rods:?}: {found} for {expected}"
+                );
             }
         }
     }
 }
 
-/// With a window, too, derivatives are those of the receptance: with losses of shaft and joints, a damper that relaxes, integral action, a bending shaft.
+/// With a window, too, derivatives are those of the receptance: with losses of shaft and joints, a damper
+/// that relaxes, integral action, a bending shaft.
 #[test]
 fn gradients_with_an_exponential_window_match_finite_differences() {
     let here = Operating { window_per_s: 6.0, ..Operating::at_nut(0.6) };
     let library = effect_library().unwrap();
-    let with = |machine: Machine, id: &str| machine.with_effect(library.iter().find(|effect| effect.id == id).unwrap()).unwrap();
+    let with = |machine: Machine, id: &str| {
+        machine.with_effect(library.iter().find(|effect| effect.id == id).unwrap()).unwrap()
+    };
     let machine = with(with(config("configs/tian.toml").machine, "table-relaxation"), "screw-bending");
     let machine = &machine.with_tolerances(&[0.6]).unwrap();
     let mut values = machine.start();
-    for (id, value) in [("e_bend", 0.01), ("a_bend", 0.03), ("k_lateral", 1e6), ("k_relax", 1e7), ("c_relax", 1e4), ("k_s", 2e3)] {
+    for (id, value) in [
+        ("e_bend", 0.01),
+        ("a_bend", 0.03),
+        ("k_lateral", 1e6),
+        ("k_relax", 1e7),
+        ("c_relax", 1e4),
+        ("k_s", 2e3),
+    ] {
         values[machine.parameter(id).unwrap_or_else(|| panic!("no parameter {id}"))] = value;
     }
     let integral = machine.parameters.iter().position(|p| p.id.contains("integral")).unwrap();
@@ -164,8 +188,14 @@ fn gradients_with_an_exponential_window_match_finite_differences() {
             network.update(machine, &values, &here);
             let sensitivity = network.sensitivity(machine, &values, &here, &columns, None);
             let mut slopes = vec![Complexes::ZERO; values.len()];
-            let size =
-                network.gradient(Frequencies::any(&[Reals::splat(omega(hz))]), &sensitivity, &mut work, &mut slopes)[0].lanes()[0].norm();
+            let size = network.gradient(
+                Frequencies::any(&[Reals::splat(omega(hz))]),
+                &sensitivity,
+                &mut work,
+                &mut slopes,
+            )[0]
+            .lanes()[0]
+                .norm();
             let exact: Vec<Complex64> = slopes.iter().map(|slope| slope.lanes()[0]).collect();
             for index in 0..values.len() {
                 let step = 1e-5 * if values[index] == 0.0 { 1.0 } else { values[index].abs() };
@@ -214,14 +244,24 @@ fn published_equations_and_both_routes_agree() {
                         let mut network = structure.empty_model();
                         network.update(machine, &values, &Operating::at_nut(nut));
                         let direct = network.at(omega(f), &mut structure.workspace()).receptance;
-                        let coupled =
-                            coupled.get_or_insert_with(|| coupled_receptances(machine, &values, &Operating::at_nut(nut), omega(f)));
+                        let coupled = coupled.get_or_insert_with(|| {
+                            coupled_receptances(machine, &values, &Operating::at_nut(nut), omega(f))
+                        });
                         let by_coupling = coupled[(r, e)];
-                        // Relative to the entry, or near its zeros to the geometric mean of its driving points.
-                        let scale = by_coupling.norm().max(1e-3 * (coupled[(r, r)] * coupled[(e, e)]).norm().sqrt());
+                        // Relative to the entry, or near its zeros to the geometric mean of its driving
+                        // points.
+                        let scale =
+                            by_coupling.norm().max(1e-3 * (coupled[(r, r)] * coupled[(e, e)]).norm().sqrt());
                         let context = format!("{response}/{excitation} nut {nut} m, {f} Hz, damped {damped}");
-                        assert!((direct - by_coupling).norm() <= 1e-9 * scale, "{context}: {direct} against {by_coupling}");
-                        assert!((direct - paper[(i, j)]).norm() <= 1e-9 * scale, "{context}: {direct} against paper {}", paper[(i, j)]);
+                        assert!(
+                            (direct - by_coupling).norm() <= 1e-9 * scale,
+                            "{context}: {direct} against {by_coupling}"
+                        );
+                        assert!(
+                            (direct - paper[(i, j)]).norm() <= 1e-9 * scale,
+                            "{context}: {direct} against paper {}",
+                            paper[(i, j)]
+                        );
                     }
                 }
             }
@@ -245,11 +285,19 @@ fn limit_every_entry_by_both_routes() {
                         let mut network = structure.empty_model();
                         network.update(machine, &machine.start(), &Operating::at_nut(nut));
                         let direct = network.at(omega(f), &mut structure.workspace()).receptance;
-                        let coupled = coupled
-                            .get_or_insert_with(|| coupled_receptances(machine, &machine.start(), &Operating::at_nut(nut), omega(f)));
-                        let scale = coupled[(r, e)].norm().max(1e-3 * (coupled[(r, r)] * coupled[(e, e)]).norm().sqrt());
+                        let coupled = coupled.get_or_insert_with(|| {
+                            coupled_receptances(machine, &machine.start(), &Operating::at_nut(nut), omega(f))
+                        });
+                        let scale = coupled[(r, e)]
+                            .norm()
+                            .max(1e-3 * (coupled[(r, r)] * coupled[(e, e)]).norm().sqrt());
                         let error = (direct - coupled[(r, e)]).norm() / scale;
-                        assert!(error <= 1e-9, "{}/{} at {f} Hz: {error:e}", machine.points[r].name, machine.points[e].name);
+                        assert!(
+                            error <= 1e-9,
+                            "{}/{} at {f} Hz: {error:e}",
+                            machine.points[r].name,
+                            machine.points[e].name
+                        );
                     }
                 }
             }
@@ -323,7 +371,10 @@ fn limit_damped_receptance_of_a_fine_mesh() {
         let mesh = Bench::new(800, nut, TAB_3, (0.0, 0.0));
         for f in [5.0, 110.0, 300.0, 532.0, 740.0, 1000.0] {
             let (ours, theirs) = (network.at(omega(f), &mut work).receptance, mesh.receptance(omega(f)));
-            assert!((ours - theirs).norm() < 3e-5 * theirs.norm(), "nut {nut}, {f} Hz: {ours} against {theirs}");
+            assert!(
+                (ours - theirs).norm() < 3e-5 * theirs.norm(),
+                "nut {nut}, {f} Hz: {ours} against {theirs}"
+            );
         }
     }
 }
@@ -359,13 +410,18 @@ fn limit_slope_of_the_receptance() {
     for f in (1..200).map(|i| 5.03 * f64::from(i)) {
         let w = omega(f);
         let h = 1e-5 * w;
-        let difference = (network.at(w + h, &mut work).receptance - network.at(w - h, &mut work).receptance) / (2.0 * h);
+        let difference =
+            (network.at(w + h, &mut work).receptance - network.at(w - h, &mut work).receptance) / (2.0 * h);
         let slope = network.at(w, &mut work).slope;
-        assert!((difference - slope).norm() <= 1e-5 * slope.norm() + 1e-12 / w, "{f} Hz: {slope} against {difference}");
+        assert!(
+            (difference - slope).norm() <= 1e-5 * slope.norm() + 1e-12 / w,
+            "{f} Hz: {slope} against {difference}"
+        );
     }
 }
 
-/// Below its first mode a free machine moves as one mass: table, with rotor and screw reflected through the lead.
+/// Below its first mode a free machine moves as one mass: table, with rotor and screw reflected through the
+/// lead.
 #[test]
 fn limit_rigid_body() {
     let config = config("configs/tian-as-published.toml");
@@ -381,7 +437,8 @@ fn limit_rigid_body() {
     assert!((h.re / rigid - 1.0).abs() < 1e-3, "{h} against {rigid}");
 }
 
-/// At the end of a rod its shape equals that of the point; in between it satisfies the wave equation u'' = −λ²u.
+/// At the end of a rod its shape equals that of the point; in between it satisfies the wave equation u'' =
+/// −λ²u.
 #[test]
 fn limit_shapes_along_the_screw_meet_their_points_and_the_wave_equation() {
     let config = config("configs/tian.toml");
@@ -390,7 +447,13 @@ fn limit_shapes_along_the_screw_meet_their_points_and_the_wave_equation() {
     let (mut network, operating) = (structure.empty_model(), Operating::at_nut(1.0));
     network.update(machine, &machine.start(), &operating);
     for mode in undamped_modes(&network, 1500.0, &mut structure.workspace()) {
-        let along = network.shaft_deflections(machine, &machine.start(), &operating, (mode.frequency_hz, &mode.shape), 50);
+        let along = network.shaft_deflections(
+            machine,
+            &machine.start(),
+            &operating,
+            (mode.frequency_hz, &mode.shape),
+            50,
+        );
         assert_eq!(along.len(), 2);
         for shaft in &along {
             let modulus = if shaft.torsional { 7.75e10 } else { 2e11 };

@@ -3,7 +3,9 @@
 use std::f64::consts::{PI, TAU};
 
 use config::read_machine_text;
-use dynamics::motion::{Course, Event, EventKind, MotionError, SCurve, SimulationSettings, Sine, Trace, simulate, simulate_record};
+use dynamics::motion::{
+    Course, Event, EventKind, MotionError, SCurve, SimulationSettings, Sine, Trace, simulate, simulate_record,
+};
 use machine::{Machine, Operating};
 use measurement::read_motion;
 use nalgebra::{DMatrix, DVector};
@@ -20,7 +22,11 @@ fn run_with(machine: &Machine, course: &Course, settings: &SimulationSettings) -
 }
 
 fn run(machine: &Machine, course: &Course) -> Trace {
-    run_with(machine, course, &SimulationSettings { bound: Some(f64::INFINITY), ..SimulationSettings::default() })
+    run_with(
+        machine,
+        course,
+        &SimulationSettings { bound: Some(f64::INFINITY), ..SimulationSettings::default() },
+    )
 }
 
 /// Returns a course with zero command and an added signal (V).
@@ -32,7 +38,8 @@ fn times(trace: &Trace, kind: EventKind) -> Vec<f64> {
     trace.events.iter().filter(|e| e.kind == kind).map(|e| e.time_s).collect()
 }
 
-/// A motor drives a table through a spring and a damper. The PI velocity loop has both feed-forwards; the loops have two sampling rates.
+/// A motor drives a table through a spring and a damper. The PI velocity loop has both feed-forwards; the
+/// loops have two sampling rates.
 const TWO_MASSES: &str = r#"
 title = "two masses"
 [[point]]
@@ -113,7 +120,12 @@ fn limit_a_linear_machine_follows_its_matrix_exponential() {
     let (mut integral, mut reference, mut acceleration, mut rate, mut before) = (0.0, 0.0, 0.0, 0.0, 0.0);
     let largest = course.command.last().unwrap().abs();
     for (tick, sample) in trace.samples.iter().enumerate() {
-        assert!((sample.points[1] - y[1]).abs() < 1e-8 * largest, "{tick}: {} against {}", sample.points[1], y[1]);
+        assert!(
+            (sample.points[1] - y[1]).abs() < 1e-8 * largest,
+            "{tick}: {} against {}",
+            sample.points[1],
+            y[1]
+        );
         assert!((sample.points[0] * i - y[0] * i).abs() < 1e-8 * largest);
         if tick % 4 == 0 {
             let at = tick / 4;
@@ -133,7 +145,8 @@ fn limit_a_linear_machine_follows_its_matrix_exponential() {
     assert!(trace.complete && trace.energy.imbalance() < 1e-6, "{}", trace.energy.imbalance());
 }
 
-/// A belt drags a mass against a spring: the mass sticks, is held up to the static friction and slips back. Event times have a closed form.
+/// A belt drags a mass against a spring: the mass sticks, is held up to the static friction and slips back.
+/// Event times have a closed form.
 #[test]
 fn limit_stick_and_slip_on_a_belt_at_its_exact_events() {
     let (m, k, kinetic, static_force, belt): (f64, f64, f64, f64, f64) = (2.0, 800.0, 6.0, 9.0, 0.1);
@@ -181,7 +194,8 @@ on = "belt"
     }
 }
 
-/// A mass on a spring with Coulomb friction loses 2·F/k of amplitude per half period, and stops where the spring force is below the friction.
+/// A mass on a spring with Coulomb friction loses 2·F/k of amplitude per half period, and stops where the
+/// spring force is below the friction.
 #[test]
 fn limit_coulomb_friction_stops_an_oscillation_at_exact_times() {
     let (m, k, level): (f64, f64, f64) = (3.0, 1200.0, 5.0);
@@ -258,7 +272,10 @@ fn limit_energy_is_stored_or_dissipated() {
     // With presliding and lead error instead of sticking and backlash.
     let text = text
         .replace("coulomb = 40.0,", "coulomb = 40.0, presliding_stiffness = 2e7, presliding_damping = 2e3,")
-        .replace("gap = 1e-5", "lead_error = { growth = 1e-4, wave = { cosine = 5e-6, sine = 3e-6, period = 0.01 } }")
+        .replace(
+            "gap = 1e-5",
+            "lead_error = { growth = 1e-4, wave = { cosine = 5e-6, sine = 3e-6, period = 0.01 } }",
+        )
         .replace("constant = 0.6", "constant = 0.6\nripple = { cosine = 0.05, sine = 0.02, period = 0.5 }");
     let trace = run(&machine(&text), &sine);
     assert!(trace.energy.imbalance() < 1e-6, "{:e}", trace.energy.imbalance());
@@ -268,7 +285,10 @@ fn limit_energy_is_stored_or_dissipated() {
 #[test]
 fn limit_a_deviation_of_the_lead_is_another_lead() {
     let sine = Sine { centre: 0.0, amplitude: 0.01, frequency_hz: 2.0, periods: 1.0 }.course(1e-3).unwrap();
-    let deviating = run(&machine(&TWO_MASSES.replace("damping = 3e3", "damping = 3e3\nlead_error = { growth = 0.25 }")), &sine);
+    let deviating = run(
+        &machine(&TWO_MASSES.replace("damping = 3e3", "damping = 3e3\nlead_error = { growth = 0.25 }")),
+        &sine,
+    );
     let other = run(&machine(&TWO_MASSES.replace("-3.183098861837907e-3", "-3.978873577297384e-3")), &sine);
     let described = run(&machine(TWO_MASSES), &sine);
     let last = |trace: &Trace| trace.samples.iter().map(|sample| sample.position).fold(0.0, f64::max);
@@ -294,12 +314,18 @@ fn limit_presliding_converges_at_fourth_order() {
     );
     let machine = machine(&text);
     let end = |step_s: f64, tolerance: f64| {
-        let settings = SimulationSettings { step_s: Some(step_s), tolerance, bound: Some(f64::INFINITY), ..SimulationSettings::default() };
+        let settings = SimulationSettings {
+            step_s: Some(step_s),
+            tolerance,
+            bound: Some(f64::INFINITY),
+            ..SimulationSettings::default()
+        };
         let sample = run_with(&machine, &added_signal(vec![30.0; 201]), &settings).samples.pop().unwrap();
         sample.position
     };
     let exact = end(1.5625e-5, 1e-9);
-    let errors: Vec<f64> = [1e-3, 5e-4, 2.5e-4].iter().map(|h| (end(*h, f64::INFINITY) - exact).abs()).collect();
+    let errors: Vec<f64> =
+        [1e-3, 5e-4, 2.5e-4].iter().map(|h| (end(*h, f64::INFINITY) - exact).abs()).collect();
     for pair in errors.windows(2) {
         let order = (pair[0] / pair[1]).log2();
         assert!(order > 3.6, "order {order}: {errors:?}");
@@ -322,10 +348,16 @@ fn limit_stiff_presliding_approaches_coulomb_friction() {
         .map(|(stiffness, damping)| {
             let more = format!(", presliding_stiffness = {stiffness:e}, presliding_damping = {damping:e}");
             let elastic = run(&guide(&more), &added_signal(push.clone()));
-            rigid.samples.iter().zip(&elastic.samples).fold(0.0_f64, |m, (a, b)| m.max((a.position - b.position).abs())) / largest
+            rigid
+                .samples
+                .iter()
+                .zip(&elastic.samples)
+                .fold(0.0_f64, |m, (a, b)| m.max((a.position - b.position).abs()))
+                / largest
         })
         .collect();
-    // Sliding begins after the time that a linearly increasing force takes to deflect the bristles. This time falls with their stiffness^(−1/3).
+    // Sliding begins after the time that a linearly increasing force takes to deflect the bristles. This time
+    // falls with their stiffness^(−1/3).
     assert!(deviations[0] < 0.1 && deviations[1] < 0.05 * deviations[0], "{deviations:?}");
 }
 
@@ -337,7 +369,10 @@ fn limit_saturation_delay_and_encoder_steps() {
         ))
     };
     // A distant command saturates the drive: x = ½·a·t².
-    let trace = run(&loops("saturation = 2.0", "", ""), &Course { start_position: Some(0.0), ..Course::new(1e-3, vec![1e3; 101]) });
+    let trace = run(
+        &loops("saturation = 2.0", "", ""),
+        &Course { start_position: Some(0.0), ..Course::new(1e-3, vec![1e3; 101]) },
+    );
     for sample in &trace.samples {
         assert_eq!(sample.force, 10.0);
         assert!((sample.position - 0.5 * sample.time_s.powi(2)).abs() < 1e-12);
@@ -351,7 +386,8 @@ fn limit_saturation_delay_and_encoder_steps() {
         assert!((sample.position - 0.5 * 0.4 * on * on).abs() < 1e-13, "{} s", sample.time_s);
     }
     // Encoder readings are multiples of the step, and the loop's force has steps, too.
-    let trace = run(&loops("", ", encoder_step = 1e-4", ""), &Course::new(1e-3, vec![0.0, 0.01]).stretched(200));
+    let trace =
+        run(&loops("", ", encoder_step = 1e-4", ""), &Course::new(1e-3, vec![0.0, 0.01]).stretched(200));
     assert!(trace.samples.iter().all(|s| ((s.position / 1e-4) - (s.position / 1e-4).round()).abs() < 1e-9));
     assert!(trace.samples.iter().any(|s| (s.points[0] - s.position).abs() > 3e-5));
     let step = 100.0 * 5.0 * 1e-4 / 1e-3;
@@ -396,8 +432,12 @@ fn refuse_unsuitable_steps_and_strokes() {
     refused(&axis, &course, &step(2e-4), "not an integer fraction");
     refused(&axis, &Course::new(1e-3, vec![0.0, f64::NAN]), &SimulationSettings::default(), "finite");
     let bench = config::read_machine("configs/tian.toml", &[], &[]).unwrap().machine;
-    assert_eq!(simulate(&bench, &bench.start(), &course, &SimulationSettings::default(), &|| true), Err(MotionError::NoDrive));
-    let text = std::fs::read_to_string("configs/tian.toml").unwrap() + "\n[drive]\non = \"rotor\"\n" + OPEN_LOOP;
+    assert_eq!(
+        simulate(&bench, &bench.start(), &course, &SimulationSettings::default(), &|| true),
+        Err(MotionError::NoDrive)
+    );
+    let text =
+        std::fs::read_to_string("configs/tian.toml").unwrap() + "\n[drive]\non = \"rotor\"\n" + OPEN_LOOP;
     let text = text.replace("effects = [\"rotor-hold\"]", "");
     let at_end = SimulationSettings { operating: Operating::at_nut(2.5), ..SimulationSettings::default() };
     refused(&machine(&text), &Course::new(1e-3, vec![0.0, 0.2]), &at_end, "beyond the screw of 2.6 m");
@@ -414,7 +454,8 @@ fn refuse_unsuitable_steps_and_strokes() {
     }
 }
 
-/// At standstill the integral action creeps up to the friction limit and stays there within rounding; this must not generate endless events.
+/// At standstill the integral action creeps up to the friction limit and stays there within rounding; this
+/// must not generate endless events.
 #[test]
 fn regress_an_axis_at_standstill_at_the_limit_of_its_friction() {
     let text = std::fs::read_to_string("configs/servo-axis.toml").unwrap()
@@ -428,8 +469,10 @@ fn regress_an_axis_at_standstill_at_the_limit_of_its_friction() {
 /// Simulations share no state: concurrent runs give the same bits as a single one.
 #[test]
 fn the_same_bits_alone_and_concurrently() {
-    let text =
-        TWO_MASSES.replace("damping = 120.0", "damping = 120.0\nfriction = { coulomb = 40.0, stribeck = 20.0, stribeck_velocity = 2e-3 }");
+    let text = TWO_MASSES.replace(
+        "damping = 120.0",
+        "damping = 120.0\nfriction = { coulomb = 40.0, stribeck = 20.0, stribeck_velocity = 2e-3 }",
+    );
     let machine = machine(&text);
     let sine = Sine { centre: 0.0, amplitude: 0.01, frequency_hz: 5.0, periods: 2.0 }.course(1e-3).unwrap();
     let alone = run(&machine, &sine);
@@ -439,7 +482,8 @@ fn the_same_bits_alone_and_concurrently() {
     });
 }
 
-/// On the bench with lumped rods each effect of motion has little influence at its start values and a visible one at a common size.
+/// On the bench with lumped rods each effect of motion has little influence at its start values and a visible
+/// one at a common size.
 #[test]
 fn every_effect_of_motion_acts_on_a_flexible_axis() {
     let text = std::fs::read_to_string("configs/tian-as-published.toml").unwrap()
@@ -462,12 +506,14 @@ period_s = 5e-4
     let frictionless = machine(&text.replace("coulomb = 30.0", ""));
     let with_friction = machine(&text);
     let sine = Sine { centre: 0.0, amplitude: 0.02, frequency_hz: 1.0, periods: 1.5 }.course(1e-3).unwrap();
-    let settings = SimulationSettings { operating: Operating::at_nut(1.3), lumps: 2, ..SimulationSettings::default() };
+    let settings =
+        SimulationSettings { operating: Operating::at_nut(1.3), lumps: 2, ..SimulationSettings::default() };
     let forces = |machine: &Machine, values: &[f64]| -> Vec<f64> {
         let trace = simulate(machine, values, &sine, &settings, &|| true).unwrap_or_else(|e| panic!("{e}"));
         assert!(trace.complete && trace.energy.imbalance() < 1e-5, "{:e}", trace.energy.imbalance());
         let table = trace.points.iter().position(|p| p == "table").unwrap();
-        // The table's lag reveals effects that the force does not show, because the loop is closed by an encoder at the rotor.
+        // The table's lag reveals effects that the force does not show, because the loop is closed by an
+        // encoder at the rotor.
         trace.samples.iter().flat_map(|s| [s.force, 1e4 * (s.position - s.points[table])]).collect()
     };
     let sizes: [(&str, &[(&str, f64)]); 15] = [
@@ -507,8 +553,14 @@ period_s = 5e-4
         let at_start = change(&values);
         size.iter().for_each(|(parameter, x)| values[with.parameter(parameter).unwrap()] = *x);
         let at_size = change(&values);
-        println!("{id}: {at_start:.1e} at its start values, {at_size:.1e} at a common size, {:?}", began.elapsed());
-        assert!(at_start < 2e-2 && at_size > 5e-3 && at_size > 5.0 * at_start, "{id}: {at_start:e}, {at_size:e}");
+        println!(
+            "{id}: {at_start:.1e} at its start values, {at_size:.1e} at a common size, {:?}",
+            began.elapsed()
+        );
+        assert!(
+            at_start < 2e-2 && at_size > 5e-3 && at_size > 5.0 * at_start,
+            "{id}: {at_start:e}, {at_size:e}"
+        );
     }
 }
 
@@ -519,7 +571,8 @@ fn published_force_errors_of_emps_in_closed_loop() {
     let text = std::fs::read_to_string("configs/emps.toml").unwrap();
     let library = config::effect_library().unwrap();
     let symmetric = machine(&text);
-    let asymmetric = symmetric.with_effect(library.iter().find(|e| e.id == "friction-asymmetry").unwrap()).unwrap();
+    let asymmetric =
+        symmetric.with_effect(library.iter().find(|e| e.id == "friction-asymmetry").unwrap()).unwrap();
     let published = [
         ("moving_mass", 95.1089),
         ("viscous_friction", 0.5 * (166.71 + 240.42)),
@@ -542,7 +595,9 @@ fn published_force_errors_of_emps_in_closed_loop() {
         let read = read_motion(record, record, &text).unwrap();
         for (machine, limit) in [&symmetric, &asymmetric].into_iter().zip(limits) {
             let began = std::time::Instant::now();
-            let (trace, gap) = simulate_record(machine, &values(machine), &read, &SimulationSettings::default(), &|| true).unwrap();
+            let (trace, gap) =
+                simulate_record(machine, &values(machine), &read, &SimulationSettings::default(), &|| true)
+                    .unwrap();
             let gap = gap.unwrap();
             println!(
                 "{record}: force {:.3} %, tracking {:.3} %, {} events, {:?}",
@@ -557,7 +612,8 @@ fn published_force_errors_of_emps_in_closed_loop() {
     }
 }
 
-/// A nut with backlash and lead error: the table rests against a flank whose position varies with the lead error, and the energy balance holds.
+/// A nut with backlash and lead error: the table rests against a flank whose position varies with the lead
+/// error, and the energy balance holds.
 #[test]
 fn the_energy_balance_holds_for_backlash_with_lead_error() {
     let lead = "lead_error = { wave = { cosine = 4e-6, sine = 3e-6, period = 5e-3 } }\n";
@@ -567,14 +623,30 @@ fn the_energy_balance_holds_for_backlash_with_lead_error() {
         .replace("damping = 120.0\n", "damping = 120.0\nfriction = { coulomb = 300.0 }\n");
     let sine = Sine { centre: 0.0, amplitude: 0.01, frequency_hz: 1.0, periods: 2.0 }.course(1e-3).unwrap();
     let simulated = |text: &str| {
-        run(&machine(&text.replace("[drive.position]\nat = \"table\"", "[drive.position]\nat = \"motor\"\nlead_m = 0.02")), &sine)
+        run(
+            &machine(&text.replace(
+                "[drive.position]\nat = \"table\"",
+                "[drive.position]\nat = \"motor\"\nlead_m = 0.02",
+            )),
+            &sine,
+        )
     };
     let (with, without) = (simulated(&text), simulated(&text.replace(lead, "")));
-    assert!(with.energy.imbalance() < 1e-6 && times(&with, EventKind::Closes).len() >= 2, "{:e}", with.energy.imbalance());
+    assert!(
+        with.energy.imbalance() < 1e-6 && times(&with, EventKind::Closes).len() >= 2,
+        "{:e}",
+        with.energy.imbalance()
+    );
     // Table position relative to the motor's, because the motor's motion depends on the flank's slope, too.
     let relative = |s: &dynamics::motion::TraceSample| s.points[1] - 0.02 / TAU * s.points[0];
     // Between reversals, with both in contact on one side, the table positions differ by the lead error.
-    let difference = with.samples.iter().zip(&without.samples).skip(5400).take(1200).map(|(a, b)| relative(a) - relative(b));
+    let difference = with
+        .samples
+        .iter()
+        .zip(&without.samples)
+        .skip(5400)
+        .take(1200)
+        .map(|(a, b)| relative(a) - relative(b));
     let (low, high) = difference.fold((0.0_f64, 0.0_f64), |(l, h), x| (l.min(x), h.max(x)));
     assert!((high / 5e-6 - 1.0).abs() < 0.1 && (low / 5e-6 + 1.0).abs() < 0.1, "{low:e} {high:e}");
 }

@@ -1,4 +1,5 @@
-//! Coverage of intervals from motion records: axes of the independent model with drawn parameters, commands and noise.
+//! Coverage of intervals from motion records: axes of the independent model with drawn parameters, commands
+//! and noise.
 
 use jointid::measurement::{DriveEffort, MeasurementSet, MotionArrays, SetArrays};
 use jointid::{Settings, Study, read_machine};
@@ -58,13 +59,21 @@ fn sines(random: &mut Draws) -> Vec<f64> {
     let waves: Vec<[f64; 3]> = [(0.25, 0.06), (0.7, 0.02), (1.7, 0.006)]
         .into_iter()
         .map(|(hz, size)| {
-            [hz * logarithmic(random, 0.74, 1.35), size * logarithmic(random, 0.74, 1.35), std::f64::consts::TAU * random.next()]
+            [
+                hz * logarithmic(random, 0.74, 1.35),
+                size * logarithmic(random, 0.74, 1.35),
+                std::f64::consts::TAU * random.next(),
+            ]
         })
         .collect();
     let at = |i: usize| {
         let t = 1e-3 * i as f64;
         let fade = 0.5 - 0.5 * (std::f64::consts::PI * t.min(24.0 - t).min(1.0)).cos();
-        0.1 + fade * waves.iter().map(|[hz, size, phase]| size * (std::f64::consts::TAU * hz * t + phase).sin()).sum::<f64>()
+        0.1 + fade
+            * waves
+                .iter()
+                .map(|[hz, size, phase]| size * (std::f64::consts::TAU * hz * t + phase).sin())
+                .sum::<f64>()
     };
     (0..24_000).map(at).collect()
 }
@@ -130,8 +139,8 @@ fn identified(record: MotionArrays, tolerances: bool) -> IdentificationDocument 
     study.with_settings(Settings { fit_tolerances: tolerances, ..Settings::default() }).identify().unwrap()
 }
 
-/// Tests that at most 5 % of the values miss, one-sided at 5 %, with axes, not values, as draws. Prints count and widths. With noise alone intervals are
-/// at most twice as wide as those of plain least squares.
+/// Tests that at most 5 % of the values miss, one-sided at 5 %, with axes, not values, as draws. Prints count
+/// and widths. With noise alone intervals are at most twice as wide as those of plain least squares.
 fn check_coverage(first: u64, count: u64, small_print: bool) {
     let mut excess: Vec<f64> = Vec::new();
     let (mut values, mut missed, mut depending) = (0, 0, 0);
@@ -143,7 +152,9 @@ fn check_coverage(first: u64, count: u64, small_print: bool) {
         let found = identified(measured, true);
         let mut own = Vec::new();
         let (mut misses, mut of) = (0, 0);
-        for ((id, truth), sum) in PARAMETERS.iter().zip([axis.mass_kg, axis.viscous, axis.coulomb, 0.0]).zip(&mut by_parameter) {
+        for ((id, truth), sum) in
+            PARAMETERS.iter().zip([axis.mass_kg, axis.viscous, axis.coulomb, 0.0]).zip(&mut by_parameter)
+        {
             let row = &found.parameters[*id];
             let [low, high] = row.interval95.unwrap();
             sum.1.push(0.5 * (high - low) / if truth == 0.0 { 1.0 } else { truth });
@@ -177,7 +188,10 @@ fn check_coverage(first: u64, count: u64, small_print: bool) {
         println!(
             "{id}: {missed} miss, median half-width {width:.4} of the value (N for the offset), {ratio:.2} times that of plain least squares"
         );
-        assert!(small_print || ratio <= 2.0, "{id}: intervals are {ratio:.2} times as wide as those of plain least squares");
+        assert!(
+            small_print || ratio <= 2.0,
+            "{id}: intervals are {ratio:.2} times as wide as those of plain least squares"
+        );
     }
     assert!(z < 1.645, "more than 5 % of the identifiable values miss the true value");
 }
@@ -196,7 +210,8 @@ fn recover_axes_with_small_print() {
     check_coverage(7_000, test_data::draws(8, 40), true);
 }
 
-/// The motion follows a sampled force half a sample late. The delay is estimated, and the mass is no longer biased by it.
+/// The motion follows a sampled force half a sample late. The delay is estimated, and the mass is no longer
+/// biased by it.
 #[test]
 fn recover_the_delay_of_a_sampled_loop() {
     let (axis, command, mut random) = drawn(4, false);
@@ -205,11 +220,15 @@ fn recover_the_delay_of_a_sampled_loop() {
     assert!((delay.value - 0.5e-3).abs() < 0.1e-3, "{delay:?}");
     for (id, truth) in [("moving_mass", axis.mass_kg), ("viscous_friction", axis.viscous)] {
         let row = &found.parameters[id];
-        assert!((row.value / truth - 1.0).abs() < 5e-3 && row.identifiable == Some(true), "{id}: {row:?} for {truth}");
+        assert!(
+            (row.value / truth - 1.0).abs() < 5e-3 && row.identifiable == Some(true),
+            "{id}: {row:?} for {truth}"
+        );
     }
 }
 
-/// Friction that differs by direction is no small print: no value is reported as identifiable, and the text proposes a diagnosis.
+/// Friction that differs by direction is no small print: no value is reported as identifiable, and the text
+/// proposes a diagnosis.
 #[test]
 fn recover_values_that_depend_on_a_missing_effect() {
     let axis = Axis { viscous_backward: 320.0, ..Axis::nominal() };

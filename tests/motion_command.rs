@@ -28,7 +28,17 @@ const EMPS: [&str; 2] = ["--config", "configs/emps.toml"];
 fn a_flexible_axis_follows_its_command_and_its_document_matches_its_schema() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().to_str().unwrap();
-    let arguments = ["--config", "configs/servo-axis.toml", "--reference", "s-curve", "--travel-m", "0.2", "--json", "--out", out];
+    let arguments = [
+        "--config",
+        "configs/servo-axis.toml",
+        "--reference",
+        "s-curve",
+        "--travel-m",
+        "0.2",
+        "--json",
+        "--out",
+        out,
+    ];
     let output = output(&arguments);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let document: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -45,7 +55,11 @@ fn a_flexible_axis_follows_its_command_and_its_document_matches_its_schema() {
     assert!(jsonschema::is_valid(&schema, &document));
     assert_eq!(fs::read(folder.path().join("motion.json")).unwrap(), output.stdout);
     let table = fs::read_to_string(folder.path().join("motion.csv")).unwrap();
-    assert!(table.starts_with("time_s,command_m,position_m,torque_nm,velocity_m_s,motor_rad,nut_m,"), "{}", &table[..90]);
+    assert!(
+        table.starts_with("time_s,command_m,position_m,torque_nm,velocity_m_s,motor_rad,nut_m,"),
+        "{}",
+        &table[..90]
+    );
     assert_eq!(table.lines().count(), 1 + column("time_s").len());
 }
 
@@ -58,7 +72,11 @@ fn a_written_table_is_accepted_as_reference() {
     fs::write(&path, &first.stdout).unwrap();
     let again = output(&[&EMPS[..], &["--reference", path.to_str().unwrap(), "--quiet"]].concat());
     let numbers = |text: &[u8]| -> Vec<f64> {
-        String::from_utf8_lossy(text).lines().skip(1).map(|l| l.split(',').nth(2).unwrap().parse().unwrap()).collect()
+        String::from_utf8_lossy(text)
+            .lines()
+            .skip(1)
+            .map(|l| l.split(',').nth(2).unwrap().parse().unwrap())
+            .collect()
     };
     let (first, again) = (numbers(&first.stdout), numbers(&again.stdout));
     assert_eq!(first.len(), again.len());
@@ -84,9 +102,15 @@ fn refuse_impossible_motions() {
     emps(&["--reference", "s-curve", "--travel-m", "0"], &["s-curve", "no travel"]);
     emps(&["--reference", "s-curve", "--jerk-m-s3=-1"], &["jerk is -1"]);
     emps(&["--reference", "sine", "--frequency-hz", "400"], &["fewer than ten samples"]);
-    emps(&["--reference", "s-curve", "--step-s", "2e-3"], &["too long for the period of 0.001 s of the innermost loop"]);
+    emps(
+        &["--reference", "s-curve", "--step-s", "2e-3"],
+        &["too long for the period of 0.001 s of the innermost loop"],
+    );
     emps(&["--reference", "s-curve", "--step-s", "3e-4"], &["not an integer fraction", "such as 0.00025"]);
-    emps(&["--reference", "s-curve", "--set", "drive.velocity.period_s=3e-4"], &["drive.position.period_s", "no multiple"]);
+    emps(
+        &["--reference", "s-curve", "--set", "drive.velocity.period_s=3e-4"],
+        &["drive.position.period_s", "no multiple"],
+    );
     emps(&["--reference", "s-curve", "--set", "drive.on=\"slide\""], &["drive.on", "«slide»", "table"]);
     refused(&["--reference", "s-curve"], &["configs/tian.toml", "no drive"]);
     let folder = tempfile::tempdir().unwrap();
@@ -96,22 +120,42 @@ fn refuse_impossible_motions() {
     let axis = folder.path().join("axis.toml");
     let drive = "\n[drive]\non = \"rotor\"\nconstant = 1.0\nposition = { lead_m = 0.04, gain_per_s = 9.0, period_s = 1e-3 }\nvelocity = { gain = 2.0, period_s = 1e-3 }\n";
     fs::write(&axis, fs::read_to_string("configs/tian-as-published.toml").unwrap() + drive).unwrap();
-    refused(&["--config", axis.to_str().unwrap(), "--reference", "s-curve", "--travel-m", "1.4"], &["beyond the screw of 2.6 m"]);
+    refused(
+        &["--config", axis.to_str().unwrap(), "--reference", "s-curve", "--travel-m", "1.4"],
+        &["beyond the screw of 2.6 m"],
+    );
 }
 
-/// Fitting the simulated loop to the EMPS records gives intervals that contain the least-squares values of the data set's authors.
+/// Fitting the simulated loop to the EMPS records gives intervals that contain the least-squares values of
+/// the data set's authors.
 #[test]
 fn published_parameters_of_emps_by_output_error() {
     let Some(folder) = test_data::shared("realdata/emps") else { return };
-    let arguments = ["identify", "--config", "configs/emps.toml", "--objective", "output-error", "--json", "--quiet", "--measurements"];
+    let arguments = [
+        "identify",
+        "--config",
+        "configs/emps.toml",
+        "--objective",
+        "output-error",
+        "--json",
+        "--quiet",
+        "--measurements",
+    ];
     let output = Command::cargo_bin("jointid").unwrap().args(arguments).arg(folder).output().unwrap();
-    let document: Value = serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&output.stderr)));
-    for (id, published) in
-        [("moving_mass", 95.1089), ("viscous_friction", 203.5034), ("coulomb_friction", 20.3935), ("friction_offset", -3.1648)]
-    {
+    let document: Value = serde_json::from_slice(&output.stdout)
+        .unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&output.stderr)));
+    for (id, published) in [
+        ("moving_mass", 95.1089),
+        ("viscous_friction", 203.5034),
+        ("coulomb_friction", 20.3935),
+        ("friction_offset", -3.1648),
+    ] {
         let interval = &document["parameters"][id]["interval95"];
         let [low, high] = [0, 1].map(|end| interval[end].as_f64().unwrap());
-        assert!(low < published && published < high && high - low < 0.5 * published.abs(), "{id}: {low} to {high}");
+        assert!(
+            low < published && published < high && high - low < 0.5 * published.abs(),
+            "{id}: {low} to {high}"
+        );
     }
     assert!(document["records"]["sweep"]["simulated_force_error"].as_f64().unwrap() < 0.046);
 }
@@ -120,14 +164,27 @@ fn published_parameters_of_emps_by_output_error() {
 #[test]
 fn published_record_of_emps_by_the_command() {
     let Some(folder) = test_data::shared("realdata/emps") else { return };
-    let set: Vec<String> =
-        [("moving_mass", 95.1089), ("viscous_friction", 203.5034), ("coulomb_friction", 20.3935), ("friction_offset", -3.1648)]
-            .iter()
-            .map(|(id, x)| format!("parameter.{id}.start={x}"))
-            .collect();
-    let mut arguments = vec!["--config", "configs/emps.toml", "--measurements", folder.to_str().unwrap(), "--record", "sweep", "--json"];
+    let set: Vec<String> = [
+        ("moving_mass", 95.1089),
+        ("viscous_friction", 203.5034),
+        ("coulomb_friction", 20.3935),
+        ("friction_offset", -3.1648),
+    ]
+    .iter()
+    .map(|(id, x)| format!("parameter.{id}.start={x}"))
+    .collect();
+    let mut arguments = vec![
+        "--config",
+        "configs/emps.toml",
+        "--measurements",
+        folder.to_str().unwrap(),
+        "--record",
+        "sweep",
+        "--json",
+    ];
     set.iter().for_each(|s| arguments.extend(["--set", s]));
     let output = output(&arguments);
-    let document: Value = serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&output.stderr)));
+    let document: Value = serde_json::from_slice(&output.stdout)
+        .unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&output.stderr)));
     assert!(document["record"]["force_gap"].as_f64().unwrap() < 0.046);
 }

@@ -1,5 +1,5 @@
-//! Where no effect is missing none is named: on machines that differ from their description within tolerances, and from records that are not those of the
-//! described machine, or of no machine at all.
+//! Where no effect is missing none is named: on machines that differ from their description within
+//! tolerances, and from records that are not those of the described machine, or of no machine at all.
 
 use std::f64::consts::TAU;
 
@@ -40,7 +40,9 @@ impl Record<'_> {
     }
 
     fn of_modes(&self, modes: &Modes) -> Vec<Complex64> {
-        self.of_frequency(|f| modes.iter().map(|(hz, r)| r / Complex64::new(1.0 - (f / hz).powi(2), 0.06 * f / hz)).sum())
+        self.of_frequency(|f| {
+            modes.iter().map(|(hz, r)| r / Complex64::new(1.0 - (f / hz).powi(2), 0.06 * f / hz)).sum()
+        })
     }
 }
 
@@ -53,7 +55,9 @@ fn complex(random: &mut Random) -> Complex64 {
 }
 
 fn random_modes(random: &mut Random, count: usize) -> Modes {
-    (0..count).map(|_| (20.0 * 40.0_f64.powf(random.random::<f64>()), 0.3 + 2.0 * random.random::<f64>())).collect()
+    (0..count)
+        .map(|_| (20.0 * 40.0_f64.powf(random.random::<f64>()), 0.3 + 2.0 * random.random::<f64>()))
+        .collect()
 }
 
 /// Sorts of records, those of structures first.
@@ -61,7 +65,10 @@ const FOREIGN: [(&str, Sort); 20] = [
     ("unlike structures", |record, random| record.of_modes(&random_modes(random, 4))),
     ("single resonances", |record, random| record.of_modes(&random_modes(random, 1))),
     ("signs of residues by chance", |record, random| {
-        let signed = record.other.iter().map(|(hz, residue)| (*hz, if random.random::<bool>() { *residue } else { -residue }));
+        let signed = record
+            .other
+            .iter()
+            .map(|(hz, residue)| (*hz, if random.random::<bool>() { *residue } else { -residue }));
         record.of_modes(&signed.collect())
     }),
     ("another machine", |record, _| record.of_modes(record.other)),
@@ -97,17 +104,27 @@ const FOREIGN: [(&str, Sort); 20] = [
         record.own().iter().map(step).collect()
     }),
     ("phases by chance", |record, random| {
-        record.own().iter().map(|h| h.norm() * Complex64::from_polar(1.0, TAU * random.random::<f64>())).collect()
+        record
+            .own()
+            .iter()
+            .map(|h| h.norm() * Complex64::from_polar(1.0, TAU * random.random::<f64>()))
+            .collect()
     }),
     ("smooth curves by chance", |record, random| {
         let waves: Vec<(f64, f64, Complex64)> =
             (1..=5).map(|k| (f64::from(k), TAU * random.random::<f64>(), 0.7 * complex(random))).collect();
-        record.of_frequency(|f| waves.iter().map(|(k, phase, size)| size * (k * f.ln() + phase).sin()).sum::<Complex64>().exp())
+        record.of_frequency(|f| {
+            waves.iter().map(|(k, phase, size)| size * (k * f.ln() + phase).sin()).sum::<Complex64>().exp()
+        })
     }),
     ("one record at all positions", |record, _| record.values[0].clone()),
-    ("magnitudes without phase", |record, _| record.own().iter().map(|h| Complex64::from(h.norm())).collect()),
+    ("magnitudes without phase", |record, _| {
+        record.own().iter().map(|h| Complex64::from(h.norm())).collect()
+    }),
     ("records from high to low frequency", |record, _| record.own().iter().rev().copied().collect()),
-    ("records of the position two farther", |record, _| record.values[(record.at + 2) % record.values.len()].clone()),
+    ("records of the position two farther", |record, _| {
+        record.values[(record.at + 2) % record.values.len()].clone()
+    }),
     ("hum at multiples of 50 Hz", |record, _| {
         let hum = |f: f64| 30.0 * (-((f - 50.0 * (f / 50.0).round()) / 1.5).powi(2)).exp();
         let level = median(record.own().iter().map(|h| h.norm())).unwrap();
@@ -123,11 +140,15 @@ const FOREIGN: [(&str, Sort); 20] = [
 fn foreign(set: &MeasurementSet, (seed, sort): (u64, Sort)) -> MeasurementSet {
     let mut random = Random::seed_from_u64(seed);
     let other_machine = random_modes(&mut random, 5);
-    let values: Vec<Vec<Complex64>> = set.frfs.iter().map(|frf| frf.lines.iter().map(|line| line.value).collect()).collect();
+    let values: Vec<Vec<Complex64>> =
+        set.frfs.iter().map(|frf| frf.lines.iter().map(|line| line.value).collect()).collect();
     let mut other = set.clone();
     for (at, frf) in other.frfs.iter_mut().enumerate() {
         let frequencies_hz: Vec<f64> = frf.lines.iter().map(|line| line.frequency_hz).collect();
-        let replaced = sort(&Record { at, frequencies_hz: &frequencies_hz, values: &values, other: &other_machine }, &mut random);
+        let replaced = sort(
+            &Record { at, frequencies_hz: &frequencies_hz, values: &values, other: &other_machine },
+            &mut random,
+        );
         let level = |of: &[Complex64]| median(of.iter().map(|h| h.norm())).unwrap();
         let scale = level(&values[at]) / level(&replaced);
         for (line, value) in frf.lines.iter_mut().zip(replaced) {
@@ -167,7 +188,8 @@ fn recover_no_effect_from_foreign_records() {
     assert_eq!(named, 0);
 }
 
-/// Machines of three sizes, with losses of constant stiffness, causal, and between: nothing is missing, and nothing is wrong in the measuring chain.
+/// Machines of three sizes, with losses of constant stiffness, causal, and between: nothing is missing, and
+/// nothing is wrong in the measuring chain.
 #[test]
 #[ignore = "long"]
 fn recover_no_effect_on_ordinary_machines() {
@@ -177,11 +199,13 @@ fn recover_no_effect_on_ordinary_machines() {
         let folder = tempfile::tempdir().unwrap();
         write_case(folder.path(), &ordinary(63_029, number).unwrap().case).unwrap();
         let machine = folder.path().join("machine.toml").display().to_string();
-        let (kind, faults, effects) = verdict(&machine, read_set(&folder.path().display().to_string()).unwrap());
+        let (kind, faults, effects) =
+            verdict(&machine, read_set(&folder.path().display().to_string()).unwrap());
         if kind != "none" {
             println!("machine {number}: {kind} {faults:?} {effects:?}");
         }
-        (named, claimed) = (named + usize::from(!effects.is_empty()), claimed + usize::from(!faults.is_empty()));
+        (named, claimed) =
+            (named + usize::from(!effects.is_empty()), claimed + usize::from(!faults.is_empty()));
     }
     println!("effects named on {named} of {count} machines, faults of the measuring chain on {claimed}");
     assert!(40 * named <= count && 100 * claimed <= count);
@@ -195,7 +219,12 @@ fn recover_records_of_several_machines() {
     let machine = folder.path().join("machine.toml").display().to_string();
     let set = foreign(&read_set(&folder.path().display().to_string()).unwrap(), (7, FOREIGN[0].1));
     let study = Study::new(read_machine(&machine).unwrap(), set);
-    let found = study.diagnose_with(&DiagnosisRequest { nulls: 20, ..DiagnosisRequest::default() }).unwrap().verdict;
-    assert_eq!((found.kind, found.effects.len(), found.confirmed), (VerdictKind::Unknown, 0, None), "{found:#?}");
+    let found =
+        study.diagnose_with(&DiagnosisRequest { nulls: 20, ..DiagnosisRequest::default() }).unwrap().verdict;
+    assert_eq!(
+        (found.kind, found.effects.len(), found.confirmed),
+        (VerdictKind::Unknown, 0, None),
+        "{found:#?}"
+    );
     assert!(found.reason.contains("no mode continues over the nut positions"), "{}", found.reason);
 }

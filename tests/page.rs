@@ -23,8 +23,18 @@ fn json_of(arguments: &[&str], file: &Path) -> Value {
 fn results(folder: &Path) -> PathBuf {
     let out = folder.join("results");
     let document = out.join("identification.json");
-    jointid().args(["identify", "--positions", "l1,l3,l5", "--repeats", "1", "--quiet", "--out"]).arg(&out).assert().success();
-    jointid().args(["validate", "--quiet", "--result"]).arg(&document).arg("--out").arg(&out).assert().success();
+    jointid()
+        .args(["identify", "--positions", "l1,l3,l5", "--repeats", "1", "--quiet", "--out"])
+        .arg(&out)
+        .assert()
+        .success();
+    jointid()
+        .args(["validate", "--quiet", "--result"])
+        .arg(&document)
+        .arg("--out")
+        .arg(&out)
+        .assert()
+        .success();
     fs::write(out.join("diagnosis.json"), diagnosis("ambiguous").to_string()).unwrap();
     out
 }
@@ -92,12 +102,20 @@ fn a_name_from_a_file_is_text_in_the_page() {
     let set = folder.path().join("set");
     fs::create_dir_all(&set).unwrap();
     let markup = "<script>document.title='x'</script>";
-    let manifest = fs::read_to_string("measurements/tian/manifest.toml").unwrap().replace("published = \"published.csv\"", "");
+    let manifest = fs::read_to_string("measurements/tian/manifest.toml")
+        .unwrap()
+        .replace("published = \"published.csv\"", "");
     fs::write(set.join("manifest.toml"), manifest.replace("\"l1\"", &format!("\"{markup}\""))).unwrap();
     let modes = fs::read_to_string("measurements/tian/modes.csv").unwrap();
     fs::write(set.join("modes.csv"), modes.replace("l1,", &format!("{markup},"))).unwrap();
     let out = folder.path().join("out");
-    jointid().args(["identify", "--repeats", "1", "--quiet", "--measurements"]).arg(&set).arg("--out").arg(&out).assert().success();
+    jointid()
+        .args(["identify", "--repeats", "1", "--quiet", "--measurements"])
+        .arg(&set)
+        .arg("--out")
+        .arg(&out)
+        .assert()
+        .success();
     jointid().arg("report").arg(&out).assert().success();
     let page = fs::read_to_string(out.join("report.html")).unwrap();
     assert!(!page.contains(markup));
@@ -115,7 +133,15 @@ fn changed_inputs_are_reported_and_not_plotted() {
         fs::copy(&file, set.join(file.file_name().unwrap())).unwrap();
     }
     let identify = ["identify", "--repeats", "1", "--quiet", "--config"];
-    jointid().args(identify).arg(&config).arg("--measurements").arg(&set).arg("--out").arg(&out).assert().success();
+    jointid()
+        .args(identify)
+        .arg(&config)
+        .arg("--measurements")
+        .arg(&set)
+        .arg("--out")
+        .arg(&out)
+        .assert()
+        .success();
     // A result embeds its machine: it is drawn even if the machine's file has changed since, or is gone.
     fs::write(&config, fs::read_to_string(&config).unwrap().replace("272.0", "300.0")).unwrap();
     jointid().arg("report").arg(&out).assert().success();
@@ -131,7 +157,9 @@ fn changed_inputs_are_reported_and_not_plotted() {
     jointid().arg("report").arg(&out).assert().success();
     let page = fs::read_to_string(out.join("report.html")).unwrap();
     assert!(
-        page.contains("has changed since the identification") && !page.contains("id=\"curves\"") && page.contains("id=\"correlations\"")
+        page.contains("has changed since the identification")
+            && !page.contains("id=\"curves\"")
+            && page.contains("id=\"correlations\"")
     );
 }
 
@@ -202,17 +230,44 @@ impl Browser {
     /// Runs the browser and returns its stdout and stderr.
     fn open(&self, more: &[&str]) -> (String, String) {
         let profile = format!("--user-data-dir={}", self.folder.path().join("profile").display());
-        let fixed = ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--enable-logging=stderr", &profile];
-        let output = Process::new(&self.program).args(fixed).arg("--virtual-time-budget=20000").args(more).output().unwrap();
-        (String::from_utf8_lossy(&output.stdout).into_owned(), String::from_utf8_lossy(&output.stderr).into_owned())
+        let fixed = [
+            "--headless=new",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--disable-dev-shm-usage",
+            "--enable-logging=stderr",
+            &profile,
+        ];
+        let output = Process::new(&self.program)
+            .args(fixed)
+            .arg("--virtual-time-budget=20000")
+            .args(more)
+            .output()
+            .unwrap();
+        (
+            String::from_utf8_lossy(&output.stdout).into_owned(),
+            String::from_utf8_lossy(&output.stderr).into_owned(),
+        )
     }
 
-    /// Returns the result of the page's self-test, and asserts that it has no errors, network requests or console messages.
+    /// Returns the result of the page's self-test, and asserts that it has no errors, network requests or
+    /// console messages.
     fn self_test(&self, page: &Path) -> Value {
-        let (dom, log) = self.open(&["--window-size=1366,768", "--dump-dom", &format!("file://{}#selftest", page.display())]);
-        let result = dom.split("id=\"selftest-result\"").nth(1).and_then(|t| t.split('>').nth(1)).and_then(|t| t.split('<').next());
-        let result =
-            result.unwrap_or_else(|| panic!("no self-test: {log}")).replace("&quot;", "\"").replace("&lt;", "<").replace("&gt;", ">");
+        let (dom, log) = self.open(&[
+            "--window-size=1366,768",
+            "--dump-dom",
+            &format!("file://{}#selftest", page.display()),
+        ]);
+        let result = dom
+            .split("id=\"selftest-result\"")
+            .nth(1)
+            .and_then(|t| t.split('>').nth(1))
+            .and_then(|t| t.split('<').next());
+        let result = result
+            .unwrap_or_else(|| panic!("no self-test: {log}"))
+            .replace("&quot;", "\"")
+            .replace("&lt;", "<")
+            .replace("&gt;", ">");
         let result: Value = serde_json::from_str(&result).unwrap_or_else(|e| panic!("{e}: {result}"));
         assert_eq!(result["errors"], json!([]), "{result}");
         assert_eq!(result["requests"], json!([]), "{result}");
@@ -239,24 +294,40 @@ fn a_report_works_in_chromium() {
     assert!(result["traces"].as_u64().unwrap() > 60 && result["lines"].as_u64().unwrap() > 60, "{result}");
     let picture = Path::new(env!("CARGO_TARGET_TMPDIR")).join("page.png");
     let _ = fs::remove_file(&picture);
-    browser.open(&["--window-size=1280,2400", &format!("--screenshot={}", picture.display()), &format!("file://{}", page.display())]);
+    browser.open(&[
+        "--window-size=1280,2400",
+        &format!("--screenshot={}", picture.display()),
+        &format!("file://{}", page.display()),
+    ]);
     assert!(fs::metadata(&picture).unwrap().len() > 50_000);
     println!("screenshot: {}", picture.display());
 }
 
-/// Six positions, six responses, ten thousand lines each, with noise: the page omits invisible detail, stays below its size limit and works.
+/// Six positions, six responses, ten thousand lines each, with noise: the page omits invisible detail, stays
+/// below its size limit and works.
 #[test]
 fn a_report_of_many_lines_works_in_chromium() {
     use num_complex::Complex64;
     use report::page::{MOST_BYTES, Page, PageCurve, html};
     let curve = |position: usize, response: usize| {
-        let modes = [24.0, 116.0 + position as f64, 540.0 + 9.0 * position as f64, 720.0 + 5.0 * response as f64, 1400.0];
-        let at = |f: f64| modes.iter().map(|m| 1e-2 / Complex64::new(m * m - f * f, 0.04 * m * f)).sum::<Complex64>();
-        let noise = |i: usize| 1.0 + 0.02 * (((i * 7919 + position * 31 + response * 17) % 101) as f64 / 50.0 - 1.0);
-        let predicted: Vec<(f64, Complex64)> = (1..=10_000).map(|i| (0.2 * i as f64, at(0.2 * i as f64))).collect();
+        let modes = [
+            24.0,
+            116.0 + position as f64,
+            540.0 + 9.0 * position as f64,
+            720.0 + 5.0 * response as f64,
+            1400.0,
+        ];
+        let at = |f: f64| {
+            modes.iter().map(|m| 1e-2 / Complex64::new(m * m - f * f, 0.04 * m * f)).sum::<Complex64>()
+        };
+        let noise =
+            |i: usize| 1.0 + 0.02 * (((i * 7919 + position * 31 + response * 17) % 101) as f64 / 50.0 - 1.0);
+        let predicted: Vec<(f64, Complex64)> =
+            (1..=10_000).map(|i| (0.2 * i as f64, at(0.2 * i as f64))).collect();
         let measured = predicted.iter().enumerate().map(|(i, (f, h))| (*f, h * noise(i))).collect();
         let channel = format!("p{response}/table");
-        let (position, held_out, unit) = (format!("l{position}"), position % 2 == 1, "receptance (µm/N)".to_string());
+        let (position, held_out, unit) =
+            (format!("l{position}"), position % 2 == 1, "receptance (µm/N)".to_string());
         PageCurve { position, channel, held_out, unit, measured, predicted, ..PageCurve::default() }
     };
     let curves = (0..36).map(|n| curve(n / 6, n % 6)).collect();

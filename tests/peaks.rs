@@ -1,4 +1,5 @@
-//! Peaks of the damped |H| on random machines against a dense search; mirror symmetry and properties of passive structures.
+//! Peaks of the damped |H| on random machines against a dense search; mirror symmetry and properties of
+//! passive structures.
 
 use std::sync::Arc;
 
@@ -36,7 +37,8 @@ fn prominence(scan: &[f64], top: usize) -> f64 {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 150, failure_persistence: None, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
-    /// The search finds every maximum on 40,000 lines with a prominence of at least 1 %, except those below a millionth of the highest.
+    /// The search finds every maximum on 40,000 lines with a prominence of at least 1 %, except those below a
+    /// millionth of the highest.
     ///
     /// Every peak found is a maximum, and its adjacent minima agree with the scan.
     #[test]
@@ -149,7 +151,8 @@ fn published_joint_values_give_one_peak() {
     assert!((found[0].frequency_hz - 109.7).abs() < 0.05, "{found:?}");
 }
 
-/// A nut damping as large as that of Tab. 3 moves the undamped 711 Hz at l4 to a peak near 855 Hz (rotor held, receptance).
+/// A nut damping as large as that of Tab. 3 moves the undamped 711 Hz at l4 to a peak near 855 Hz (rotor
+/// held, receptance).
 #[test]
 fn published_damping_moves_peaks() {
     let config = config("configs/tian.toml");
@@ -157,9 +160,16 @@ fn published_damping_moves_peaks() {
     let structure = table_structure(machine, RodModel::Exact);
     let mut network = structure.empty_model();
     let mut numbers = machine.start();
-    for (id, value) in
-        [("k_al", 4.1e7), ("k_ar", 2.7e7), ("k_n", 7.09e8), ("k_m", 399.0), ("c_n", 2.25e5), ("c_m", 0.045), ("c_al", 1e3), ("c_ar", 1e3)]
-    {
+    for (id, value) in [
+        ("k_al", 4.1e7),
+        ("k_ar", 2.7e7),
+        ("k_n", 7.09e8),
+        ("k_m", 399.0),
+        ("c_n", 2.25e5),
+        ("c_m", 0.045),
+        ("c_al", 1e3),
+        ("c_ar", 1e3),
+    ] {
         numbers[machine.parameter(id).unwrap()] = value;
     }
     network.update(machine, &numbers, &Operating::at_nut(1.3));

@@ -1,4 +1,5 @@
-//! Properties that hold for every machine, on random ones: a screw with bearings and nut, rotor and coupling, bodies on springs and dampers.
+//! Properties that hold for every machine, on random ones: a screw with bearings and nut, rotor and coupling,
+//! bodies on springs and dampers.
 
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
@@ -42,8 +43,14 @@ struct MachineSpec {
 }
 
 /// Massless points of the screw, and whether they rotate.
-const SCREW: [(&str, bool); 6] =
-    [("left", false), ("screw", false), ("right", false), ("left-angle", true), ("angle", true), ("right-angle", true)];
+const SCREW: [(&str, bool); 6] = [
+    ("left", false),
+    ("screw", false),
+    ("right", false),
+    ("left-angle", true),
+    ("angle", true),
+    ("right-angle", true),
+];
 
 impl MachineSpec {
     /// Returns the machine read from its configuration.
@@ -54,8 +61,10 @@ impl MachineSpec {
             let _ = writeln!(text, "[[point]]\nname = \"{name}\"\nmotion = \"{motion}\"");
         }
         for (name, inertia, rotational) in &self.bodies {
-            let (motion, key) = if *rotational { ("rotation", "inertia_kg_m2") } else { ("translation", "mass_kg") };
-            let _ = writeln!(text, "[[point]]\nname = \"{name}\"\nmotion = \"{motion}\"\n{key} = {inertia:e}");
+            let (motion, key) =
+                if *rotational { ("rotation", "inertia_kg_m2") } else { ("translation", "mass_kg") };
+            let _ =
+                writeln!(text, "[[point]]\nname = \"{name}\"\nmotion = \"{motion}\"\n{key} = {inertia:e}");
         }
         let (first, last) = if self.mirrored { ("right", "left") } else { ("left", "right") };
         let _ = writeln!(
@@ -66,8 +75,10 @@ impl MachineSpec {
             self.length_m, self.diameter_m, self.youngs_pa, self.shear_pa, self.density, self.loss
         );
         let joint = |text: &mut String, name: String, [a, b]: [&str; 2], k: f64, c: f64, screw: &str| {
-            let _ =
-                writeln!(text, "[[joint]]\nname = \"{name}\"\nbetween = [\"{a}\", \"{b}\"]\nstiffness = {k:e}\ndamping = {c:e}\n{screw}");
+            let _ = writeln!(
+                text,
+                "[[joint]]\nname = \"{name}\"\nbetween = [\"{a}\", \"{b}\"]\nstiffness = {k:e}\ndamping = {c:e}\n{screw}"
+            );
         };
         let screw = format!("screw = {{ angle = \"angle\", lead_m = {:e} }}", self.lead_m);
         joint(&mut text, "nut".into(), ["table", "screw"], self.nut.0, self.nut.1, &screw);
@@ -122,7 +133,8 @@ impl MachineSpec {
         spec
     }
 
-    /// Converts to a unit of length of which `per_m` make a metre. Units of force, time and angle are unchanged.
+    /// Converts to a unit of length of which `per_m` make a metre. Units of force, time and angle are
+    /// unchanged.
     fn in_length(&self, per_m: f64) -> Self {
         let mut spec = self.clone();
         (spec.length_m, spec.diameter_m, spec.lead_m, spec.nut_m) =
@@ -145,11 +157,30 @@ fn decades(from: f64, to: f64) -> impl Strategy<Value = f64> {
 
 /// Generates a random machine; if `held`, bearings and rotor are connected to the ground.
 fn random_machine(held: bool) -> impl Strategy<Value = MachineSpec> {
-    let screw = (0.3..3.0_f64, 0.016..0.08_f64, 0.005..0.05_f64, 0.1..0.9_f64, prop_oneof![Just(0.0), 1e-4..0.02_f64]);
+    let screw = (
+        0.3..3.0_f64,
+        0.016..0.08_f64,
+        0.005..0.05_f64,
+        0.1..0.9_f64,
+        prop_oneof![Just(0.0), 1e-4..0.02_f64],
+    );
     let body = (decades(0.1, 500.0), decades(1e6, 1e9), decades(1e-6, 1e-3), any::<prop::sample::Index>());
-    let joints = (decades(1e7, 1e9), decades(1e7, 1e9), decades(1e7, 1e9), decades(1e2, 1e5), decades(1e3, 1e6), decades(1e-6, 1e-3));
+    let joints = (
+        decades(1e7, 1e9),
+        decades(1e7, 1e9),
+        decades(1e7, 1e9),
+        decades(1e2, 1e5),
+        decades(1e3, 1e6),
+        decades(1e-6, 1e-3),
+    );
     (screw, decades(20.0, 2000.0), decades(1e-4, 1e-1), prop::collection::vec(body, 0..4), joints).prop_map(
-        move |((length_m, diameter_m, lead_m, share, loss), table, rotor, bodies, (left, right, nut, coupling, hold, per_s))| {
+        move |(
+            (length_m, diameter_m, lead_m, share, loss),
+            table,
+            rotor,
+            bodies,
+            (left, right, nut, coupling, hold, per_s),
+        )| {
             let spring = |a: &str, b: &str, stiffness: f64, rotational: bool| Spring {
                 ends: [a.into(), b.into()],
                 stiffness,
@@ -176,10 +207,12 @@ fn random_machine(held: bool) -> impl Strategy<Value = MachineSpec> {
                 spec.springs.push(spring("rotor", "ground", hold, true));
             }
             for (at, (mass, stiffness, own_per_s, on)) in bodies.into_iter().enumerate() {
-                let mut supports: Vec<String> = ["left", "screw", "right", "table"].map(String::from).to_vec();
+                let mut supports: Vec<String> =
+                    ["left", "screw", "right", "table"].map(String::from).to_vec();
                 supports.extend((0..at).map(|i| format!("body-{i}")));
                 let (name, on) = (format!("body-{at}"), &supports[on.index(supports.len())]);
-                spec.springs.push(Spring { damping: stiffness * own_per_s, ..spring(&name, on, stiffness, false) });
+                spec.springs
+                    .push(Spring { damping: stiffness * own_per_s, ..spring(&name, on, stiffness, false) });
                 spec.bodies.push((name, mass, false));
             }
             spec
@@ -196,7 +229,8 @@ fn same(a: Complex64, b: Complex64, scale: f64) -> bool {
     (a - b).norm() <= 1e-8 * a.norm().max(1e-3 * scale)
 }
 
-/// Assembles static stiffness and inertia, in the order of `names`, from springs and bodies, independently of the model.
+/// Assembles static stiffness and inertia, in the order of `names`, from springs and bodies, independently of
+/// the model.
 fn reference_matrices(spec: &MachineSpec) -> (DMatrix<f64>, DMatrix<f64>) {
     let names = spec.names();
     let index = |name: &str| names.iter().position(|n| *n == name);
@@ -232,13 +266,19 @@ fn reference_matrices(spec: &MachineSpec) -> (DMatrix<f64>, DMatrix<f64>) {
 }
 
 fn config(cases: u32, seed: u64) -> ProptestConfig {
-    ProptestConfig { cases, failure_persistence: None, rng_seed: RngSeed::Fixed(seed), ..ProptestConfig::default() }
+    ProptestConfig {
+        cases,
+        failure_persistence: None,
+        rng_seed: RngSeed::Fixed(seed),
+        ..ProptestConfig::default()
+    }
 }
 
 proptest! {
     #![proptest_config(config(100, 41))]
 
-    /// H_ij = H_ji for every pair of points. At driving points Im H ≤ 0, so the real part of the mobility, −ω·Im H, is not negative.
+    /// H_ij = H_ji for every pair of points. At driving points Im H ≤ 0, so the real part of the mobility,
+    /// −ω·Im H, is not negative.
     #[test]
     fn limit_every_machine_is_reciprocal_and_passive(
         spec in prop_oneof![random_machine(true), random_machine(false)],
@@ -270,7 +310,8 @@ proptest! {
         }
     }
 
-    /// Receptances scale with units: all stiffnesses, dampings and inertias times s give 1/s; time scaled by a; millimetres for metres.
+    /// Receptances scale with units: all stiffnesses, dampings and inertias times s give 1/s; time scaled by
+    /// a; millimetres for metres.
     #[test]
     fn limit_receptances_scale_with_units(
         spec in random_machine(true),
@@ -303,7 +344,8 @@ proptest! {
         }
     }
 
-    /// An added spring raises each undamped frequency at most to the next one; an added mass lowers it at most to the previous one.
+    /// An added spring raises each undamped frequency at most to the next one; an added mass lowers it at
+    /// most to the previous one.
     #[test]
     fn limit_frequencies_rise_with_a_spring_and_fall_with_a_mass(
         spec in prop_oneof![random_machine(true), random_machine(false)],
@@ -348,14 +390,16 @@ proptest! {
         }
     }
 
-    /// A free machine has two rigid-body modes, common travel and screw rotation, coupled by the lead: H → −φᵀ(ΦᵀMΦ)⁻¹φ/ω².
+    /// A free machine has two rigid-body modes, common travel and screw rotation, coupled by the lead: H →
+    /// −φᵀ(ΦᵀMΦ)⁻¹φ/ω².
     #[test]
     fn limit_a_free_machine_has_two_rigid_body_modes(spec in random_machine(false), rods in rods()) {
         let spec = MachineSpec { loss: 0.0, ..spec };
         let hz = spec.frequencies_hz(rods);
         prop_assert!(hz.len() >= 2 && hz[..2] == [0.0, 0.0] && hz.get(2).is_none_or(|f| *f > 0.0), "{:?}", hz);
         let names = spec.names();
-        // Columns: unit travel of all translations; unit angle of the screw, which moves the table and the bodies on it by the lead.
+        // Columns: unit travel of all translations; unit angle of the screw, which moves the table and the
+        // bodies on it by the lead.
         let travels = |name: &str| on_table(&spec, name);
         let shapes = DMatrix::from_fn(names.len(), 2, |i, j| match (spec.is_rotational(names[i]), j) {
             (false, 0) | (true, 1) => 1.0,
@@ -364,8 +408,8 @@ proptest! {
         });
         let mass = reference_matrices(&spec).1;
         let rigid = &shapes * (shapes.transpose() * mass * &shapes).try_inverse().unwrap() * shapes.transpose();
-        // The elastic part goes with ω² and is eliminated by a second frequency. Cancellation of stiffnesses much larger than ω²·M limits
-        // the accuracy.
+        // The elastic part goes with ω² and is eliminated by a second frequency. Cancellation of stiffnesses
+        // much larger than ω²·M limits the accuracy.
         let omega = TAU * 3e-3 * hz.get(2).copied().unwrap_or(1500.0);
         for (i, a) in names.iter().enumerate() {
             for (j, b) in names.iter().enumerate() {

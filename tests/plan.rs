@@ -29,20 +29,30 @@ fn predictions_decide_a_plan_where_they_are_named() {
     let width = |choice: &Value| choice["prediction95"].as_f64().unwrap();
     for ranking in [0, 1] {
         let widths: Vec<f64> = choices(&found, ranking).iter().map(width).collect();
-        assert!(widths.len() >= 6 && widths.iter().all(|w| *w > 0.0 && w.is_finite()) && widths.is_sorted(), "{widths:?}");
+        assert!(
+            widths.len() >= 6 && widths.iter().all(|w| *w > 0.0 && w.is_finite()) && widths.is_sorted(),
+            "{widths:?}"
+        );
     }
     assert!(width(&choices(&found, 1)[0]) < width(&choices(&found, 0)[0]));
     // The order is not that of the parameters.
     let of_parameters = plan(&["--data", "frf", "--choose", "2", "--lines", "60"]);
-    let order = |of: &Value, ranking: usize| choices(of, ranking).iter().map(|c| c["measure"].clone()).collect::<Vec<_>>();
+    let order = |of: &Value, ranking: usize| {
+        choices(of, ranking).iter().map(|c| c["measure"].clone()).collect::<Vec<_>>()
+    };
     assert_ne!(order(&found, 1), order(&of_parameters, 0));
     assert!(choices(&of_parameters, 0)[0].get("prediction95").is_none());
     // A line of the table, within 80 columns.
-    let (code, text, fault) = command(&["plan", "--data", "frf", "--choose", "2", "--predict-at", "0.3,2.2", "--lines", "60"]);
-    assert!(code == 0 && text.contains("Predicted ±") && text.lines().all(|l| l.chars().count() <= 80), "{text}{fault}");
+    let (code, text, fault) =
+        command(&["plan", "--data", "frf", "--choose", "2", "--predict-at", "0.3,2.2", "--lines", "60"]);
+    assert!(
+        code == 0 && text.contains("Predicted ±") && text.lines().all(|l| l.chars().count() <= 80),
+        "{text}{fault}"
+    );
 }
 
-/// With the drive off nothing is learnt about it: its stiffness stays open, and the state is refused where nothing holds the rotor.
+/// With the drive off nothing is learnt about it: its stiffness stays open, and the state is refused where
+/// nothing holds the rotor.
 #[test]
 fn operating_states_are_candidates() {
     let base = ["--data", "frf", "--choose", "1", "--lines", "60"];
@@ -55,7 +65,8 @@ fn operating_states_are_candidates() {
     assert!(half(held, "k_s") < half(off, "k_s"), "{held} {off}");
     assert_ne!(half(held, "k_n"), half(heavy, "k_n"));
     // One that is measured already, in its state.
-    let further = plan(&[&base[..], &["--states", "as-is,servo-off", "--measured", "l3@servo-off,l1"]].concat());
+    let further =
+        plan(&[&base[..], &["--states", "as-is,servo-off", "--measured", "l3@servo-off,l1"]].concat());
     assert_eq!(further["measured"], json!(["l1", "l3@servo-off"]));
     for (arguments, words) in [
         (&["--states", "off"][..], "--states off: write as-is, servo-off"),
@@ -76,14 +87,25 @@ fn operating_states_are_candidates() {
 /// Diagnoses the bench without its hold, and returns the path of the result.
 fn diagnosis(folder: &Path) -> String {
     let out = folder.display().to_string();
-    let arguments = ["--without", "rotor-hold", "--positions", "l1,l3,l5", "--no-cache", "--nulls", "20", "--quiet", "--out", &out];
+    let arguments = [
+        "--without",
+        "rotor-hold",
+        "--positions",
+        "l1,l3,l5",
+        "--no-cache",
+        "--nulls",
+        "20",
+        "--quiet",
+        "--out",
+        &out,
+    ];
     let (code, _, fault) = command(&[&["diagnose"], &arguments[..]].concat());
     assert_eq!(code, 0, "{fault}");
     folder.join("diagnosis.json").display().to_string()
 }
 
-/// The probability that a verdict is settled lies between 0 and 1, falls with noise, and grows with measurements; results that cannot be used are
-/// refused.
+/// The probability that a verdict is settled lies between 0 and 1, falls with noise, and grows with
+/// measurements; results that cannot be used are refused.
 #[test]
 fn an_ambiguous_verdict_decides_a_plan() {
     let folder = tempfile::tempdir().unwrap();
@@ -99,7 +121,8 @@ fn an_ambiguous_verdict_decides_a_plan() {
     };
     let ambiguous = changed("ambiguous.json", &|_| ());
     let settled = changed("settled.json", &|d| {
-        d["verdict"] = json!({"kind": "effect", "effects": ["rotor-hold"], "reason": "", "next_measurement": null})
+        d["verdict"] =
+            json!({"kind": "effect", "effects": ["rotor-hold"], "reason": "", "next_measurement": null})
     });
     let base = ["--without", "rotor-hold", "--data", "frf", "--lines", "60"];
     let of = |more: &[&str]| plan(&[&base[..], &["--diagnosis", &ambiguous], more].concat());

@@ -16,8 +16,11 @@ use test_data::draws;
 /// Identifies a simulated machine from l1, l3 and l5.
 fn identified(simulated: &Ordinary, folder: &Path) -> (Study, IdentificationDocument) {
     write_case(folder, &simulated.case).unwrap();
-    let study = Study::load(&folder.join("machine.toml").display().to_string(), &folder.display().to_string()).unwrap();
-    let study = study.fit(["l1", "l3", "l5"]).unwrap().with_settings(Settings { repeats: 1, ..Settings::default() });
+    let study =
+        Study::load(&folder.join("machine.toml").display().to_string(), &folder.display().to_string())
+            .unwrap();
+    let study =
+        study.fit(["l1", "l3", "l5"]).unwrap().with_settings(Settings { repeats: 1, ..Settings::default() });
     let found = study.identify().unwrap();
     (study, found)
 }
@@ -40,7 +43,8 @@ impl Covered {
     }
 }
 
-/// Bands of natural frequencies and of the noise-free FRF contain those of the simulator, at positions that no fit has used.
+/// Bands of natural frequencies and of the noise-free FRF contain those of the simulator, at positions that
+/// no fit has used.
 ///
 /// Required: at least 90 %, averaged over the machines.
 #[test]
@@ -55,13 +59,20 @@ fn recover_predictions_at_positions_not_tested() {
         let folder = tempfile::tempdir().unwrap();
         let (study, found) = identified(&simulated, folder.path());
         let thinned = |all: &[f64]| all.iter().copied().step_by(5).collect::<Vec<f64>>();
-        let measured_hz: Vec<f64> = study.measurements().frfs[0].lines.iter().map(|l| l.frequency_hz).collect();
+        let measured_hz: Vec<f64> =
+            study.measurements().frfs[0].lines.iter().map(|l| l.frequency_hz).collect();
         let all_hz: Vec<f64> = simulated.case.records[0].lines.iter().map(|l| l.frequency_hz).collect();
         let lines_hz = thinned(&all_hz);
         let places = ["l2", "l4", "l6"].map(|name| Place::Position(name.into())).to_vec();
-        let request = PredictionRequest { places, lines_hz: Some(lines_hz.clone()), frf: true, ..PredictionRequest::default() };
+        let request = PredictionRequest {
+            places,
+            lines_hz: Some(lines_hz.clone()),
+            frf: true,
+            ..PredictionRequest::default()
+        };
         let predicted = study.predict_with(&found, &request).unwrap();
-        let by_lines = PredictionRequest { lines_hz: None, frf: false, drawing: Drawing::Lines, ..request.clone() };
+        let by_lines =
+            PredictionRequest { lines_hz: None, frf: false, drawing: Drawing::Lines, ..request.clone() };
         let bootstrap = study.predict_with(&found, &by_lines).unwrap();
         let (mut of_frequencies, mut of_lines) = (Covered::default(), Covered::default());
         let mut missed = Vec::new();
@@ -84,7 +95,8 @@ fn recover_predictions_at_positions_not_tested() {
                 }
             }
             let frf = position.frf.as_ref().unwrap();
-            for ([low, high], truth) in frf.magnitude95.iter().zip(simulated.noise_free[at].iter().step_by(5)) {
+            for ([low, high], truth) in frf.magnitude95.iter().zip(simulated.noise_free[at].iter().step_by(5))
+            {
                 of_lines.count((*low..=*high).contains(&truth.norm()));
                 frf_widths.push((high / low).ln());
             }
@@ -117,7 +129,8 @@ fn recover_predictions_at_positions_not_tested() {
         of_bootstrap.all,
         100.0 * median(bootstrap_widths).unwrap()
     );
-    let spread = (lines.iter().map(|c| (c.share() - mean(&lines)).powi(2)).sum::<f64>() / (count as f64 - 1.0)).sqrt();
+    let spread =
+        (lines.iter().map(|c| (c.share() - mean(&lines)).powi(2)).sum::<f64>() / (count as f64 - 1.0)).sqrt();
     println!(
         "noise-free FRF: mean over machines {:.1} % of the lines inside (standard error {:.1} %), median width {:.2} %",
         100.0 * mean(&lines),
@@ -129,8 +142,9 @@ fn recover_predictions_at_positions_not_tested() {
 
 /// A change of 10 % in preload is found where the data show it, and none is claimed where nothing changed.
 ///
-/// The stiffness of a preloaded contact goes with the cube root of its load (Hertz). Required: found in at least 90 % of the pairs whose
-/// non-centrality (change/standard deviation)² is 15 or more; a claim in at most 5 % of the pairs without a change, by a one-sided test at 5 %.
+/// The stiffness of a preloaded contact goes with the cube root of its load (Hertz). Required: found in at
+/// least 90 % of the pairs whose non-centrality (change/standard deviation)² is 15 or more; a claim in at
+/// most 5 % of the pairs without a change, by a one-sided test at 5 %.
 #[test]
 #[ignore = "long"]
 fn recover_a_loss_of_preload_between_two_sets() {
@@ -158,7 +172,8 @@ fn recover_a_loss_of_preload_between_two_sets() {
             found_changes += usize::from(nut.changed);
             wrong += usize::from(lost.parameters.iter().any(|(id, row)| id != "k_n" && row.changed));
         }
-        let claimed: Vec<&String> = same.parameters.iter().filter(|(_, row)| row.changed).map(|(id, _)| id).collect();
+        let claimed: Vec<&String> =
+            same.parameters.iter().filter(|(_, row)| row.changed).map(|(id, _)| id).collect();
         claims += usize::from(!claimed.is_empty());
         println!(
             "{number}: k_n {:+.2} %, non-centrality {noncentrality:.0}, changed {}; without a change {claimed:?}",
@@ -167,7 +182,10 @@ fn recover_a_loss_of_preload_between_two_sets() {
         );
     }
     let interval = |k: usize, n: usize| clopper_pearson(k, n, 0.95).map_or([0.0, 1.0], |i| i);
-    println!("found {found_changes} of {shown} ({:?}); another parameter called in {wrong}", interval(found_changes, shown));
+    println!(
+        "found {found_changes} of {shown} ({:?}); another parameter called in {wrong}",
+        interval(found_changes, shown)
+    );
     println!("claimed without a change {claims} of {count} ({:?})", interval(claims, count));
     assert!(found_changes as f64 >= 0.9 * shown as f64, "{found_changes} of {shown}");
     let lower = clopper_pearson(claims, count, 0.9).map_or(0.0, |[low, _]| low);
@@ -184,7 +202,8 @@ fn command(arguments: &[&str]) -> (i32, String, String) {
 /// Identifies the published bench in a folder, and returns the path of the result.
 fn bench(folder: &Path) -> String {
     let out = folder.display().to_string();
-    let (code, _, fault) = command(&["identify", "--positions", "l1,l3,l5", "--repeats", "1", "--quiet", "--out", &out]);
+    let (code, _, fault) =
+        command(&["identify", "--positions", "l1,l3,l5", "--repeats", "1", "--quiet", "--out", &out]);
     assert_eq!(code, 0, "{fault}");
     folder.join("identification.json").display().to_string()
 }
@@ -194,7 +213,8 @@ fn bench(folder: &Path) -> String {
 fn predictions_have_intervals_and_refuse_other_results() {
     let folder = tempfile::tempdir().unwrap();
     let result = bench(folder.path());
-    let predict = |more: &[&str]| command(&[&["predict", "--result", &result, "--draws", "39"], more].concat());
+    let predict =
+        |more: &[&str]| command(&[&["predict", "--result", &result, "--draws", "39"], more].concat());
     let (code, text, fault) = predict(&["--nut-m", "0.7,1.2", "--frf", "--json"]);
     assert_eq!(code, 0, "{fault}");
     let document: Value = serde_json::from_str(&text).unwrap();
@@ -206,13 +226,20 @@ fn predictions_have_intervals_and_refuse_other_results() {
             interval[0].as_f64().unwrap() <= x && x <= interval[1].as_f64().unwrap()
         };
         let modes = position["modes"].as_array().unwrap();
-        assert!(modes.len() >= 4 && modes.iter().all(|m| inside(&m["frequency_hz"], &m["frequency95"])), "{position}");
-        assert!(modes.iter().all(|m| m["amplitude95"].is_null() || inside(&m["amplitude"], &m["amplitude95"])));
+        assert!(
+            modes.len() >= 4 && modes.iter().all(|m| inside(&m["frequency_hz"], &m["frequency95"])),
+            "{position}"
+        );
+        assert!(
+            modes.iter().all(|m| m["amplitude95"].is_null() || inside(&m["amplitude"], &m["amplitude95"]))
+        );
         assert!(inside(&position["static_stiffness"], &position["static_stiffness95"]));
         let frf = &position["frf"];
         let lines = frf["frequency_hz"].as_array().unwrap().len();
         assert!(lines > 400 && frf["value"].as_array().unwrap().len() == lines);
-        for (value, band) in frf["value"].as_array().unwrap().iter().zip(frf["magnitude95"].as_array().unwrap()) {
+        for (value, band) in
+            frf["value"].as_array().unwrap().iter().zip(frf["magnitude95"].as_array().unwrap())
+        {
             let magnitude = value[0].as_f64().unwrap().hypot(value[1].as_f64().unwrap());
             assert!(inside(&json!(magnitude), band));
         }
@@ -227,7 +254,8 @@ fn predictions_have_intervals_and_refuse_other_results() {
     let (identified, file) = read_identification(Path::new(&result)).unwrap();
     let (study, _, _) = Study::open_with_result(&Sources::default(), Path::new(&result)).unwrap();
     let places = [0.7, 1.2].map(Place::Nut).to_vec();
-    let request = PredictionRequest { places, frf: true, draws: 39, file: Some(file), ..PredictionRequest::default() };
+    let request =
+        PredictionRequest { places, frf: true, draws: 39, file: Some(file), ..PredictionRequest::default() };
     assert_eq!(serde_json::to_value(study.predict_with(&identified, &request).unwrap()).unwrap(), document);
 
     // Written together: document and tables.
@@ -255,7 +283,10 @@ fn refuses(folder: &Path, result: &str) {
     let nothing = folder.join("nothing");
     let refused = |arguments: &[&str], words: &str| {
         let (code, text, fault) = command(&[arguments, &["--out", nothing.to_str().unwrap()]].concat());
-        assert!(code == 2 && text.is_empty() && fault.contains(words), "{arguments:?}: {code} {text} «{fault}» lacks «{words}»");
+        assert!(
+            code == 2 && text.is_empty() && fault.contains(words),
+            "{arguments:?}: {code} {text} «{fault}» lacks «{words}»"
+        );
         assert!(!nothing.exists(), "{arguments:?} wrote something");
     };
     for (place, words) in [

@@ -4,8 +4,8 @@
 //! JOINTID_STUDY=full cargo test --test main ten_million -- --ignored --nocapture
 //! ```
 //!
-//! mutates seeds without coverage feedback. `tests/fuzz` uses coverage; its corpus in `tests/fuzz/corpus/READER` (not under version control) is
-//! mutated as well, if present.
+//! mutates seeds without coverage feedback. `tests/fuzz` uses coverage; its corpus in
+//! `tests/fuzz/corpus/READER` (not under version control) is mutated as well, if present.
 
 use std::fs;
 use std::panic::catch_unwind;
@@ -22,7 +22,10 @@ mod fuzzed;
 fn files(folder: &str, reader: &str) -> Vec<(String, Vec<u8>)> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz").join(folder).join(reader);
     let Ok(entries) = fs::read_dir(path) else { return Vec::new() };
-    let mut files: Vec<_> = entries.map(|e| e.unwrap().path()).map(|p| (p.display().to_string(), fs::read(&p).unwrap())).collect();
+    let mut files: Vec<_> = entries
+        .map(|e| e.unwrap().path())
+        .map(|p| (p.display().to_string(), fs::read(&p).unwrap()))
+        .collect();
     files.sort();
     files
 }
@@ -50,7 +53,8 @@ fn fuzzing_seeds_are_accepted() {
     }
 }
 
-/// Seeds truncated at every place and with every byte changed, as after an interrupted transfer or a disk error.
+/// Seeds truncated at every place and with every byte changed, as after an interrupted transfer or a disk
+/// error.
 #[test]
 fn refuse_truncated_and_changed_seeds_without_panic() {
     for (name, read) in fuzzed::READERS.into_iter().filter(|(name, _)| *name != "page") {
@@ -71,7 +75,8 @@ fn refuse_truncated_and_changed_seeds_without_panic() {
 /// Tokens with a meaning to one of the readers, and numbers at the limits of their types.
 const TOKENS: &str = include_str!("fuzz/words.dict");
 
-/// Mutates bytes in up to eight places: removes, inserts or duplicates bits, bytes, numbers, words, lines and parts of another input, or truncates.
+/// Mutates bytes in up to eight places: removes, inserts or duplicates bits, bytes, numbers, words, lines and
+/// parts of another input, or truncates.
 fn mutate(bytes: &mut Vec<u8>, other: &[u8], words: &[Vec<u8>], draws: &mut Draws) {
     let mut below = |n: usize| ((draws.next() * n as f64) as usize).min(n.saturating_sub(1));
     for _ in 0..=below(8) {
@@ -111,20 +116,25 @@ fn mutate(bytes: &mut Vec<u8>, other: &[u8], words: &[Vec<u8>], draws: &mut Draw
             }
             11 if below(8) == 0 => bytes.truncate(at),
             // Nested brackets.
-            _ if below(50) == 0 => drop(bytes.splice(at..at, [b'[', b'{', b'('][below(3)..][..1].repeat(1 + below(3000)))),
+            _ if below(50) == 0 => {
+                drop(bytes.splice(at..at, [b'[', b'{', b'('][below(3)..][..1].repeat(1 + below(3000))))
+            }
             _ => {}
         }
     }
     bytes.truncate(20_000);
 }
 
-/// Mutates seeds `count` times and reads each result. Reports a panic, or a reading time above a second, with the input that causes it.
+/// Mutates seeds `count` times and reads each result. Reports a panic, or a reading time above a second, with
+/// the input that causes it.
 fn read_mutated(name: &str, count: u64) {
     let (_, read) = fuzzed::READERS.into_iter().find(|(reader, _)| *reader == name).unwrap();
     let begun = Instant::now();
-    let words: Vec<Vec<u8>> = TOKENS.lines().map(|w| w.trim_matches('"').replace("\\x0A", "\n").into_bytes()).collect();
+    let words: Vec<Vec<u8>> =
+        TOKENS.lines().map(|w| w.trim_matches('"').replace("\\x0A", "\n").into_bytes()).collect();
     let kept = if name == "page" { "documents" } else { name };
-    let seeds: Vec<Vec<u8>> = ["seeds", "corpus"].iter().flat_map(|folder| files(folder, kept)).map(|f| f.1).collect();
+    let seeds: Vec<Vec<u8>> =
+        ["seeds", "corpus"].iter().flat_map(|folder| files(folder, kept)).map(|f| f.1).collect();
     let next = AtomicU64::new(0);
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     std::thread::scope(|scope| {
@@ -146,9 +156,13 @@ fn read_mutated(name: &str, count: u64) {
                     };
                     let fine = (0..3).map(|_| quick()).find(|read| !matches!(read, Ok(false)));
                     if !matches!(fine, Some(Ok(true))) {
-                        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{block}-{at}"));
+                        let path =
+                            Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{block}-{at}"));
                         fs::write(&path, &bytes).unwrap();
-                        panic!("{name}: panics or takes more than a second; its input is in {}", path.display());
+                        panic!(
+                            "{name}: panics or takes more than a second; its input is in {}",
+                            path.display()
+                        );
                     }
                 }
             }
@@ -156,19 +170,33 @@ fn read_mutated(name: &str, count: u64) {
         (0..threads).for_each(|_| drop(scope.spawn(work)));
     });
     let peak = fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let peak = peak.lines().find(|l| l.starts_with("VmHWM")).unwrap_or("").split_whitespace().collect::<Vec<_>>().join(" ");
-    println!("{name}: {count} inputs mutated from {} seeds in {:.0} s, {peak}", seeds.len(), begun.elapsed().as_secs_f64());
+    let peak = peak
+        .lines()
+        .find(|l| l.starts_with("VmHWM"))
+        .unwrap_or("")
+        .split_whitespace()
+        .collect::<Vec<_>>()
+        .join(" ");
+    println!(
+        "{name}: {count} inputs mutated from {} seeds in {:.0} s, {peak}",
+        seeds.len(),
+        begun.elapsed().as_secs_f64()
+    );
 }
 
 #[test]
 fn refuse_thousands_of_mutated_inputs_without_panic() {
-    ["machine", "set", "tables", "universal", "documents"].into_iter().for_each(|name| read_mutated(name, 4000));
+    ["machine", "set", "tables", "universal", "documents"]
+        .into_iter()
+        .for_each(|name| read_mutated(name, 4000));
 }
 
 #[test]
 #[ignore = "second tier: a hundred thousand inputs of each reader, two million in a study"]
 fn ten_million_mutated_inputs() {
     let count = test_data::draws(100_000, 2_000_000);
-    ["machine", "set", "tables", "universal", "documents"].into_iter().for_each(|name| read_mutated(name, count));
+    ["machine", "set", "tables", "universal", "documents"]
+        .into_iter()
+        .for_each(|name| read_mutated(name, count));
     read_mutated("page", count / 100);
 }

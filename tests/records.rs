@@ -69,12 +69,27 @@ fn published_two_inertia_bench() {
 fn bench_set(lines: [&str; 3], change: impl Fn(&str, &str) -> String) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let [from, to, step] = lines;
-    let out = output(&["simulate", "frf", "--position", "l1,l3,l5", "--from-hz", from, "--to-hz", to, "--step-hz", step]);
+    let out = output(&[
+        "simulate",
+        "frf",
+        "--position",
+        "l1,l3,l5",
+        "--from-hz",
+        from,
+        "--to-hz",
+        to,
+        "--step-hz",
+        step,
+    ]);
     let text = String::from_utf8(out.stdout).unwrap();
-    let mut manifest = String::from("title = \"simulated\"\nquantity = \"receptance\"\nresponse = \"table\"\nexcitation = \"table\"\n");
+    let mut manifest = String::from(
+        "title = \"simulated\"\nquantity = \"receptance\"\nresponse = \"table\"\nexcitation = \"table\"\n",
+    );
     for (name, nut) in [("l1", 0.6), ("l3", 1.0), ("l5", 1.6)] {
-        let _ =
-            write!(manifest, "[[position]]\nname = \"{name}\"\nnut_m = {nut:?}\n[[frf]]\nposition = \"{name}\"\nfile = \"{name}.csv\"\n");
+        let _ = write!(
+            manifest,
+            "[[position]]\nname = \"{name}\"\nnut_m = {nut:?}\n[[frf]]\nposition = \"{name}\"\nfile = \"{name}.csv\"\n"
+        );
         let mut rows = String::from("frequency_hz,real,imag\n");
         for row in text.lines().filter_map(|l| l.strip_prefix(&format!("{name},"))) {
             rows += row;
@@ -86,12 +101,22 @@ fn bench_set(lines: [&str; 3], change: impl Fn(&str, &str) -> String) -> tempfil
     folder
 }
 
-/// Identification from simulated FRFs recovers their parameters. With all positions fitted, each is left out once.
+/// Identification from simulated FRFs recovers their parameters. With all positions fitted, each is left out
+/// once.
 #[test]
 fn limit_simulated_frfs_give_back_their_parameters() {
     let folder = bench_set(["6", "900", "3"], |_, text| text.to_string());
-    let document = json(&["identify", "--measurements", folder.path().to_str().unwrap(), "--repeats", "1", "--tolerances", "none"]);
-    for (id, value) in [("k_al", 5e7), ("k_ar", 5e7), ("k_n", 7e8), ("k_m", 3e3), ("c_n", 1e5), ("c_m", 0.1)] {
+    let document = json(&[
+        "identify",
+        "--measurements",
+        folder.path().to_str().unwrap(),
+        "--repeats",
+        "1",
+        "--tolerances",
+        "none",
+    ]);
+    for (id, value) in [("k_al", 5e7), ("k_ar", 5e7), ("k_n", 7e8), ("k_m", 3e3), ("c_n", 1e5), ("c_m", 0.1)]
+    {
         let found = document["parameters"][id]["value"].as_f64().unwrap();
         assert!((found / value - 1.0).abs() < 1e-3, "{id}: {found}");
     }
@@ -101,16 +126,21 @@ fn limit_simulated_frfs_give_back_their_parameters() {
     assert!(shares.clone().count() == 3 && shares.fold(1.0, f64::min) == 1.0);
 }
 
-/// Twenty choices of three positions include the split of the bench. More data reduce the score, i.e. the uncertainty.
+/// Twenty choices of three positions include the split of the bench. More data reduce the score, i.e. the
+/// uncertainty.
 #[test]
 fn plan_ranks_the_subsets_of_the_bench() {
     let plan = json(&["plan", "--set", "parameter.k_m.start=400", "--set", "parameter.k_al.start=4e7"]);
     let rankings = plan["rankings"].as_array().unwrap();
-    assert_eq!((rankings[0]["choices"].as_array().unwrap().len(), rankings[1]["choices"].as_array().unwrap().len()), (15, 20));
+    assert_eq!(
+        (rankings[0]["choices"].as_array().unwrap().len(), rankings[1]["choices"].as_array().unwrap().len()),
+        (15, 20)
+    );
     assert!(rankings[1]["split_rank"].as_u64().unwrap() >= 1);
     let best = |at: usize| rankings[at]["choices"][0]["score"].as_f64().unwrap();
     assert!(best(1) < best(0) && best(0) < 1.0);
-    let next = json(&["plan", "--data", "frf", "--measured", "l1,l3", "--channels", "table/table,rotor/table"]);
+    let next =
+        json(&["plan", "--data", "frf", "--measured", "l1,l3", "--channels", "table/table,rotor/table"]);
     let first = &next["rankings"][0]["choices"][0]["measure"][0];
     assert!(first.as_str().unwrap().contains("rotor/table"), "{first}");
     refused(&["plan", "--measured", "l9"], &["--measured l9", "l1"]);
@@ -118,7 +148,8 @@ fn plan_ranks_the_subsets_of_the_bench() {
     refused(&["plan", "--data", "frf", "--channels", "table"], &["--channels table", "RESPONSE/EXCITATION"]);
 }
 
-/// The six natural frequencies of a real beam are found in all three of its FRFs, and no other peak is reported as a mode.
+/// The six natural frequencies of a real beam are found in all three of its FRFs, and no other peak is
+/// reported as a mode.
 #[test]
 fn published_frequencies_of_a_beam() {
     let Some(file) = test_data::shared("realdata/uff/measurement.uff") else { return };
@@ -127,7 +158,8 @@ fn published_frequencies_of_a_beam() {
     let (set, out) = (set.to_str().unwrap(), out.to_str().unwrap());
     assert!(output(&["import", file.to_str().unwrap(), "--out", set, "--quiet"]).status.success());
     let document = json(&["peaks", "--measurements", set, "--out", out]);
-    let regular: Vec<&Value> = document["modes"].as_array().unwrap().iter().filter(|m| m["regular"] == true).collect();
+    let regular: Vec<&Value> =
+        document["modes"].as_array().unwrap().iter().filter(|m| m["regular"] == true).collect();
     let expected = [51.5, 142.2, 278.7, 460.4, 687.2, 958.5];
     assert_eq!(regular.len(), expected.len(), "{regular:#?}");
     for (at, (mode, hz)) in regular.iter().zip(expected).enumerate() {
@@ -137,7 +169,10 @@ fn published_frequencies_of_a_beam() {
         for row in records.values() {
             let found = row["frequency_hz"].as_f64().unwrap();
             assert!((found / hz - 1.0).abs() < 0.004, "{found} against {hz}");
-            assert!(row["frequency_sd_hz"].as_f64().unwrap() < 0.1 && row["damping_ratio"].as_f64().unwrap() > 0.0);
+            assert!(
+                row["frequency_sd_hz"].as_f64().unwrap() < 0.1
+                    && row["damping_ratio"].as_f64().unwrap() > 0.0
+            );
         }
     }
     let csv = fs::read_to_string(Path::new(out).join("modes.csv")).unwrap();
@@ -151,8 +186,15 @@ fn limit_peaks_of_simulated_frfs_are_those_of_the_model() {
     let path = folder.path().to_str().unwrap();
     let document = json(&["peaks", "--measurements", path]);
     let modes = json(&["simulate", "modes", "--position", "l3"]);
-    let first = modes["modes"].as_array().unwrap().iter().map(|m| m["frequency_hz"].as_f64().unwrap()).find(|f| *f > 1.0).unwrap();
-    let regular: Vec<&Value> = document["modes"].as_array().unwrap().iter().filter(|m| m["regular"] == true).collect();
+    let first = modes["modes"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|m| m["frequency_hz"].as_f64().unwrap())
+        .find(|f| *f > 1.0)
+        .unwrap();
+    let regular: Vec<&Value> =
+        document["modes"].as_array().unwrap().iter().filter(|m| m["regular"] == true).collect();
     let found = regular[0]["records"]["l3"]["frequency_hz"].as_f64().unwrap();
     assert!((found / first - 1.0).abs() < 0.01, "{found} against {first}");
     assert!(regular.len() >= 3, "{regular:#?}");
@@ -169,7 +211,11 @@ fn refuse_sets_that_cannot_be_fitted() {
             let frequency = row.split(',').next().and_then(|f| f.parse::<f64>().ok());
             frequency.is_none_or(|f| if name == "l1" { f < 100.0 } else { f > 200.0 })
         };
-        if name == "manifest" { text.to_string() } else { text.lines().filter(keep).map(|l| format!("{l}\n")).collect() }
+        if name == "manifest" {
+            text.to_string()
+        } else {
+            text.lines().filter(keep).map(|l| format!("{l}\n")).collect()
+        }
     };
     let folder = bench_set(["6", "300", "6"], disjoint_bands);
     let path = folder.path().to_str().unwrap();
@@ -181,23 +227,41 @@ fn refuse_sets_that_cannot_be_fitted() {
     // Too few lines to estimate the noise.
     let few = bench_set(["6", "300", "60"], |_, text| text.to_string());
     let few = few.path().to_str().unwrap();
-    refused(&["identify", "--measurements", few, "--frf-model-error", "0"], &["l1.csv", "noise", "frf_model_error"]);
+    refused(
+        &["identify", "--measurements", few, "--frf-model-error", "0"],
+        &["l1.csv", "noise", "frf_model_error"],
+    );
     refused(&["identify", "--measurements", path, "--positions", "l9"], &["l9", "l1, l3, l5"]);
     refused(&["identify", "--measurements", path, "--hold-out", "l1,l3,l5"], &["nothing is left to fit"]);
-    refused(&["identify", "--measurements", path, "--config", "configs/two-inertia.toml"], &["response", "table", "motor, load"]);
-    let outside = bench_set(["6", "300", "6"], |name, text| if name == "manifest" { text.replace("1.6", "2.7") } else { text.into() });
+    refused(
+        &["identify", "--measurements", path, "--config", "configs/two-inertia.toml"],
+        &["response", "table", "motor, load"],
+    );
+    let outside = bench_set(["6", "300", "6"], |name, text| {
+        if name == "manifest" { text.replace("1.6", "2.7") } else { text.into() }
+    });
     refused(&["identify", "--measurements", outside.path().to_str().unwrap()], &["nut_m = 2.7", "0 and 2.6"]);
     refused(&["identify", "--objective", "frf"], &["no FRF"]);
-    let twice = bench_set(["6", "300", "6"], |name, text| if name == "manifest" { text.replace("l3.csv", "l1.csv") } else { text.into() });
+    let twice = bench_set(["6", "300", "6"], |name, text| {
+        if name == "manifest" { text.replace("l3.csv", "l1.csv") } else { text.into() }
+    });
     refused(&["identify", "--measurements", twice.path().to_str().unwrap()], &["l1.csv", "listed twice"]);
     // Of several overrides the message names the faulty one.
-    let message = output(&["simulate", "modes", "--set", "point.table.mass_kg=300", "--set", "parameter.k_n.start=.12"]);
+    let message = output(&[
+        "simulate",
+        "modes",
+        "--set",
+        "point.table.mass_kg=300",
+        "--set",
+        "parameter.k_n.start=.12",
+    ]);
     let message = String::from_utf8_lossy(&message.stderr).to_string();
     assert!(message.contains("k_n") && !message.contains("mass_kg"), "{message}");
     refused(&["validate", "--result", "measurements/tian/modes.csv"], &["modes.csv"]);
 }
 
-/// Two records of one position: the held-out one is reported by its name, and validation distinguishes it from the other.
+/// Two records of one position: the held-out one is reported by its name, and validation distinguishes it
+/// from the other.
 #[test]
 fn records_of_a_position_are_held_out_by_name() {
     let folder = bench_set(["6", "600", "6"], |name, text| {
@@ -211,12 +275,26 @@ fn records_of_a_position_are_held_out_by_name() {
     fs::write(folder.path().join("l1-again.csv"), own).unwrap();
     let path = folder.path().to_str().unwrap();
     let out = folder.path().join("out");
-    let found = json(&["identify", "--measurements", path, "--hold-out", "second", "--repeats", "1", "--out", out.to_str().unwrap()]);
+    let found = json(&[
+        "identify",
+        "--measurements",
+        path,
+        "--hold-out",
+        "second",
+        "--repeats",
+        "1",
+        "--out",
+        out.to_str().unwrap(),
+    ]);
     assert_eq!(found["held_out_positions"], serde_json::json!(["second"]));
     assert_eq!(found["fit_positions"], serde_json::json!(["first", "l3", "l5"]));
     let result = out.join("identification.json");
     let checked = json(&["validate", "--result", result.to_str().unwrap()]);
-    let roles: Vec<&str> = checked["positions"].as_object().unwrap().values().map(|p| p["role"].as_str().unwrap()).collect();
+    let roles: Vec<&str> =
+        checked["positions"].as_object().unwrap().values().map(|p| p["role"].as_str().unwrap()).collect();
     assert_eq!(roles, ["held_out"]);
-    refused(&["validate", "--result", result.to_str().unwrap(), "--measurements", "measurements/tian"], &["no FRF to check"]);
+    refused(
+        &["validate", "--result", result.to_str().unwrap(), "--measurements", "measurements/tian"],
+        &["no FRF to check"],
+    );
 }

@@ -1,4 +1,5 @@
-//! Parameters recovered from the data of an independent model: finite elements with consistent mass, from the default start values.
+//! Parameters recovered from the data of an independent model: finite elements with consistent mass, from the
+//! default start values.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -17,7 +18,16 @@ use crate::support::everything::everything;
 use crate::support::finite_elements::{Bench, Peak};
 use crate::support::{Draws, POSITIONS, config};
 
-const TRUTH: Joints = Joints { k_al: 4.1e7, k_ar: 2.7e7, k_n: 7.9e8, k_m: 399.0, c_al: 30.0, c_ar: 30.0, c_n: 4.2e4, c_m: 0.045 };
+const TRUTH: Joints = Joints {
+    k_al: 4.1e7,
+    k_ar: 2.7e7,
+    k_n: 7.9e8,
+    k_m: 399.0,
+    c_al: 30.0,
+    c_ar: 30.0,
+    c_n: 4.2e4,
+    c_m: 0.045,
+};
 const GAIN: f64 = 0.3;
 
 /// Returns peaks of the finite-element bench at l1, l3, l5, with the rotor hold of the configuration.
@@ -26,7 +36,12 @@ fn peaks_of(truth: Joints) -> Vec<Vec<Peak>> {
 }
 
 /// Writes a measurement set to disk, in a user's form, and reads it.
-fn write_set(folder: &Path, peaks: &[Vec<Peak>], resolution: Option<f64>, scatter: &mut dyn FnMut() -> f64) -> MeasurementSet {
+fn write_set(
+    folder: &Path,
+    peaks: &[Vec<Peak>],
+    resolution: Option<f64>,
+    scatter: &mut dyn FnMut() -> f64,
+) -> MeasurementSet {
     let mut manifest = String::from(
         "title = \"finite elements\"\nquantity = \"mobility\"\ngain = \"unknown\"\nresponse = \"table\"\nexcitation = \"table\"\nmodes = \"modes.csv\"\n",
     );
@@ -57,8 +72,14 @@ fn error(machine: &Machine, found: &Identification, id: &str, truth: f64) -> f64
     found.values[machine.parameter(id).unwrap()] / truth - 1.0
 }
 
-const IDENTIFIABLE: [(&str, f64); 6] =
-    [("k_al", TRUTH.k_al), ("k_ar", TRUTH.k_ar), ("k_n", TRUTH.k_n), ("k_m", TRUTH.k_m), ("c_n", TRUTH.c_n), ("c_m", TRUTH.c_m)];
+const IDENTIFIABLE: [(&str, f64); 6] = [
+    ("k_al", TRUTH.k_al),
+    ("k_ar", TRUTH.k_ar),
+    ("k_n", TRUTH.k_n),
+    ("k_m", TRUTH.k_m),
+    ("c_n", TRUTH.c_n),
+    ("c_m", TRUTH.c_m),
+];
 
 #[test]
 fn recover_identifiable_parameters_without_noise() {
@@ -81,13 +102,15 @@ fn recover_identifiable_parameters_without_noise() {
     }
     assert!((found.gain.gain / GAIN - 1.0).abs() < 0.005, "{:?}", found.gain);
     // With the weights of a real test the bearing dampings are not identifiable, and are reported as such.
-    let found = run(machine, &set, &IdentificationSettings { repeats: 1, ..IdentificationSettings::default() });
+    let found =
+        run(machine, &set, &IdentificationSettings { repeats: 1, ..IdentificationSettings::default() });
     for id in ["c_al", "c_ar"] {
         assert_eq!(found.estimates[machine.parameter(id).unwrap()].identifiable, Some(false), "{id}");
     }
 }
 
-/// Returns the median errors of the stiffnesses over `draws` noisy sets whose true stiffnesses vary by ±`spread` in the logarithm.
+/// Returns the median errors of the stiffnesses over `draws` noisy sets whose true stiffnesses vary by
+/// ±`spread` in the logarithm.
 fn median_errors(draws: u64, spread: f64) -> [f64; 4] {
     let config = config("configs/tian.toml");
     let machine = &config.machine;
@@ -96,8 +119,15 @@ fn median_errors(draws: u64, spread: f64) -> [f64; 4] {
         let folder = tempfile::tempdir().unwrap();
         let mut random = Draws(draw);
         let mut vary = |k: f64| k * (spread * (2.0 * random.next() - 1.0)).exp();
-        let truth = Joints { k_al: vary(TRUTH.k_al), k_ar: vary(TRUTH.k_ar), k_n: vary(TRUTH.k_n), k_m: vary(TRUTH.k_m), ..TRUTH };
-        let set = write_set(folder.path(), &peaks_of(truth), Some(1.0), &mut || f64::exp(0.05 * random.normal()));
+        let truth = Joints {
+            k_al: vary(TRUTH.k_al),
+            k_ar: vary(TRUTH.k_ar),
+            k_n: vary(TRUTH.k_n),
+            k_m: vary(TRUTH.k_m),
+            ..TRUTH
+        };
+        let set =
+            write_set(folder.path(), &peaks_of(truth), Some(1.0), &mut || f64::exp(0.05 * random.normal()));
         let mut plan = IdentificationSettings { repeats: 1, seed: draw, ..IdentificationSettings::default() };
         plan.settings.frequency_model_error = 1e-3;
         plan.settings.amplitude_sd = 0.05;
@@ -109,7 +139,10 @@ fn median_errors(draws: u64, spread: f64) -> [f64; 4] {
     }
     let medians = errors.into_iter().map(|list| median(list).unwrap());
     let medians: Vec<f64> = medians.collect();
-    println!("median errors of k_al, k_ar, k_n, k_m: {:?} %", medians.iter().map(|m| (1e4 * m).round() / 100.0).collect::<Vec<_>>());
+    println!(
+        "median errors of k_al, k_ar, k_n, k_m: {:?} %",
+        medians.iter().map(|m| (1e4 * m).round() / 100.0).collect::<Vec<_>>()
+    );
     [medians[0], medians[1], medians[2], medians[3]]
 }
 
@@ -121,8 +154,8 @@ fn recover_stiffness_from_rounded_and_noisy_data() {
     assert!(medians.iter().all(|m| *m < 0.03), "{medians:?}");
 }
 
-/// For a single machine rounding biases k_m by 2–4 % in every draw, because the first mode, 23.5–23.7 Hz, is rounded to 24 Hz at all three
-/// positions. The other stiffnesses are not biased in this way.
+/// For a single machine rounding biases k_m by 2–4 % in every draw, because the first mode, 23.5–23.7 Hz, is
+/// rounded to 24 Hz at all three positions. The other stiffnesses are not biased in this way.
 #[test]
 fn recover_one_machine_as_far_as_rounding_allows() {
     let medians = median_errors(12, 0.0);
@@ -133,14 +166,16 @@ fn recover_one_machine_as_far_as_rounding_allows() {
 fn pairing(objective: &ModeObjective<'_>, place: &[f64]) -> Vec<(Option<u32>, Option<usize>)> {
     let predicted = objective.predict(&objective.parameters(&Place(place.to_vec())));
     let of = |p: &PositionPrediction| {
-        let rank = |d: &Deviation| d.predicted.and_then(|peak| p.peaks.iter().position(|known| *known == peak));
+        let rank =
+            |d: &Deviation| d.predicted.and_then(|peak| p.peaks.iter().position(|known| *known == peak));
         p.deviations.iter().map(|d| (d.observed.map(|o| o.order), rank(d))).collect::<Vec<_>>()
     };
     predicted.iter().flat_map(of).collect()
 }
 
-/// The derivatives of χ² with every coordinate agree with differences at drawn places, for exact and for lumped rods, with parameters that act on every kind of
-/// element and on the measuring chain, and with peaks on their ramps. Where the pairing changes, amplitudes leave χ² or enter it: there nothing is compared.
+/// The derivatives of χ² with every coordinate agree with differences at drawn places, for exact and for
+/// lumped rods, with parameters that act on every kind of element and on the measuring chain, and with peaks
+/// on their ramps. Where the pairing changes, amplitudes leave χ² or enter it: there nothing is compared.
 #[test]
 fn the_derivatives_of_modes_agree_with_differences() {
     const STEP: f64 = 1e-4;
@@ -156,7 +191,11 @@ fn the_derivatives_of_modes_agree_with_differences() {
         for _ in 0..20 {
             let point: Vec<f64> = (0..squares.dimension()).map(|_| 0.3 + 0.4 * random.next()).collect();
             let predicted = objective.predict(&objective.parameters(&Place(point.clone())));
-            on_ramps += predicted.iter().flat_map(|p| &p.deviations).filter(|d| d.visibility > 0.0 && d.visibility < 1.0).count();
+            on_ramps += predicted
+                .iter()
+                .flat_map(|p| &p.deviations)
+                .filter(|d| d.visibility > 0.0 && d.visibility < 1.0)
+                .count();
             let normal = squares.normal(&point);
             assert!((normal.chi_square / squares.chi_square(&point) - 1.0).abs() < 1e-12);
             for column in 0..point.len() {
@@ -169,7 +208,9 @@ fn the_derivatives_of_modes_agree_with_differences() {
                     changes += 1;
                     continue;
                 }
-                let slope_over = |step: f64| (squares.chi_square(&moved(step)) - squares.chi_square(&moved(-step))) / (2.0 * step);
+                let slope_over = |step: f64| {
+                    (squares.chi_square(&moved(step)) - squares.chi_square(&moved(-step))) / (2.0 * step)
+                };
                 // Richardson's extrapolation removes the error of second order.
                 let slope = (4.0 * slope_over(STEP) - slope_over(2.0 * STEP)) / 3.0;
                 let exact = 2.0 * normal.gradient[column];
@@ -184,6 +225,8 @@ fn the_derivatives_of_modes_agree_with_differences() {
             }
         }
     }
-    println!("{compared} derivatives compared, {changes} where pairs change, {on_ramps} peaks on their ramps");
+    println!(
+        "{compared} derivatives compared, {changes} where pairs change, {on_ramps} peaks on their ramps"
+    );
     assert!(on_ramps > 20 && compared > 1000);
 }

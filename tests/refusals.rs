@@ -9,11 +9,13 @@ const MANIFEST: &str = "measurements/tian/manifest.toml";
 const MODES: &str = "measurements/tian/modes.csv";
 const CONFIG: &str = "configs/tian.toml";
 
-/// Asserts that the command fails with exit code 2, that its one-line message contains all of `expected`, and that it does not create `out`.
+/// Asserts that the command fails with exit code 2, that its one-line message contains all of `expected`, and
+/// that it does not create `out`.
 fn refused(arguments: &[&str], expected: &[&str]) {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
-    let output = Command::cargo_bin("jointid").unwrap().args(arguments).arg("--out").arg(&out).output().unwrap();
+    let output =
+        Command::cargo_bin("jointid").unwrap().args(arguments).arg("--out").arg(&out).output().unwrap();
     let message = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
     assert!(output.stdout.is_empty());
@@ -28,7 +30,11 @@ fn refused(arguments: &[&str], expected: &[&str]) {
 /// Copies the bench's set, with one replacement in one of its files.
 fn set_with(file: &str, find: &str, put: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    for (path, name) in [(MANIFEST, "manifest.toml"), (MODES, "modes.csv"), ("measurements/tian/published.csv", "published.csv")] {
+    for (path, name) in [
+        (MANIFEST, "manifest.toml"),
+        (MODES, "modes.csv"),
+        ("measurements/tian/published.csv", "published.csv"),
+    ] {
         let text = fs::read_to_string(path).unwrap();
         let text = if name == file {
             assert!(text.contains(find), "{find}");
@@ -57,14 +63,32 @@ fn refuse_config(find: &str, put: &str, expected: &[&str]) {
 
 #[test]
 fn refuse_keys_that_are_missing_or_unknown() {
-    refuse_set("manifest.toml", "quantity = \"mobility\"\n", "", &["manifest.toml", "quantity", "receptance, mobility, accelerance"]);
+    refuse_set(
+        "manifest.toml",
+        "quantity = \"mobility\"\n",
+        "",
+        &["manifest.toml", "quantity", "receptance, mobility, accelerance"],
+    );
     refuse_set("manifest.toml", "title = ", "titel = ", &["manifest.toml", "line", "titel"]);
     refuse_set("manifest.toml", "response = \"table\"", "response = \"tabel\"", &["tabel", "table"]);
-    refuse_set("manifest.toml", "\"mobility\"", "\"mobilty\"", &["manifest.toml, line", "mobilty", "accelerance"]);
+    refuse_set(
+        "manifest.toml",
+        "\"mobility\"",
+        "\"mobilty\"",
+        &["manifest.toml, line", "mobilty", "accelerance"],
+    );
     refuse_config("title = ", "titel = ", &["machine.toml, line", "titel"]);
     refuse_config("lower = 5e6\n", "", &["machine.toml, line", "lower"]);
-    refuse_config("stiffness = \"k_al\"", "stiffness = \"k_la\"", &["joint.bearing-left.stiffness", "k_la", "k_al"]);
-    refuse_config("between = [\"left\", \"ground\"]", "between = [\"lft\", \"ground\"]", &["joint.bearing-left", "lft", "left"]);
+    refuse_config(
+        "stiffness = \"k_al\"",
+        "stiffness = \"k_la\"",
+        &["joint.bearing-left.stiffness", "k_la", "k_al"],
+    );
+    refuse_config(
+        "between = [\"left\", \"ground\"]",
+        "between = [\"lft\", \"ground\"]",
+        &["joint.bearing-left", "lft", "left"],
+    );
     refuse_config("effects = [\"rotor-hold\"]", "effects = [\"rotor-hlod\"]", &["rotor-hlod", "rotor-hold"]);
 }
 
@@ -77,8 +101,18 @@ fn refuse_numbers_that_make_no_sense() {
     refuse_config("start = 5e7", "start = 5e9", &["parameter.k_al.start", "outside"]);
     refuse_set("manifest.toml", "nut_m = 0.6", "nut_m = 2.6", &["l1", "outside the screw", "2.6"]);
     refuse_set("manifest.toml", "nut_m = 0.6", "nut_m = -0.6", &["l1", "outside the screw"]);
-    refuse_set("manifest.toml", "frequency_resolution_hz = 1.0", "frequency_resolution_hz = -1.0", &["frequency_resolution_hz", "-1"]);
-    refuse_set("manifest.toml", "least_prominence = 1.25", "least_prominence = 0.8", &["least_prominence", "0.8", "above 1"]);
+    refuse_set(
+        "manifest.toml",
+        "frequency_resolution_hz = 1.0",
+        "frequency_resolution_hz = -1.0",
+        &["frequency_resolution_hz", "-1"],
+    );
+    refuse_set(
+        "manifest.toml",
+        "least_prominence = 1.25",
+        "least_prominence = 0.8",
+        &["least_prominence", "0.8", "above 1"],
+    );
     refused(&["identify", "--amplitude-sd", "0"], &["--amplitude-sd", "above 0"]);
 }
 
@@ -90,7 +124,12 @@ fn refuse_cells_that_are_no_numbers() {
     refuse_set("modes.csv", "l1,2,118,", "l1,2,118,2,", &["modes.csv, line 3", "cells"]);
     refuse_set("modes.csv", "l1,1,24,", "l9,1,24,", &["modes.csv, line 2", "l9", "l1, l2"]);
     refuse_set("modes.csv", "l1,2,118,", "l1,1,118,", &["modes.csv, line 3", "twice"]);
-    refuse_set("modes.csv", "position,order,frequency_hz", "position,order,frequency", &["modes.csv, line 1", "frequency"]);
+    refuse_set(
+        "modes.csv",
+        "position,order,frequency_hz",
+        "position,order,frequency",
+        &["modes.csv, line 1", "frequency"],
+    );
 }
 
 #[test]
@@ -98,7 +137,12 @@ fn refuse_unknown_positions() {
     refused(&["identify", "--positions", "l1,l7"], &["l7", "l1, l2, l3, l4, l5, l6"]);
     refused(&["identify", "--positions", "l1,l1"], &["l1", "twice"]);
     refuse_set("manifest.toml", "name = \"l2\"", "name = \"l1\"", &["manifest.toml", "l1", "twice"]);
-    refuse_set("manifest.toml", "fit = [\"l1\", \"l3\", \"l5\"]", "fit = [\"l1\", \"l8\"]", &["split.fit", "l8"]);
+    refuse_set(
+        "manifest.toml",
+        "fit = [\"l1\", \"l3\", \"l5\"]",
+        "fit = [\"l1\", \"l8\"]",
+        &["split.fit", "l8"],
+    );
     refused(&["compare", "--single", "l0"], &["l0", "l1"]);
 }
 
@@ -138,10 +182,19 @@ fn refuse_invalid_overrides() {
     refused(&["identify", "--set", "parameter.k_x.start=3"], &["--set parameter.k_x.start=3", "k_x", "k_al"]);
     refused(&["identify", "--set", "point.table.mass_kg"], &["--set", "key.path=value"]);
     refused(&["identify", "--set", "point.table.mass=3"], &["--set", "mass"]);
-    refused(&["identify", "--set", "parameter.table_mass_change.start=0.1"], &["table_mass_change", "table-mass", "effects"]);
+    refused(
+        &["identify", "--set", "parameter.table_mass_change.start=0.1"],
+        &["table_mass_change", "table-mass", "effects"],
+    );
     let contained = r#"effects=["drive-flexibility"]"#;
-    refused(&["identify", "--set", contained, "--set", "parameter.k_drive.start=1e4"], &["k_drive", "unit", "declare it"]);
-    refused(&["identify", "--without", "backlash"], &["--without backlash: ", "configs/tian.toml", "rotor-hold"]);
+    refused(
+        &["identify", "--set", contained, "--set", "parameter.k_drive.start=1e4"],
+        &["k_drive", "unit", "declare it"],
+    );
+    refused(
+        &["identify", "--without", "backlash"],
+        &["--without backlash: ", "configs/tian.toml", "rotor-hold"],
+    );
     refused(&["identify", "--freeze", "k_x"], &["--freeze k_x: ", "k_al"]);
 }
 
@@ -151,7 +204,8 @@ fn refuse_a_folder_that_cannot_be_written() {
     let file = folder.path().join("results");
     fs::write(&file, "mine").unwrap();
     for out in [file.clone(), file.join("below")] {
-        let output = Command::cargo_bin("jointid").unwrap().args(["identify", "--out"]).arg(&out).output().unwrap();
+        let output =
+            Command::cargo_bin("jointid").unwrap().args(["identify", "--out"]).arg(&out).output().unwrap();
         assert_eq!(output.status.code(), Some(2));
         let message = String::from_utf8(output.stderr).unwrap();
         assert!(message.contains("is a file") || message.contains("Not a directory"), "{message}");
@@ -165,7 +219,10 @@ fn refuse_machines_without_an_equation_of_motion() {
     refuse_config("[[shaft]]", damper, &["point.acc.mass_kg", "nor a joint with a stiffness"]);
     let station = "    { at_m = 1.8 },\n    { at = \"end\"";
     refuse_config("    { at = \"end\"", station, &["l6", "does not keep the order of the stations"]);
-    refused(&["identify", "--set", "joint.nut.relaxation_stiffness=0"], &["joint.nut.relaxation_stiffness", "above 0"]);
+    refused(
+        &["identify", "--set", "joint.nut.relaxation_stiffness=0"],
+        &["joint.nut.relaxation_stiffness", "above 0"],
+    );
     refused(&["identify", "--set", "parameter.k_al.lower=-5e8"], &["joint.bearing-left.stiffness", "k_al"]);
 }
 
@@ -204,30 +261,51 @@ const MISTAKES: [(&str, Mistake); 42] = [
     ("a key is missing", Machine("lower = 5e6\n", "")),
     ("a mass of zero", Machine("mass_kg = 272.0", "mass_kg = 0.0")),
     ("a joint with an unknown parameter", Machine("stiffness = \"k_al\"", "stiffness = \"k_la\"")),
-    ("a joint at an unknown point", Machine("between = [\"left\", \"ground\"]", "between = [\"lft\", \"ground\"]")),
+    (
+        "a joint at an unknown point",
+        Machine("between = [\"left\", \"ground\"]", "between = [\"lft\", \"ground\"]"),
+    ),
     ("an effect is misspelt", Machine("effects = [\"rotor-hold\"]", "effects = [\"rotor-hlod\"]")),
     ("an own effect at an unknown point", Machine("[[joint]]", BRAKE)),
     ("an empty range", Machine("upper = 5e8", "upper = 5e6")),
     ("a start value outside the range", Machine("start = 5e7", "start = 5e9")),
     ("the nut's position in mm", Set("manifest.toml", "nut_m = 0.6", "nut_m = 600")),
     ("the nut's position is not filled in", Set("manifest.toml", "nut_m = 0.6", "nut_m = nan")),
-    ("a file outside the set's folder", Set("manifest.toml", "modes = \"modes.csv\"", "modes = \"../modes.csv\"")),
+    (
+        "a file outside the set's folder",
+        Set("manifest.toml", "modes = \"modes.csv\"", "modes = \"../modes.csv\""),
+    ),
     ("no quantity", Set("manifest.toml", "quantity = \"mobility\"\n", "")),
     ("an unknown quantity", Set("manifest.toml", "\"mobility\"", "\"velocity\"")),
-    ("an accelerometer at an unknown point", Set("manifest.toml", "response = \"table\"", "response = \"spindle\"")),
+    (
+        "an accelerometer at an unknown point",
+        Set("manifest.toml", "response = \"table\"", "response = \"spindle\""),
+    ),
     ("a position twice", Set("manifest.toml", "name = \"l2\"", "name = \"l1\"")),
-    ("a split with an unknown position", Set("manifest.toml", "fit = [\"l1\", \"l3\", \"l5\"]", "fit = [\"l1\", \"l8\"]")),
+    (
+        "a split with an unknown position",
+        Set("manifest.toml", "fit = [\"l1\", \"l3\", \"l5\"]", "fit = [\"l1\", \"l8\"]"),
+    ),
     ("a decimal comma in a table", Set("modes.csv", "l1,2,118,", "l1,2,118,2,")),
     ("a cell without a number", Set("modes.csv", "l1,2,118,", "l1,2,about 118,")),
     ("a mode twice", Set("modes.csv", "l1,2,118,", "l1,1,118,")),
     ("a position missing in the manifest", Set("modes.csv", "l1,1,24,", "p1,1,24,")),
     ("an unknown column", Set("modes.csv", "position,order,frequency_hz", "position,order,frequency")),
-    ("no mode filled in", Typed(&["identify", "--measurements", "$"], &[("manifest.toml", "title = \"x\"\n")])),
+    (
+        "no mode filled in",
+        Typed(&["identify", "--measurements", "$"], &[("manifest.toml", "title = \"x\"\n")]),
+    ),
     ("a missing FRF file", Typed(&["identify", "--measurements", "$"], &[("manifest.toml", FRF)])),
-    ("FRFs without numbers", Typed(&["identify", "--measurements", "$"], &[("manifest.toml", FRF), ("l1.csv", HEADED)])),
+    (
+        "FRFs without numbers",
+        Typed(&["identify", "--measurements", "$"], &[("manifest.toml", FRF), ("l1.csv", HEADED)]),
+    ),
     (
         "a table imported without its quantity",
-        Typed(&["import", "$/tap.csv", "--out", "$/set"], &[("tap.csv", "frequency_hz,real,imag\n10,1e-8,0\n11,1e-8,0\n")]),
+        Typed(
+            &["import", "$/tap.csv", "--out", "$/set"],
+            &[("tap.csv", "frequency_hz,real,imag\n10,1e-8,0\n11,1e-8,0\n")],
+        ),
     ),
     (
         "commas between columns and in numbers",
@@ -236,7 +314,10 @@ const MISTAKES: [(&str, Mistake); 42] = [
             &[("tap.csv", "frequency_hz,real,imag\n10,0,1e-8,0\n11,0,1e-8,0\n")],
         ),
     ),
-    ("the manifest instead of its folder", Typed(&["identify", "--measurements", "$/manifest.toml"], &[("manifest.toml", FRF)])),
+    (
+        "the manifest instead of its folder",
+        Typed(&["identify", "--measurements", "$/manifest.toml"], &[("manifest.toml", FRF)]),
+    ),
     ("a device instead of a file", Typed(&["identify", "--config", "/dev/zero"], &[])),
     ("a missing file", Typed(&["identify", "--config", "nowhere.toml"], &[])),
     ("`--positions` of another set", Typed(&["identify", "--positions", "p1,p2"], &[])),
@@ -296,7 +377,11 @@ fn the_most_likely_mistakes_and_their_messages() {
     for (label, mistake) in &MISTAKES {
         // Long messages are cut, so that the table does not change with each effect of the library.
         let text = message(mistake);
-        let cut: String = if text.chars().count() > 220 { text.chars().take(200).chain([' ', '…']).collect() } else { text };
+        let cut: String = if text.chars().count() > 220 {
+            text.chars().take(200).chain([' ', '…']).collect()
+        } else {
+            text
+        };
         page += &format!("| {label} | `` {} `` |\n", cut.replace('|', "\\|"));
     }
     let path = "src/guide/mistakes.md";

@@ -1,4 +1,5 @@
-//! A long run that is stopped or killed resumes from its journal and gives the same result as an uninterrupted run.
+//! A long run that is stopped or killed resumes from its journal and gives the same result as an
+//! uninterrupted run.
 
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -11,7 +12,12 @@ const RUN: [&str; 7] = ["identify", "--positions", "l1,l3,l5", "--seed", "3", "-
 
 fn command(out: &Path, threads: &str) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_jointid"));
-    command.args(RUN).args(["--threads", threads, "--out"]).arg(out).stdout(Stdio::null()).stderr(Stdio::piped());
+    command
+        .args(RUN)
+        .args(["--threads", threads, "--out"])
+        .arg(out)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped());
     command
 }
 
@@ -35,7 +41,10 @@ fn start(out: &Path, threads: &str, lines: usize) -> Option<Child> {
 }
 
 fn names(folder: &Path) -> Vec<String> {
-    std::fs::read_dir(folder).expect("a folder").map(|e| e.expect("an entry").file_name().to_string_lossy().into_owned()).collect()
+    std::fs::read_dir(folder)
+        .expect("a folder")
+        .map(|e| e.expect("an entry").file_name().to_string_lossy().into_owned())
+        .collect()
 }
 
 #[test]
@@ -59,7 +68,10 @@ fn a_run_killed_anywhere_resumes_to_the_same_result() {
         assert!(last.status.success());
         let stderr = String::from_utf8_lossy(&last.stderr);
         assert!(stderr.contains("resumes where an earlier run was stopped"), "{stderr}");
-        assert!(result(&out) == result(&reference), "the result differs after a kill at {lines} journal lines");
+        assert!(
+            result(&out) == result(&reference),
+            "the result differs after a kill at {lines} journal lines"
+        );
         assert_eq!(names(&out), ["identification.json"], "files other than the result remain");
     }
     assert!(kills >= 4, "only {kills} kills hit a running process");
@@ -93,7 +105,9 @@ fn refuse_the_journal_of_another_run() {
     child.wait().expect("an end");
     let other = |out: &Path| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_jointid"));
-        command.args(["identify", "--positions", "l1,l3,l5", "--seed", "4", "--repeats", "1", "--out"]).arg(out);
+        command
+            .args(["identify", "--positions", "l1,l3,l5", "--seed", "4", "--repeats", "1", "--out"])
+            .arg(out);
         let output = command.output().expect("a run");
         assert!(output.status.success());
         String::from_utf8_lossy(&output.stderr).into_owned()

@@ -5,8 +5,19 @@ use std::fs;
 use std::path::Path;
 
 /// Types of the language, its standard library and of dependencies that comments name.
-const FOREIGN: [&str; 11] =
-    ["Debug", "Display", "ErrorKind", "InvalidInput", "KeyboardInterrupt", "None", "Result", "Some", "Solver", "ValueError", "Vec"];
+const FOREIGN: [&str; 11] = [
+    "Debug",
+    "Display",
+    "ErrorKind",
+    "InvalidInput",
+    "KeyboardInterrupt",
+    "None",
+    "Result",
+    "Some",
+    "Solver",
+    "ValueError",
+    "Vec",
+];
 
 /// Folders of the project that a path may begin with.
 const FOLDERS: [&str; 8] = ["src", "tests", "configs", "measurements", "benches", ".ci", ".cargo", ".github"];
@@ -34,7 +45,12 @@ fn quoted(line: &str) -> impl Iterator<Item = &str> {
 fn declared(code: &[(String, String)]) -> BTreeSet<&str> {
     let word = |text: &str| text.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(text.len());
     let mut names = BTreeSet::new();
-    for line in code.iter().flat_map(|(_, text)| text.lines()).map(str::trim_start).filter(|line| !line.starts_with("//")) {
+    for line in code
+        .iter()
+        .flat_map(|(_, text)| text.lines())
+        .map(str::trim_start)
+        .filter(|line| !line.starts_with("//"))
+    {
         for keyword in ["struct ", "enum ", "trait ", "type ", "const ", "union "] {
             for rest in line.split(keyword).skip(1) {
                 names.insert(&rest[..word(rest)]);
@@ -47,11 +63,14 @@ fn declared(code: &[(String, String)]) -> BTreeSet<&str> {
     names
 }
 
-/// Returns the names of types in a quotation that is a path of types, modules before it included; none for any other text.
+/// Returns the names of types in a quotation that is a path of types, modules before it included; none for
+/// any other text.
 fn types_in(quotation: &str) -> Vec<&str> {
     let parts: Vec<&str> = quotation.trim_end_matches("()").split("::").collect();
     let is_word = |part: &&str| !part.is_empty() && part.chars().all(|c| c.is_alphanumeric() || c == '_');
-    let is_type = |part: &&str| part.starts_with(|c: char| c.is_ascii_uppercase()) && part.contains(|c: char| c.is_ascii_lowercase());
+    let is_type = |part: &&str| {
+        part.starts_with(|c: char| c.is_ascii_uppercase()) && part.contains(|c: char| c.is_ascii_lowercase())
+    };
     if !parts.iter().all(is_word) { Vec::new() } else { parts.into_iter().filter(is_type).collect() }
 }
 
@@ -80,7 +99,11 @@ fn paths_and_types_in_back_ticks_exist() {
             }
             // Names of records and columns may be written like types: `NAME_m`.
             let types = types_in(quotation).into_iter().filter(|t| !t.contains('_') && !FOREIGN.contains(t));
-            stale.extend(types.filter(|t| !known.contains(t)).map(|t| format!("{file}, line {}: no type `{t}`", at + 1)));
+            stale.extend(
+                types
+                    .filter(|t| !known.contains(t))
+                    .map(|t| format!("{file}, line {}: no type `{t}`", at + 1)),
+            );
         }
     };
     for (file, text) in &code {

@@ -1,4 +1,5 @@
-//! The library as its callers see it: one study for modes, FRFs and motion records, from files or from arrays, with the documents of the command.
+//! The library as its callers see it: one study for modes, FRFs and motion records, from files or from
+//! arrays, with the documents of the command.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -19,16 +20,23 @@ fn bench() -> Study {
 
 fn command(arguments: &[&str]) -> Value {
     let output = Command::cargo_bin("jointid").unwrap().args(arguments).output().unwrap();
-    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {}", String::from_utf8_lossy(&output.stderr)))
+    serde_json::from_slice(&output.stdout)
+        .unwrap_or_else(|e| panic!("{e}: {}", String::from_utf8_lossy(&output.stderr)))
 }
 
 #[test]
 fn library_and_command_give_the_same_documents() {
     let study = bench();
     let found = study.identify().unwrap();
-    assert_eq!(serde_json::to_value(&found).unwrap(), command(&["identify", "--positions", "l1,l3,l5", "--json"]));
+    assert_eq!(
+        serde_json::to_value(&found).unwrap(),
+        command(&["identify", "--positions", "l1,l3,l5", "--json"])
+    );
     let compared = study.compare().unwrap();
-    assert_eq!(serde_json::to_value(&compared).unwrap(), command(&["compare", "--positions", "l1,l3,l5", "--json"]));
+    assert_eq!(
+        serde_json::to_value(&compared).unwrap(),
+        command(&["compare", "--positions", "l1,l3,l5", "--json"])
+    );
     assert_eq!(serde_json::to_value(study.plan().unwrap()).unwrap(), command(&["plan", "--json"]));
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("identification.json");
@@ -42,7 +50,13 @@ fn library_and_command_give_the_same_documents() {
 /// FRFs of the bench as arrays, with one percent of noise from a fixed sequence.
 fn simulated(study: &Study) -> SetArrays {
     let places = ["l1", "l3", "l5"].map(|name| Place::Position(name.into()));
-    let request = FrfRequest { places: places.to_vec(), from_hz: 10.0, to_hz: 900.0, step_hz: 4.0, ..FrfRequest::default() };
+    let request = FrfRequest {
+        places: places.to_vec(),
+        from_hz: 10.0,
+        to_hz: 900.0,
+        step_hz: 4.0,
+        ..FrfRequest::default()
+    };
     let simulated = frf(study, &request).unwrap();
     let mut state = 1_u64;
     let mut noise = || {
@@ -52,13 +66,20 @@ fn simulated(study: &Study) -> SetArrays {
     let mut frf_of = |name: &String, values: &Vec<[f64; 2]>| FrfArrays {
         position: Some(name.clone()),
         frequency_hz: simulated.frequency_hz.clone(),
-        value: values.iter().map(|[re, im]| Complex64::new(*re, *im) * Complex64::new(noise(), noise()).exp()).collect(),
+        value: values
+            .iter()
+            .map(|[re, im]| Complex64::new(*re, *im) * Complex64::new(noise(), noise()).exp())
+            .collect(),
         relative_sd: Some(vec![0.01; values.len()]),
         ..FrfArrays::default()
     };
     let frfs = simulated.positions.iter().map(|(name, values)| frf_of(name, values)).collect();
-    let nuts =
-        study.measurements().positions.iter().map(|p| (p.name.clone(), p.nut_m)).filter(|(name, _)| "l1 l3 l5".contains(name.as_str()));
+    let nuts = study
+        .measurements()
+        .positions
+        .iter()
+        .map(|p| (p.name.clone(), p.nut_m))
+        .filter(|(name, _)| "l1 l3 l5".contains(name.as_str()));
     SetArrays {
         title: "arrays".into(),
         quantity: Some(Quantity::Receptance),
@@ -72,7 +93,9 @@ fn simulated(study: &Study) -> SetArrays {
 
 /// Writes arrays as a measurement set in files.
 fn write(arrays: &SetArrays, folder: &std::path::Path) {
-    let mut manifest = String::from("title = \"arrays\"\nquantity = \"receptance\"\nresponse = \"table\"\nexcitation = \"table\"\n");
+    let mut manifest = String::from(
+        "title = \"arrays\"\nquantity = \"receptance\"\nresponse = \"table\"\nexcitation = \"table\"\n",
+    );
     for (name, nut_m) in &arrays.nut_m {
         manifest += &format!("[[position]]\nname = \"{name}\"\nnut_m = {:?}\n", nut_m.unwrap());
     }
@@ -96,7 +119,11 @@ fn arrays_and_files_give_the_same_result() {
     let own = own.fit(["l1", "l5"]).unwrap().with_settings(settings.clone());
     let folder = tempfile::tempdir().unwrap();
     write(&arrays, folder.path());
-    let files = Study::load(BENCH[0], folder.path().to_str().unwrap()).unwrap().fit(["l1", "l5"]).unwrap().with_settings(settings);
+    let files = Study::load(BENCH[0], folder.path().to_str().unwrap())
+        .unwrap()
+        .fit(["l1", "l5"])
+        .unwrap()
+        .with_settings(settings);
     let (own_found, found) = (own.identify().unwrap(), files.identify().unwrap());
     assert_eq!(own_found.parameters, found.parameters);
     assert_eq!(own_found.positions, found.positions);
@@ -111,10 +138,21 @@ fn arrays_and_files_give_the_same_result() {
 /// A driven axis: its simulated motion becomes a measurement set, from which the moving mass returns.
 #[test]
 fn motion_records_are_identified_from_arrays() {
-    let emps = Study::open_machine(&Sources { config: Some("configs/emps.toml".into()), ..Sources::default() }).unwrap();
+    let emps =
+        Study::open_machine(&Sources { config: Some("configs/emps.toml".into()), ..Sources::default() })
+            .unwrap();
     let record = |name: &str, travel_m: f64| {
-        let travel = TravelProfile { travel_m, velocity_m_s: 0.2, acceleration_m_s2: 2.0, jerk_m_s3: 50.0, rest_s: 0.2 };
-        let request = MotionRequest { reference: Reference::SCurve { travel, and_back: true }, ..MotionRequest::default() };
+        let travel = TravelProfile {
+            travel_m,
+            velocity_m_s: 0.2,
+            acceleration_m_s2: 2.0,
+            jerk_m_s3: 50.0,
+            rest_s: 0.2,
+        };
+        let request = MotionRequest {
+            reference: Reference::SCurve { travel, and_back: true },
+            ..MotionRequest::default()
+        };
         let simulated = motion(&emps, &request).unwrap();
         let column = |name: &str| simulated.columns[name].clone();
         MotionArrays {
@@ -126,16 +164,32 @@ fn motion_records_are_identified_from_arrays() {
             others: Default::default(),
         }
     };
-    let set = SetArrays { title: "moves".into(), motions: vec![record("long", 0.2), record("short", 0.1)], ..SetArrays::default() };
-    let study = Study::new(read_machine("configs/emps.toml").unwrap(), MeasurementSet::from_arrays(&set).unwrap()).fit(["long"]).unwrap();
+    let set = SetArrays {
+        title: "moves".into(),
+        motions: vec![record("long", 0.2), record("short", 0.1)],
+        ..SetArrays::default()
+    };
+    let study =
+        Study::new(read_machine("configs/emps.toml").unwrap(), MeasurementSet::from_arrays(&set).unwrap())
+            .fit(["long"])
+            .unwrap();
     let found = study.identify().unwrap();
     let truth = emps.machine().parameters.iter().find(|p| p.id == "moving_mass").unwrap().start;
-    assert!((found.parameters["moving_mass"].value / truth - 1.0).abs() < 0.02, "{:?}", found.parameters["moving_mass"]);
+    assert!(
+        (found.parameters["moving_mass"].value / truth - 1.0).abs() < 0.02,
+        "{:?}",
+        found.parameters["moving_mass"]
+    );
     assert_eq!(found.records["short"].role, Role::HeldOut);
     assert_eq!(study.validate(&found).unwrap().records.keys().collect::<Vec<_>>(), ["short"]);
-    let wrong = study.with_settings(Settings { objective: Some(ObjectiveKind::Frf), ..Settings::default() }).identify();
+    let wrong = study
+        .with_settings(Settings { objective: Some(ObjectiveKind::Frf), ..Settings::default() })
+        .identify();
     let message = wrong.unwrap_err().to_string();
-    assert!(message.starts_with("objective: moves (") && message.contains("holds only motion records"), "{message}");
+    assert!(
+        message.starts_with("objective: moves (") && message.contains("holds only motion records"),
+        "{message}"
+    );
 }
 
 #[test]

@@ -25,8 +25,17 @@ fn stderr(arguments: &[&str], folder: &Path) -> String {
 fn a_template_is_refused_until_it_is_filled_in_and_then_identified() {
     let folder = tempfile::tempdir().unwrap();
     jointid().current_dir(folder.path()).args(["init", "axis"]).assert().success();
-    let identify =
-        ["identify", "--config", "axis/machine.toml", "--measurements", "axis/measurements", "--repeats", "1", "--out", "axis/results"];
+    let identify = [
+        "identify",
+        "--config",
+        "axis/machine.toml",
+        "--measurements",
+        "axis/measurements",
+        "--repeats",
+        "1",
+        "--out",
+        "axis/results",
+    ];
     let machine = folder.path().join("axis/machine.toml");
     let manifest = folder.path().join("axis/measurements/manifest.toml");
 
@@ -36,7 +45,10 @@ fn a_template_is_refused_until_it_is_filled_in_and_then_identified() {
     for filled in 0..values.len() {
         fs::write(&machine, fill(&text, &values[..filled])).unwrap();
         let fault = stderr(&["simulate", "modes", "--config", "axis/machine.toml"], folder.path());
-        assert!(fault.contains("NaN") && values[filled..].iter().any(|(key, _)| fault.contains(key)), "{filled}: {fault}");
+        assert!(
+            fault.contains("NaN") && values[filled..].iter().any(|(key, _)| fault.contains(key)),
+            "{filled}: {fault}"
+        );
     }
     let text = fill(&text, &values);
     assert!(!text.lines().any(|l| !l.starts_with('#') && l.contains("nan")), "{text}");
@@ -49,8 +61,10 @@ fn a_template_is_refused_until_it_is_filled_in_and_then_identified() {
     fill_in_measurements(&folder.path().join("axis"), &folder.path().join("taps"));
     jointid().current_dir(folder.path()).args(identify).assert().success();
     jointid().current_dir(folder.path()).args(["report", "axis/results"]).assert().success();
-    let document: Value =
-        serde_json::from_str(&fs::read_to_string(folder.path().join("axis/results/identification.json")).unwrap()).unwrap();
+    let document: Value = serde_json::from_str(
+        &fs::read_to_string(folder.path().join("axis/results/identification.json")).unwrap(),
+    )
+    .unwrap();
     assert_eq!(document["held_out_positions"], serde_json::json!(["p2"]));
     assert!(document["derived"]["largest_frequency_error_fit"].as_f64().unwrap() < 0.05);
 }
@@ -72,7 +86,8 @@ fn schema(name: &str) -> Value {
 }
 
 fn assert_valid(schema: &jsonschema::Validator, instance: &Value, document: &str) {
-    let faults: Vec<String> = schema.iter_errors(instance).map(|e| format!("{}: {e}", e.instance_path())).collect();
+    let faults: Vec<String> =
+        schema.iter_errors(instance).map(|e| format!("{}: {e}", e.instance_path())).collect();
     assert!(faults.is_empty(), "{document}: {faults:#?}");
 }
 
@@ -123,7 +138,18 @@ fn results_match_their_schemas() {
         &["plan", "--result", result],
         &["simulate", "modes"],
         &["simulate", "frf", "--position", "l1", "--to-hz", "30"],
-        &["simulate", "stiffness", "--config", "configs/vertical-axis.toml", "--along", "acceleration", "--from", "-35", "--to", "15"],
+        &[
+            "simulate",
+            "stiffness",
+            "--config",
+            "configs/vertical-axis.toml",
+            "--along",
+            "acceleration",
+            "--from",
+            "-35",
+            "--to",
+            "15",
+        ],
         &["diagnose", "--positions", "l1,l3,l5", "--effects", "guide-viscous", "--nulls", "20", "--no-cache"],
         &["compare", "--objectives", "--repeats", "1"],
     ] {
@@ -155,7 +181,8 @@ fn every_listed_schema_is_valid() {
 fn completions_and_manual_contain_every_command() {
     let help = String::from_utf8(jointid().arg("--help").output().unwrap().stdout).unwrap();
     let lists = help.lines().skip_while(|l| *l != "Identify and diagnose:").take_while(|l| *l != "Options:");
-    let names: Vec<&str> = lists.filter(|l| l.starts_with("  ")).filter_map(|l| l.split_whitespace().next()).collect();
+    let names: Vec<&str> =
+        lists.filter(|l| l.starts_with("  ")).filter_map(|l| l.split_whitespace().next()).collect();
     assert!(names.len() > 12, "{help}");
     let bash = String::from_utf8(jointid().args(["completions", "bash"]).output().unwrap().stdout).unwrap();
     let folder = tempfile::tempdir().unwrap();
@@ -164,14 +191,18 @@ fn completions_and_manual_contain_every_command() {
         assert!(bash.contains(name), "{name}");
         assert!(folder.path().join(format!("jointid-{name}.1")).exists(), "{name}");
         let help = String::from_utf8(jointid().args([name, "--help"]).output().unwrap().stdout).unwrap();
-        assert!(help.contains("Structure:") || help.contains("Example:\n  jointid "), "{name} has no example");
+        assert!(
+            help.contains("Structure:") || help.contains("Example:\n  jointid "),
+            "{name} has no example"
+        );
         for line in help.lines() {
             assert!(line.chars().count() <= 80 || line.starts_with("  jointid"), "{name}: {line}");
         }
     }
     for name in ["modes", "frf", "stiffness"] {
         assert!(folder.path().join(format!("jointid-simulate-{name}.1")).exists());
-        let help = String::from_utf8(jointid().args(["simulate", name, "--help"]).output().unwrap().stdout).unwrap();
+        let help =
+            String::from_utf8(jointid().args(["simulate", name, "--help"]).output().unwrap().stdout).unwrap();
         assert!(help.contains("Example:\n  jointid "), "{name} has no example");
     }
 }

@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use config::{MachineConfig, read_machine_text};
 use diagnosis::VerdictKind;
 use diagnosis::motion::{MotionDiagnosis, MotionSettings, diagnose_motion};
-use dynamics::inverse_dynamics::{MotionSignal, Preprocessing, Rigid, free_parameters, parameters_without_influence};
+use dynamics::inverse_dynamics::{
+    MotionSignal, Preprocessing, Rigid, free_parameters, parameters_without_influence,
+};
 use dynamics::motion::{Course, SimulationSettings, simulate};
 use identification::motion::{ForceFit, estimate_weighted};
 use long_work::Control;
@@ -14,7 +16,8 @@ use measurement::{DriveEffort, MotionRecord};
 use crate::support::axis::course;
 use crate::support::two_masses::TwoMasses;
 
-/// Motor, coupling, screw and nut. Free are mass, nut stiffness and guide friction; a test may add lead expansion and backlash.
+/// Motor, coupling, screw and nut. Free are mass, nut stiffness and guide friction; a test may add lead
+/// expansion and backlash.
 const AXIS: &str = r#"
 title = "ball screw with two encoders"
 effects = ["coulomb-friction", "viscous-friction"]
@@ -79,11 +82,11 @@ upper = 5e-4
 scale = "linear"
 source = "nuts"
 "#;
-const EXPANSION: &str =
-    "[parameter.expansion]\nunit = \"1\"\nstart = 0.0\nlower = -1e-3\nupper = 1e-3\nscale = \"linear\"\nsource = \"thermal expansion\"\n";
+const EXPANSION: &str = "[parameter.expansion]\nunit = \"1\"\nstart = 0.0\nlower = -1e-3\nupper = 1e-3\nscale = \"linear\"\nsource = \"thermal expansion\"\n";
 
 fn config(nut: &str) -> MachineConfig {
-    let (keys, tables) = nut.split_once("[parameter").map_or((nut, String::new()), |(a, b)| (a, format!("[parameter{b}")));
+    let (keys, tables) =
+        nut.split_once("[parameter").map_or((nut, String::new()), |(a, b)| (a, format!("[parameter{b}")));
     let text = AXIS.replace(
         "NUT
 ", keys,
@@ -131,23 +134,38 @@ fn identified(config: &MachineConfig, motions: &mut [MotionSignal]) -> (ForceFit
     let machine = &config.machine;
     let rigid = Rigid::new(machine, &machine.start()).unwrap();
     let free = free_parameters(machine, &[]).unwrap();
-    assert!(parameters_without_influence(&rigid, machine, &free, &motions.iter().collect::<Vec<_>>()).is_empty());
+    assert!(
+        parameters_without_influence(&rigid, machine, &free, &motions.iter().collect::<Vec<_>>()).is_empty()
+    );
     let all: Vec<usize> = (0..motions.len()).collect();
     (estimate_weighted(&rigid, machine, &free, motions, &all, &Control::default()).unwrap(), rigid)
 }
 
-/// Noise-free records of the library's own simulator give back sign and size of every part of the transmission error, from distant start values.
+/// Noise-free records of the library's own simulator give back sign and size of every part of the
+/// transmission error, from distant start values.
 #[test]
 fn limit_simulated_transmission_errors_are_recovered() {
     let amplitude = |key: &str| {
-        format!("[parameter.{key}]\nunit = \"m\"\nstart = 0.0\nlower = -1e-4\nupper = 1e-4\nscale = \"linear\"\nsource = \"lead\"\n")
+        format!(
+            "[parameter.{key}]\nunit = \"m\"\nstart = 0.0\nlower = -1e-4\nupper = 1e-4\nscale = \"linear\"\nsource = \"lead\"\n"
+        )
     };
-    let wave = format!("lead_error = {{ wave = {{ cosine = \"c\", sine = \"s\", period = 0.02 }} }}\n{}{}", amplitude("c"), amplitude("s"));
+    let wave = format!(
+        "lead_error = {{ wave = {{ cosine = \"c\", sine = \"s\", period = 0.02 }} }}\n{}{}",
+        amplitude("c"),
+        amplitude("s")
+    );
     let backlash = format!("lead_error = {{ growth = \"expansion\" }}\n{BACKLASH}{EXPANSION}");
     // The zero-order hold delays the force by half a sample, which biases the viscous friction.
-    // With friction above the inertial force, the table leaves its flank at reversals only. Free flight at other times is not estimated.
+    // With friction above the inertial force, the table leaves its flank at reversals only. Free flight at
+    // other times is not estimated.
     for (nut, coulomb, truth, tolerances) in [
-        (backlash, 600.0, vec![("k_nut", 4e7), ("backlash", 1.7e-5), ("expansion", 4e-5)], vec![0.005, 0.005, 0.005]),
+        (
+            backlash,
+            600.0,
+            vec![("k_nut", 4e7), ("backlash", 1.7e-5), ("expansion", 4e-5)],
+            vec![0.005, 0.005, 0.005],
+        ),
         (wave, 80.0, vec![("k_nut", 4e7), ("c", 8e-6), ("s", -5e-6)], vec![0.01, 0.02, 0.02]),
     ] {
         let config = config(&nut);
@@ -157,13 +175,23 @@ fn limit_simulated_transmission_errors_are_recovered() {
         for (id, value) in truth.iter().chain(&known) {
             values[machine.parameter(id).unwrap()] = *value;
         }
-        let trace = simulate(machine, &values, &Course::new(1e-3, course(4)), &SimulationSettings::default(), &|| true).unwrap();
+        let trace = simulate(
+            machine,
+            &values,
+            &Course::new(1e-3, course(4)),
+            &SimulationSettings::default(),
+            &|| true,
+        )
+        .unwrap();
         assert!(trace.complete);
         let table = trace.points.iter().position(|p| p == "table").unwrap();
-        let samples: Vec<_> = trace.samples.iter().map(|s| (s.command, s.position, s.points[table], s.force)).collect();
+        let samples: Vec<_> =
+            trace.samples.iter().map(|s| (s.command, s.position, s.points[table], s.force)).collect();
         let mut motions = [prepared(&config, &record("simulated", &samples))];
         let (fit, _) = identified(&config, &mut motions);
-        for ((id, value), tolerance) in truth.iter().zip(tolerances).chain(known.iter().zip([0.005, 0.005, 0.03])) {
+        for ((id, value), tolerance) in
+            truth.iter().zip(tolerances).chain(known.iter().zip([0.005, 0.005, 0.03]))
+        {
             let found = fit.values[machine.parameter(id).unwrap()];
             println!("{id}: {found:.5e} for {value:.5e}");
             assert!((found / value - 1.0).abs() < tolerance, "{id}: {found} for {value}");
@@ -171,8 +199,8 @@ fn limit_simulated_transmission_errors_are_recovered() {
     }
 }
 
-/// The loops are closed on the motor, but only the table's scale is recorded. The motor's position, estimated from command and force, gives back lead
-/// expansion; friction and mass follow from the force.
+/// The loops are closed on the motor, but only the table's scale is recorded. The motor's position, estimated
+/// from command and force, gives back lead expansion; friction and mass follow from the force.
 ///
 /// Wind-up is not identifiable: it is a small share of the force's contribution to the tracking error.
 #[test]
@@ -180,18 +208,33 @@ fn limit_the_loops_give_the_motor_position() {
     let config = config(&format!("lead_error = {{ growth = \"expansion\" }}\n{EXPANSION}"));
     let machine = &config.machine;
     let mut values = machine.start();
-    let truth = [("expansion", 4e-5), ("moving_mass", 150.0), ("coulomb_friction", 80.0), ("viscous_friction", 400.0)];
+    let truth = [
+        ("expansion", 4e-5),
+        ("moving_mass", 150.0),
+        ("coulomb_friction", 80.0),
+        ("viscous_friction", 400.0),
+    ];
     for (id, value) in truth.into_iter().chain([("k_nut", 4e7)]) {
         values[machine.parameter(id).unwrap()] = value;
     }
-    let trace = simulate(machine, &values, &Course::new(1e-3, course(4)), &SimulationSettings::default(), &|| true).unwrap();
+    let trace =
+        simulate(machine, &values, &Course::new(1e-3, course(4)), &SimulationSettings::default(), &|| true)
+            .unwrap();
     let table = trace.points.iter().position(|p| p == "table").unwrap();
-    let samples: Vec<_> = trace.samples.iter().map(|s| (s.command, s.points[table], s.points[table], s.force)).collect();
+    let samples: Vec<_> =
+        trace.samples.iter().map(|s| (s.command, s.points[table], s.points[table], s.force)).collect();
     let record = MotionRecord { others: BTreeMap::new(), ..record("simulated", &samples) };
     let rigid = Rigid::new(machine, &machine.start()).unwrap();
     let motion = || MotionSignal::new(&record, Preprocessing::default_for(record.step_s)).unwrap();
     let at = |response: Option<&str>| {
-        motion().with_reconstructed_encoder(response.and_then(|name| machine.point(name)), &record, machine, &rigid).unwrap()
+        motion()
+            .with_reconstructed_encoder(
+                response.and_then(|name| machine.point(name)),
+                &record,
+                machine,
+                &rigid,
+            )
+            .unwrap()
     };
     assert!(at(None).extra_channels.is_empty() && at(Some("motor")).extra_channels.is_empty());
     let mut motions = [at(Some("table"))];
@@ -207,7 +250,8 @@ fn limit_the_loops_give_the_motor_position() {
 
 /// Drive force in sine motion, where the load behind the nut's spring follows its own equation of motion.
 ///
-/// Read at the motor, the load force m·a/(1 − ω²·m/k) adds to the motor's own. Read at the table, the force is m·a + M·a·(1 − ω²·m/k).
+/// Read at the motor, the load force m·a/(1 − ω²·m/k) adds to the motor's own. Read at the table, the force
+/// is m·a + M·a·(1 − ω²·m/k).
 #[test]
 fn limit_a_load_behind_a_spring_needs_its_force() {
     let text = "title = \"axis\"\n[[point]]\nname = \"motor\"\nmotion = \"translation\"\nmass_kg = 40.0\n[[point]]\nname = \"table\"\nmotion = \
@@ -219,13 +263,23 @@ fn limit_a_load_behind_a_spring_needs_its_force() {
     let (omega, ratio) = (std::f64::consts::TAU * 8.0, 100.0 / 4e7);
     let x: Vec<f64> = (0..3000).map(|i| 0.01 * (omega * 1e-3 * f64::from(i)).sin()).collect();
     let samples: Vec<_> = x.iter().map(|x| (*x, *x, *x, 0.0)).collect();
-    let record = MotionRecord { others: BTreeMap::new(), load: DriveEffort::Force(vec![1.0; x.len()]), ..record("sine", &samples) };
+    let record = MotionRecord {
+        others: BTreeMap::new(),
+        load: DriveEffort::Force(vec![1.0; x.len()]),
+        ..record("sine", &samples)
+    };
     let motor = MotionSignal::new(&record, Preprocessing::default_for(1e-3)).unwrap();
-    let table = motor.clone().with_reconstructed_encoder(machine.point("table"), &record, machine, &rigid).unwrap();
+    let table =
+        motor.clone().with_reconstructed_encoder(machine.point("table"), &record, machine, &rigid).unwrap();
     let soft = omega * omega * ratio;
     for (motion, mass) in [(&motor, 40.0 + 100.0 / (1.0 - soft)), (&table, 100.0 + 40.0 * (1.0 - soft))] {
         let force = rigid.force_with_compliant_joint((0, 1.0), machine, &machine.start(), motion).unwrap();
-        let sums = force.iter().zip(&x).skip(1000).take(1000).fold((0.0, 0.0), |(a, b), (f, x)| (a - f * x, b + omega * omega * x * x));
+        let sums = force
+            .iter()
+            .zip(&x)
+            .skip(1000)
+            .take(1000)
+            .fold((0.0, 0.0), |(a, b), (f, x)| (a - f * x, b + omega * omega * x * x));
         assert!((sums.0 / sums.1 / mass - 1.0).abs() < 1e-3, "{} for {mass}", sums.0 / sums.1);
         assert!(((mass / 140.0 - 1.0).abs()) > 1.5e-3);
     }
@@ -235,7 +289,15 @@ fn diagnose(config: &MachineConfig, axis: &TwoMasses, seed: u64) -> MotionDiagno
     let simulated = |name: &str, seed: u64| prepared(config, &record(name, &axis.run(&course(seed), seed)));
     let (fit, held_out) = (simulated("fit", seed), simulated("held-out", seed + 1000));
     let settings = MotionSettings { seed: 1, draws: 240 };
-    let found = diagnose_motion(&config.machine, &config.effects, &[], (&[&fit], &[&held_out]), settings, &Control::default()).unwrap();
+    let found = diagnose_motion(
+        &config.machine,
+        &config.effects,
+        &[],
+        (&[&fit], &[&held_out]),
+        settings,
+        &Control::default(),
+    )
+    .unwrap();
     println!("{:?} {:?}: {}", found.verdict.kind, found.verdict.effects, found.verdict.reason);
     found
 }
@@ -256,7 +318,14 @@ fn recover_effects_between_two_encoders() {
     for (effect, id, size, least, config, truth) in [
         ("backlash", "backlash_width", 1.2e-5, 0.9, &axis, TwoMasses { backlash_m: 1.2e-5, ..nominal }),
         ("lead-growth", "lead_growth", 6e-5, 0.9, &axis, TwoMasses { lead_expansion: 6e-5, ..nominal }),
-        ("lead-error", "lead_error_period", 0.02, 0.5, &axis, TwoMasses { lead_error_m: (6e-6, 0.02), ..nominal }),
+        (
+            "lead-error",
+            "lead_error_period",
+            0.02,
+            0.5,
+            &axis,
+            TwoMasses { lead_error_m: (6e-6, 0.02), ..nominal },
+        ),
         // i²/k_drive + 1/1e9 (nut) + i²/1e4 (coupling) is 1/4e7 m/N, with i = lead/2π.
         ("drive-flexibility", "k_drive", 441.0, 0.8, &stiff, nominal),
     ] {
@@ -273,8 +342,9 @@ fn recover_effects_between_two_encoders() {
     }
 }
 
-/// With the motor's encoder alone, force and friction still reveal backlash or compliance between motor and table. A single encoder cannot
-/// distinguish the two. For a stiff drive train without backlash neither is named.
+/// With the motor's encoder alone, force and friction still reveal backlash or compliance between motor and
+/// table. A single encoder cannot distinguish the two. For a stiff drive train without backlash neither is
+/// named.
 #[test]
 #[ignore = "second tier"]
 fn recover_a_compliant_transmission_with_one_encoder() {
@@ -294,13 +364,20 @@ fn recover_a_compliant_transmission_with_one_encoder() {
         let (fit, held_out) = (of(&axis, "fit", 5), of(&axis, "held-out", 1005));
         let settings = MotionSettings { seed: 1, draws: 240 };
         let machine = &stiff.machine;
-        let found = diagnose_motion(machine, &stiff.effects, &[], (&[&fit], &[&held_out]), settings, &Control::default()).unwrap();
+        let found = diagnose_motion(
+            machine,
+            &stiff.effects,
+            &[],
+            (&[&fit], &[&held_out]),
+            settings,
+            &Control::default(),
+        )
+        .unwrap();
         println!("{label}: {:?} {:?}: {}", found.verdict.kind, found.verdict.effects, found.verdict.reason);
-        for t in found
-            .tried
-            .iter()
-            .filter(|t| ["backlash", "drive-flexibility", "presliding-friction", "stribeck-friction"].contains(&t.id.as_str()))
-        {
+        for t in found.tried.iter().filter(|t| {
+            ["backlash", "drive-flexibility", "presliding-friction", "stribeck-friction"]
+                .contains(&t.id.as_str())
+        }) {
             println!("    {} {:?} {:.3} {:?} {:?}", t.id, t.status, t.gain, t.p_value, t.parameters);
         }
         let first = first(&found);
@@ -317,7 +394,8 @@ fn refuse_columns_of_the_wrong_kind() {
     std::fs::write(&config, AXIS.replace("NUT\n", "")).unwrap();
     let samples = TwoMasses::nominal().run(&course(2)[..9000], 2);
     let manifest = |response: &str| {
-        let text = format!("title = \"two encoders\"\n{response}[[motion]]\nname = \"a\"\nfile = \"a.csv\"\n");
+        let text =
+            format!("title = \"two encoders\"\n{response}[[motion]]\nname = \"a\"\nfile = \"a.csv\"\n");
         std::fs::write(folder.path().join("manifest.toml"), text).unwrap();
     };
     manifest("");
@@ -329,8 +407,17 @@ fn refuse_columns_of_the_wrong_kind() {
         std::fs::write(folder.path().join("a.csv"), text).unwrap();
         let out = folder.path().join(format!("out-{column}-{code}"));
         let mut command = assert_cmd::Command::cargo_bin("jointid").unwrap();
-        command.args(["identify", "--json", "--config"]).arg(&config).arg("--measurements").arg(folder.path()).arg("--out").arg(&out);
-        command.args(["--freeze", if code == 0 && words.contains("names no point") { "k_nut" } else { "friction_offset" }]);
+        command
+            .args(["identify", "--json", "--config"])
+            .arg(&config)
+            .arg("--measurements")
+            .arg(folder.path())
+            .arg("--out")
+            .arg(&out);
+        command.args([
+            "--freeze",
+            if code == 0 && words.contains("names no point") { "k_nut" } else { "friction_offset" },
+        ]);
         let output = command.output().unwrap();
         let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(code), "{stderr}");
@@ -362,7 +449,11 @@ fn recover_no_effect_between_two_encoders() {
         let (mass, nut, coulomb) = (value("moving_mass"), value("k_nut"), value("coulomb_friction"));
         println!("mass {mass}, nut {nut:.3e}, friction {coulomb}");
         // The nut in series with the coupling equals the spring of the independent model.
-        assert!((mass / 150.0 - 1.0).abs() < 0.01 && (nut / 4.169e7 - 1.0).abs() < 0.01 && (coulomb / 80.5 - 1.0).abs() < 0.01);
+        assert!(
+            (mass / 150.0 - 1.0).abs() < 0.01
+                && (nut / 4.169e7 - 1.0).abs() < 0.01
+                && (coulomb / 80.5 - 1.0).abs() < 0.01
+        );
         named.extend(found.verdict.effects);
     }
     println!("effects named on axes as described: {named:?}");

@@ -26,9 +26,14 @@ class Bench:
         self.length, diameter, density = shaft["length_m"], shaft["diameter_m"], shaft["density_kg_m3"]
         area = np.pi * diameter**2 / 4
         self.axial = shaft["youngs_modulus_pa"] * area, np.sqrt(density / shaft["youngs_modulus_pa"])
-        self.torsional = shaft["shear_modulus_pa"] * area * diameter**2 / 8, np.sqrt(density / shaft["shear_modulus_pa"])
+        self.torsional = (
+            shaft["shear_modulus_pa"] * area * diameter**2 / 8,
+            np.sqrt(density / shaft["shear_modulus_pa"]),
+        )
         self.table, self.screw = points["table"]["mass_kg"], points["screw"]["mass_kg"]
-        self.rotor, self.left, self.nut = (points[n]["inertia_kg_m2"] for n in ("rotor", "left-angle", "screw-angle"))
+        self.rotor, self.left, self.nut = (
+            points[n]["inertia_kg_m2"] for n in ("rotor", "left-angle", "screw-angle")
+        )
         self.lead = next(j for j in machine["joint"] if j["name"] == "nut")["screw"]["lead_m"] / (2 * np.pi)
         described = dict(sorted(machine["parameter"].items()))  # in the order of jointid
         self.start = {name: p["start"] for name, p in described.items()}
@@ -40,8 +45,14 @@ class Bench:
         nuts = {p["name"]: p["nut_m"] for p in manifest["position"]}
         self.fitted = manifest["split"]["fit"]
         self.nuts = np.array([nuts[name] for name in self.fitted])
-        rows = [r for r in csv.DictReader((ROOT / "measurements/tian/modes.csv").open()) if r["position"] in self.fitted]
-        column = lambda key: np.array([[float(r[key]) for r in rows if r["position"] == name] for name in self.fitted])
+        rows = [
+            r
+            for r in csv.DictReader((ROOT / "measurements/tian/modes.csv").open())
+            if r["position"] in self.fitted
+        ]
+        column = lambda key: np.array(
+            [[float(r[key]) for r in rows if r["position"] == name] for name in self.fitted]
+        )
         self.measured_hz, self.measured_amplitude = column("frequency_hz"), column("amplitude")
 
     def parameters(self, names, places):
@@ -137,8 +148,13 @@ class ModeObjective:
         """Returns frequencies, amplitudes and prominences (member, position, peak) in rising frequency, padded with infinite frequencies."""
         parts = [self._peaks(places[:, i : i + self.chunk]) for i in range(0, places.shape[1], self.chunk)]
         width = max(part[0].shape[2] for part in parts)
-        fill = lambda array, value: np.pad(array, ((0, 0), (0, 0), (0, width - array.shape[2])), constant_values=value)
-        return [np.concatenate([fill(part[i], value) for part in parts]) for i, value in enumerate((np.inf, 1.0, 1.0))]
+        fill = lambda array, value: np.pad(
+            array, ((0, 0), (0, 0), (0, width - array.shape[2])), constant_values=value
+        )
+        return [
+            np.concatenate([fill(part[i], value) for part in parts])
+            for i, value in enumerate((np.inf, 1.0, 1.0))
+        ]
 
     def _peaks(self, places):
         p = self.bench.parameters(self.bench.free_for_modes, places)
@@ -170,7 +186,9 @@ class ModeObjective:
         member, position = np.divmod(row, len(self.bench.nuts))
         mine = self.bench.parameters(self.bench.free_for_modes, np.asarray(places)[:, member])
         mine = {name: np.reshape(value, -1) if np.ndim(value) else value for name, value in mine.items()}
-        inverse = lambda points: 1 / Lines(self.bench, points, self.bench.nuts[position]).mobility_square(mine)
+        inverse = lambda points: (
+            1 / Lines(self.bench, points, self.bench.nuts[position]).mobility_square(mine)
+        )
         left, right = self.frequencies[line - 1], self.frequencies[line + 1]
         points = left + (right - left) * np.linspace(0, 1, ZOOM)[:, None]
         values = inverse(points)
@@ -188,7 +206,9 @@ class ModeObjective:
         frequency, amplitude, prominence = self.peaks(places)
         bench = self.bench
         count, positions, found = frequency.shape
-        unexpected = (prominence >= bench.least_prominence) & (frequency >= self.low) & (frequency <= self.high)
+        unexpected = (
+            (prominence >= bench.least_prominence) & (frequency >= self.low) & (frequency <= self.high)
+        )
         alone = np.where(unexpected, MISSING, 0.0) ** 2
         missing = (MISSING / FREQUENCY_MODEL_ERROR) ** 2
         # Order-preserving pairing with the least sum of squares. Each state holds that sum, cost, pairs, Σ ln ratio, Σ (ln ratio)².

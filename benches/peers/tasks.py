@@ -1,6 +1,6 @@
 """Tasks of the peers: side_by_side.py runs each in a process of its own. A task repeats its work and prints one line of JSON.
 
-    python benches/peers/tasks.py NAME < arguments.json
+python benches/peers/tasks.py NAME < arguments.json
 """
 
 import json
@@ -22,14 +22,20 @@ def timed(work, each=1, least=0.3):
     while time.perf_counter() - begin < least:
         work()
         repeats += 1
-    return {"seconds": (time.thread_time() - given) / repeats / each, "wall": (time.perf_counter() - begin) / repeats / each}
+    return {
+        "seconds": (time.thread_time() - given) / repeats / each,
+        "wall": (time.perf_counter() - begin) / repeats / each,
+    }
 
 
 def objective(form):
     """Builds the objective on modes in one of its forms: grid, refined, fine-grid; with the fastest number of members per pass."""
     bench = Bench()
     lines = ModeObjective.fine_grid(bench) if form == "fine-grid" else ModeObjective.grid(bench)
-    made = [ModeObjective(bench, lines, form == "refined", chunk) for chunk in (CHUNKS[:3] if form == "fine-grid" else CHUNKS)]
+    made = [
+        ModeObjective(bench, lines, form == "refined", chunk)
+        for chunk in (CHUNKS[:3] if form == "fine-grid" else CHUNKS)
+    ]
     sample = np.random.default_rng(0).random((len(bench.free_for_modes), 120))
     return min(made, key=lambda o: timed(lambda: o.at(sample), least=0.02)["seconds"])
 
@@ -44,7 +50,11 @@ def receptances(places, parameters):
 def modes(places, form, peaks=False):
     """Evaluates the objective for all members at once, as a vectorised search does."""
     made, places = objective(form), np.array(places).T
-    out = {"costs": made.at(places).tolist(), "lines": len(made.frequencies), **timed(lambda: made.at(places), places.shape[1])}
+    out = {
+        "costs": made.at(places).tolist(),
+        "lines": len(made.frequencies),
+        **timed(lambda: made.at(places), places.shape[1]),
+    }
     if peaks:
         found = made.peaks(places)[0]
         out["peaks"] = [[[f for f in row if np.isfinite(f)] for row in member] for member in found]
@@ -72,14 +82,31 @@ def search(form, popsize, generations, seed, threads=1):
     begin, wall = time.thread_time(), time.perf_counter()
 
     def callback(intermediate_result):
-        trace.append((time.thread_time() - begin, float(intermediate_result.fun), intermediate_result.x.tolist()))
+        trace.append(
+            (time.thread_time() - begin, float(intermediate_result.fun), intermediate_result.x.tolist())
+        )
 
     bounds = [(0.0, 1.0)] * len(made.bench.free_for_modes)
     found = differential_evolution(
-        cost, bounds, popsize=popsize, maxiter=generations, tol=0, polish=False, vectorized=True, updating="deferred", rng=seed, callback=callback
+        cost,
+        bounds,
+        popsize=popsize,
+        maxiter=generations,
+        tol=0,
+        polish=False,
+        vectorized=True,
+        updating="deferred",
+        rng=seed,
+        callback=callback,
     )
     times = {"seconds": time.thread_time() - begin, "wall": time.perf_counter() - wall}
-    return {**times, "evaluations": count, "cost": float(found.fun), "place": found.x.tolist(), "trace": trace}
+    return {
+        **times,
+        "evaluations": count,
+        "cost": float(found.fun),
+        "place": found.x.tolist(),
+        "trace": trace,
+    }
 
 
 def frfs(places):
@@ -101,7 +128,9 @@ def frf_search(target, generations, seed):
     bounds = [(0.0, 1.0)] * len(made.names)
     reached = lambda intermediate_result: intermediate_result.fun <= target
     begin = time.thread_time()
-    found = differential_evolution(made.at, bounds, maxiter=generations, tol=0, polish=False, rng=seed, callback=reached)
+    found = differential_evolution(
+        made.at, bounds, maxiter=generations, tol=0, polish=False, rng=seed, callback=reached
+    )
     return {"seconds": time.thread_time() - begin, "evaluations": found.nfev, "cost": float(found.fun)}
 
 
@@ -115,7 +144,10 @@ def substructures(machine):
     def rod(kind, length):
         stiffness, slowness = kind
         phase = omega * slowness * length
-        direct, cross = -1 / (stiffness * omega * slowness * np.tan(phase)), -1 / (stiffness * omega * slowness * np.sin(phase))
+        direct, cross = (
+            -1 / (stiffness * omega * slowness * np.tan(phase)),
+            -1 / (stiffness * omega * slowness * np.sin(phase)),
+        )
         blocks.append(np.moveaxis(np.array([[direct, cross], [cross, direct]]), 2, 0))
         return [sum(b.shape[1] for b in blocks) - 2 + i for i in (0, 1)]
 
@@ -171,11 +203,17 @@ def coupling(machine, form):
                 return (y - np.swapaxes(by, 1, 2) @ np.linalg.solve(interface, by))[:, table, table]
             case "one":
                 row = (b @ y[:, :, table].T).T
-                return y[:, table, table] - np.einsum("li,li->l", row, np.linalg.solve(interface, row[:, :, None])[:, :, 0])
+                return y[:, table, table] - np.einsum(
+                    "li,li->l", row, np.linalg.solve(interface, row[:, :, None])[:, :, 0]
+                )
 
     values = work()
     size = {"interface": joints.shape[1], "coordinates": y.shape[1]}
-    return {"receptances": np.stack([values.real, values.imag], axis=-1).tolist(), **size, **timed(work, len(y))}
+    return {
+        "receptances": np.stack([values.real, values.imag], axis=-1).tolist(),
+        **size,
+        **timed(work, len(y)),
+    }
 
 
 def lumped(mass, damping, stiffness, table, form):
@@ -200,7 +238,11 @@ def lumped(mass, damping, stiffness, table, form):
 
     work = solve if form == "solve" else modes
     values = work()
-    return {"receptances": np.stack([values.real, values.imag], axis=-1).tolist(), "coordinates": len(m), **timed(work, omega.size)}
+    return {
+        "receptances": np.stack([values.real, values.imag], axis=-1).tolist(),
+        "coordinates": len(m),
+        **timed(work, omega.size),
+    }
 
 
 def universal(file):

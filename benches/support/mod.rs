@@ -7,12 +7,21 @@ use machine::{Machine, Operating};
 use measurement::{Condition, Frf, FrfLine, FrfNoise, Gain, MeasurementSet, Position, Quantity};
 use numeric::unit::omega_rad_s;
 
-/// Computes receptances of a machine at its start values, one FRF per nut position; `None` for a machine without a nut.
+/// Computes receptances of a machine at its start values, one FRF per nut position; `None` for a machine
+/// without a nut.
 ///
 /// They are free of noise, but state a relative standard deviation of 2 %.
-pub fn simulated_frfs(machine: &Machine, channel: (&str, &str), nuts_m: &[Option<f64>], frequencies_hz: &[f64]) -> MeasurementSet {
+pub fn simulated_frfs(
+    machine: &Machine,
+    channel: (&str, &str),
+    nuts_m: &[Option<f64>],
+    frequencies_hz: &[f64],
+) -> MeasurementSet {
     let index = |name| machine.point(name).expect("the machine has the point");
-    let structure = Arc::new(Structure::new(machine, index(channel.0), index(channel.1), RodModel::Exact).expect("the points can move"));
+    let structure = Arc::new(
+        Structure::new(machine, index(channel.0), index(channel.1), RodModel::Exact)
+            .expect("the points can move"),
+    );
     let (mut network, mut work) = (structure.empty_model(), structure.workspace());
     let mut set = MeasurementSet::none();
     set.gain = Gain::Known(1.0);

@@ -65,8 +65,16 @@ const OBJECTIVES: [Word<ObjectiveKind>; 6] = [
     ("eq26", ObjectiveKind::Eq26, "Eq. 26 of Tian et al. as printed"),
     ("frequencies", ObjectiveKind::Frequencies, "Weighted least squares of frequencies only"),
     ("frf", ObjectiveKind::Frf, "Whole FRFs: complex logarithm of measured over predicted"),
-    ("inverse-dynamics", ObjectiveKind::InverseDynamics, "Motion records: force that the rigid machine needs for the measured motion"),
-    ("output-error", ObjectiveKind::OutputError, "Motion records: force of the closed loop, simulated from the command"),
+    (
+        "inverse-dynamics",
+        ObjectiveKind::InverseDynamics,
+        "Motion records: force that the rigid machine needs for the measured motion",
+    ),
+    (
+        "output-error",
+        ObjectiveKind::OutputError,
+        "Motion records: force of the closed loop, simulated from the command",
+    ),
 ];
 
 /// Models by name.
@@ -107,7 +115,9 @@ pub fn band(given: &[f64], example: &str) -> Result<Option<(f64, f64)>, String> 
         [from, to] => Ok(Some((*from, *to))),
         _ => {
             let given = given.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
-            Err(format!("--band {given}: write the lowest and the highest frequency in Hz, such as --band {example}"))
+            Err(format!(
+                "--band {given}: write the lowest and the highest frequency in Hz, such as --band {example}"
+            ))
         }
     }
 }
@@ -169,7 +179,8 @@ pub struct SearchArguments {
     /// Model of the rods.
     #[command(flatten)]
     pub rods: RodArguments,
-    /// Objective to minimise; by default frf for FRFs, inverse-dynamics for motion records, else least-squares
+    /// Objective to minimise; by default frf for FRFs, inverse-dynamics for motion records, else
+    /// least-squares
     #[arg(long, value_parser = one_of(&OBJECTIVES))]
     pub objective: Option<ObjectiveKind>,
     /// Model error of frequencies, relative standard deviation

@@ -40,7 +40,9 @@ pub enum Command {
     #[command(after_help = "Example:\n  jointid identify --positions l1,l3,l5 --out results")]
     Identify(IdentifyArguments),
     /// Check an identification at held-out positions or on another set
-    #[command(after_help = "Example:\n  jointid validate --result results/identification.json --positions l2,l4,l6 --fail-above 0.03")]
+    #[command(
+        after_help = "Example:\n  jointid validate --result results/identification.json --positions l2,l4,l6 --fail-above 0.03"
+    )]
     Validate(ValidateArguments),
     /// Predict an identified machine at any position, with intervals
     #[command(
@@ -77,19 +79,25 @@ pub enum Command {
     #[command(after_help = "Example:\n  jointid friction --data axis-1.csv --lead-m 0.005 --efficiency 0.9")]
     Friction(FrictionArguments),
     /// Compute modes, FRFs, stiffness and motion of a machine
-    #[command(after_help = "Example:\n  jointid simulate modes --config configs/tian-as-published.toml --position l1")]
+    #[command(
+        after_help = "Example:\n  jointid simulate modes --config configs/tian-as-published.toml --position l1"
+    )]
     Simulate(SimulateArguments),
     /// List the library of effects, or show one of them
     #[command(after_help = "Example:\n  jointid effects\n  jointid effects rotor-hold")]
     Effects(EffectsArguments),
     /// Make one self-contained HTML page from the results in a folder
-    #[command(after_help = "Example:\n  jointid identify --positions l1,l3,l5 --out results\n  jointid report results")]
+    #[command(
+        after_help = "Example:\n  jointid identify --positions l1,l3,l5 --out results\n  jointid report results"
+    )]
     Report(ReportArguments),
     /// Write a commented machine and an empty set to fill in
     #[command(after_help = "Example:\n  jointid init my-axis")]
     Init(InitArguments),
     /// Print the JSON Schema of a file or result document
-    #[command(after_help = "Example:\n  jointid schema machine > machine.schema.json\n  jointid schema --list")]
+    #[command(
+        after_help = "Example:\n  jointid schema machine > machine.schema.json\n  jointid schema --list"
+    )]
     Schema(SchemaArguments),
     /// Print shell completions
     #[command(
@@ -128,7 +136,8 @@ const COMMANDS: [Group; 5] = [
 ];
 
 /// The commands below `simulate` by heading.
-const SIMULATIONS: [Group; 2] = [("Structure", &["modes", "frf", "stiffness"]), ("Driven axis", &["motion", "bode", "hold"])];
+const SIMULATIONS: [Group; 2] =
+    [("Structure", &["modes", "frf", "stiffness"]), ("Driven axis", &["motion", "bode", "hold"])];
 
 /// The command line, with commands listed by heading.
 pub fn command() -> clap::Command {
@@ -142,10 +151,16 @@ pub fn grouped(command: clap::Command, groups: &[Group]) -> clap::Command {
     let header = *command.get_styles().get_header();
     let name = command.get_styles().get_literal();
     let line = |id: &&str| {
-        let about = command.find_subcommand(id).and_then(clap::Command::get_about).map(ToString::to_string).unwrap_or_default();
+        let about = command
+            .find_subcommand(id)
+            .and_then(clap::Command::get_about)
+            .map(ToString::to_string)
+            .unwrap_or_default();
         format!("  {name}{id:<12}{name:#} {about}\n")
     };
-    let list = |(heading, ids): &Group| format!("{header}{heading}:{header:#}\n{}\n", ids.iter().map(line).collect::<String>());
+    let list = |(heading, ids): &Group| {
+        format!("{header}{heading}:{header:#}\n{}\n", ids.iter().map(line).collect::<String>())
+    };
     let lists: String = groups.iter().map(list).collect();
     command.help_template(format!(
         "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{lists}{header}Options:{header:#}\n{{options}}{{after-help}}"
@@ -165,7 +180,9 @@ mod tests {
     #[test]
     fn every_command_stands_under_a_heading_and_in_one_line() {
         let root = command();
-        for (of, groups) in [(&root, &COMMANDS[..]), (root.find_subcommand("simulate").unwrap(), &SIMULATIONS[..])] {
+        for (of, groups) in
+            [(&root, &COMMANDS[..]), (root.find_subcommand("simulate").unwrap(), &SIMULATIONS[..])]
+        {
             let mut known: Vec<&str> = of.get_subcommands().map(clap::Command::get_name).collect();
             known.sort_unstable();
             assert_eq!(listed(groups), known);

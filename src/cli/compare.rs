@@ -1,4 +1,5 @@
-//! `jointid compare`: multi-position against single-position identification, or objectives against each other.
+//! `jointid compare`: multi-position against single-position identification, or objectives against each
+//! other.
 
 use std::path::{Path, PathBuf};
 
@@ -19,7 +20,8 @@ pub struct CompareArguments {
     /// Positions of the multi-position identification, comma-separated
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub positions: Option<Vec<String>>,
-    /// Positions to identify one by one, comma-separated; by default the fit positions except the first, as in the paper
+    /// Positions to identify one by one, comma-separated; by default the fit positions except the first, as
+    /// in the paper
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub single: Option<Vec<String>>,
     /// Compare objectives instead, by leave-one-out cross-validation over the fit positions
@@ -44,7 +46,8 @@ pub fn run(given: &CompareArguments) -> CommandResult {
         study = study.fit(names).map_err(shown)?;
     }
     let folder = prepare(&given.output)?;
-    let runs = study.runs_of_comparison(given.single.as_ref().map(Vec::len), given.objectives).map_err(shown)?;
+    let runs =
+        study.runs_of_comparison(given.single.as_ref().map(Vec::len), given.objectives).map_err(shown)?;
     let progress = WorkProgress::searches(given.output.quiet, "compare", runs * study.settings().repeats);
     let work = format!("compare {:?} {}", given.single, given.objectives);
     let study = resumable(study, &given.output, folder.as_ref(), &progress, &work)?;

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use crate::arguments::{OutputArguments, SearchArguments, Sources, SplitArguments};
 use crate::long_work::{finish, on_threads, resumable};
 use crate::message::{shown, to_message};
-use crate::outcome::{CommandResult, Outcome, deliver, prepare, prepare_file, print_out, warn, write_announced};
+use crate::outcome::{
+    CommandResult, Outcome, deliver, prepare, prepare_file, print_out, warn, write_announced,
+};
 use crate::progress::WorkProgress;
 use crate::search::settings;
 use crate::terminal;
@@ -19,7 +21,11 @@ use study::{Ablation, DiagnosisRequest, NullCache, Study};
 /// Parts of the method that can be disabled, by name.
 const PARTS: [Word<Ablation>; 4] = [
     ("chi-square", Ablation::ChiSquare, "Thresholds from χ² tables instead of null simulations"),
-    ("frozen-nominal", Ablation::FrozenNominal, "Candidates fitted with all other parameters held at the nominal fit"),
+    (
+        "frozen-nominal",
+        Ablation::FrozenNominal,
+        "Candidates fitted with all other parameters held at the nominal fit",
+    ),
     ("no-nuisances", Ablation::NoNuisances, "No tolerances fitted as nuisance parameters"),
     ("in-sample", Ablation::InSample, "Candidates ranked by the fitted positions, without cross-validation"),
 ];
@@ -37,7 +43,8 @@ pub struct DiagnoseArguments {
     /// Effects to leave out of the candidates, comma-separated
     #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
     pub exclude: Vec<String>,
-    /// Null simulations whose fits are made in full, beside 2000 linear ones; 25 times as many for motion records
+    /// Null simulations whose fits are made in full, beside 2000 linear ones; 25 times as many for motion
+    /// records
     #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u16).range(20..=2000))]
     pub nulls: u16,
     /// Folder for cached null simulations; the platform's cache by default
@@ -49,7 +56,8 @@ pub struct DiagnoseArguments {
     /// Parts of the method to disable, comma-separated
     #[arg(long, value_name = "PARTS", value_delimiter = ',', value_parser = one_of(&PARTS))]
     pub ablate: Vec<Ablation>,
-    /// Machine file to write where the verdict names one effect: the machine with it, which is then identified
+    /// Machine file to write where the verdict names one effect: the machine with it, which is then
+    /// identified
     #[arg(long, value_name = "FILE")]
     pub apply: Option<PathBuf>,
     #[command(flatten)]
@@ -76,7 +84,8 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
     let target = given.apply.as_deref().map(|path| prepare_file(path, "--apply")).transpose()?;
     let folder = prepare(&given.output)?;
     let progress = WorkProgress::begin(given.output.quiet, "diagnose");
-    let study = resumable(study, &given.output, folder.as_ref(), &progress, &format!("diagnose {request:?}"))?;
+    let study =
+        resumable(study, &given.output, folder.as_ref(), &progress, &format!("diagnose {request:?}"))?;
     let ran = on_threads(given.search.threads, || study.diagnose_with(&request))?;
     progress.end();
     let document = ran.map_err(shown)?;
@@ -88,12 +97,15 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
     );
     deliver(&given.output, folder.as_ref(), "diagnosis.json", &document, &text)?;
     match (finish(&given.output, study.control(), document.stamp.complete), &given.apply, &target) {
-        (Outcome::Done, Some(path), Some(target)) => apply(given, &study, &document, (path, target), folder.as_ref()),
+        (Outcome::Done, Some(path), Some(target)) => {
+            apply(given, &study, &document, (path, target), folder.as_ref())
+        }
         (ended, _, _) => Ok(ended),
     }
 }
 
-/// Writes the machine with the effect that the verdict names, and identifies it. The diagnosis is delivered already.
+/// Writes the machine with the effect that the verdict names, and identifies it. The diagnosis is delivered
+/// already.
 fn apply(
     given: &DiagnoseArguments,
     study: &Study,

@@ -28,7 +28,8 @@ pub struct FrictionArguments {
     /// Efficiency between motor torque and screw, above 0 and at most 1
     #[arg(long, allow_negative_numbers = true, value_name = "X", default_value_t = 1.0)]
     pub efficiency: f64,
-    /// Noise model of the measurements; by default known where the table has standard deviations, else uniform
+    /// Noise model of the measurements; by default known where the table has standard deviations, else
+    /// uniform
     #[arg(long, value_parser = one_of(&NOISES))]
     pub noise: Option<StribeckNoise>,
     #[command(flatten)]
@@ -45,6 +46,11 @@ pub fn run(given: &FrictionArguments) -> CommandResult {
 
 impl FrictionArguments {
     fn request(&self) -> FrictionRequest {
-        FrictionRequest { path: self.data.display().to_string(), lead_m: self.lead_m, efficiency: self.efficiency, noise: self.noise }
+        FrictionRequest {
+            path: self.data.display().to_string(),
+            lead_m: self.lead_m,
+            efficiency: self.efficiency,
+            noise: self.noise,
+        }
     }
 }

@@ -86,8 +86,12 @@ pub fn import(given: &ImportArguments) -> CommandResult {
     if given.list {
         return list(given);
     }
-    let out = given.out.as_ref().ok_or("import: name the folder of the new set with --out, or list the files with --list")?;
-    let title = given.title.clone().or_else(|| out.file_name().map(|name| name.to_string_lossy().into_owned()));
+    let out = given
+        .out
+        .as_ref()
+        .ok_or("import: name the folder of the new set with --out, or list the files with --list")?;
+    let title =
+        given.title.clone().or_else(|| out.file_name().map(|name| name.to_string_lossy().into_owned()));
     let request = ImportRequest {
         files: given.files.clone(),
         columns: (!given.columns.is_empty()).then(|| given.columns.clone()),
@@ -115,7 +119,10 @@ pub fn import(given: &ImportArguments) -> CommandResult {
     folder.write_all(imported.files()).map_err(to_message)?;
     for path in left_behind {
         if let Err(error) = std::fs::remove_file(&path) {
-            terminal::warning(&format!("{}: a table of the replaced set cannot be removed: {error}", path.display()));
+            terminal::warning(&format!(
+                "{}: a table of the replaced set cannot be removed: {error}",
+                path.display()
+            ));
         }
     }
     if !given.quiet {
@@ -123,7 +130,10 @@ pub fn import(given: &ImportArguments) -> CommandResult {
     }
     let (count, at_positions) = (imported.frfs(), imported.frfs_at_positions());
     let frfs = if count == 1 { "FRF" } else { "FRFs" };
-    print_out(&format!("{count} {frfs} imported into {}, {at_positions} of them at a position\n", out.display()))?;
+    print_out(&format!(
+        "{count} {frfs} imported into {}, {at_positions} of them at a position\n",
+        out.display()
+    ))?;
     Ok(Outcome::Done)
 }
 
@@ -142,9 +152,13 @@ fn nut_positions(given: &[String]) -> Result<BTreeMap<String, f64>, String> {
     given
         .iter()
         .map(|text| {
-            let (name, number) = text.split_once('=').ok_or_else(|| format!("--nut-m {text}: write NAME=M, as in l1=0.6"))?;
+            let (name, number) =
+                text.split_once('=').ok_or_else(|| format!("--nut-m {text}: write NAME=M, as in l1=0.6"))?;
             let nut_m = number.trim().parse::<f64>().ok().filter(|x| x.is_finite());
-            Ok((name.trim().to_string(), nut_m.ok_or_else(|| format!("--nut-m {text}: «{number}» is no distance in m"))?))
+            Ok((
+                name.trim().to_string(),
+                nut_m.ok_or_else(|| format!("--nut-m {text}: «{number}» is no distance in m"))?,
+            ))
         })
         .collect()
 }

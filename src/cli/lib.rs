@@ -1,4 +1,5 @@
-//! The command line: arguments, commands, exit codes. The laboratory's program, which lies above, shares its arguments, messages and long work.
+//! The command line: arguments, commands, exit codes. The laboratory's program, which lies above, shares its
+//! arguments, messages and long work.
 
 // The arguments.
 pub mod arguments;
@@ -46,8 +47,9 @@ pub fn run() -> ExitCode {
     ExitCode::from(run_with(std::env::args_os()))
 }
 
-/// Runs the command with these arguments, the name of the program first. Returns its exit code: 0 done, 1 a limit was not met, 2 could not run, 3
-/// stopped early. A faulty command line ends the process, as do `--help` and `--version`; a command of the laboratory takes its place.
+/// Runs the command with these arguments, the name of the program first. Returns its exit code: 0 done, 1 a
+/// limit was not met, 2 could not run, 3 stopped early. A faulty command line ends the process, as do
+/// `--help` and `--version`; a command of the laboratory takes its place.
 pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let words: Vec<OsString> = arguments.into_iter().collect();
     if let Some(forwarded) = words.get(1..).and_then(laboratory::requested) {
@@ -75,7 +77,8 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     })
 }
 
-/// Parses the arguments of this process, and starts its threads and the watch for Ctrl-C. A faulty command line ends the process.
+/// Parses the arguments of this process, and starts its threads and the watch for Ctrl-C. A faulty command
+/// line ends the process.
 pub fn begun<A: FromArgMatches>(command: clap::Command, arguments: impl IntoIterator<Item = OsString>) -> A {
     std::sync::LazyLock::force(&terminal::BEGUN);
     let parsed = command.try_get_matches_from(arguments).and_then(|matches| A::from_arg_matches(&matches));

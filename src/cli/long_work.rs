@@ -1,4 +1,5 @@
-//! Long computations: their threads, Ctrl-C, and the journal of finished work from which the same command resumes.
+//! Long computations: their threads, Ctrl-C, and the journal of finished work from which the same command
+//! resumes.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock};
@@ -12,7 +13,8 @@ use crate::terminal;
 use report::{OutputFolder, release_claims};
 use study::{Control, Study};
 
-/// Connects a study with the terminal: progress, Ctrl-C, and the journal of work that an earlier run of the same command has finished.
+/// Connects a study with the terminal: progress, Ctrl-C, and the journal of work that an earlier run of the
+/// same command has finished.
 ///
 /// # Errors  the journal cannot be read.
 pub fn resumable(
@@ -53,7 +55,8 @@ pub fn finish(output: &OutputArguments, control: &Control, complete: bool) -> Ou
 /// Name of the journal in the result folder. The file exists until the run is complete.
 const JOURNAL: &str = "unfinished.jsonl";
 
-/// Time after Ctrl-C within which the work must stop and deliver what it has found. Ctrl-C ends a command within a second.
+/// Time after Ctrl-C within which the work must stop and deliver what it has found. Ctrl-C ends a command
+/// within a second.
 const DELIVERY: Duration = Duration::from_millis(850);
 
 /// Flag that Ctrl-C sets.
@@ -68,8 +71,8 @@ fn end() -> ! {
     std::process::exit(3);
 }
 
-/// Lets Ctrl-C end the command: work that looks at [`stop_flag`] stops and delivers what it has found, within `DELIVERY`; other work ends at once,
-/// and so does any at a second Ctrl-C.
+/// Lets Ctrl-C end the command: work that looks at [`stop_flag`] stops and delivers what it has found, within
+/// `DELIVERY`; other work ends at once, and so does any at a second Ctrl-C.
 pub fn watch_ctrl_c() {
     // Where no handler can be set, Ctrl-C ends the process as usual.
     let _ = ctrlc::set_handler(|| {
@@ -95,7 +98,8 @@ pub fn stop_flag() -> Arc<AtomicBool> {
     Arc::clone(&STOP)
 }
 
-/// Runs a computation on the given number of threads; without one, on all cores or as many as `RAYON_NUM_THREADS` states.
+/// Runs a computation on the given number of threads; without one, on all cores or as many as
+/// `RAYON_NUM_THREADS` states.
 ///
 /// # Errors  the threads cannot be started.
 pub fn on_threads<T: Send>(threads: Option<u16>, work: impl FnOnce() -> T + Send) -> Result<T, String> {
@@ -105,7 +109,9 @@ pub fn on_threads<T: Send>(threads: Option<u16>, work: impl FnOnce() -> T + Send
         Some(count) => {
             terminal::THREADS.get_or_init(|| usize::from(count));
             let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(count)).build();
-            Ok(pool.map_err(|e| format!("{count} threads cannot be started ({e}); ask for fewer"))?.install(work))
+            Ok(pool
+                .map_err(|e| format!("{count} threads cannot be started ({e}); ask for fewer"))?
+                .install(work))
         }
     }
 }
@@ -113,17 +119,20 @@ pub fn on_threads<T: Send>(threads: Option<u16>, work: impl FnOnce() -> T + Send
 /// Largest number of threads, as `--threads` has it.
 const MOST_THREADS: usize = 1024;
 
-/// Starts the threads of this process: one per core, or as many as `RAYON_NUM_THREADS` states. Where the system refuses them, all work runs on
-/// the main thread.
+/// Starts the threads of this process: one per core, or as many as `RAYON_NUM_THREADS` states. Where the
+/// system refuses them, all work runs on the main thread.
 pub fn start_threads() {
     let requested = std::env::var("RAYON_NUM_THREADS").ok().and_then(|text| text.parse::<usize>().ok());
     let mut builder = rayon::ThreadPoolBuilder::new();
     if let Some(count) = requested.filter(|count| *count > MOST_THREADS) {
-        terminal::warning(&format!("RAYON_NUM_THREADS is {count}; at most {MOST_THREADS} threads are started"));
+        terminal::warning(&format!(
+            "RAYON_NUM_THREADS is {count}; at most {MOST_THREADS} threads are started"
+        ));
         builder = builder.num_threads(MOST_THREADS);
     }
     if let Err(error) = builder.build_global() {
-        // The pool for all cannot be asked for twice; one of this thread takes its place until the process ends.
+        // The pool for all cannot be asked for twice; one of this thread takes its place until the process
+        // ends.
         if let Ok(alone) = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build() {
             std::mem::forget(alone);
             terminal::warning(&format!("threads cannot be started ({error}); the work runs on one"));

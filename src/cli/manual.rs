@@ -53,5 +53,8 @@ fn render_pages(command: &Command, pages: &mut Vec<(String, Vec<u8>)>) -> Result
     let mut text = Vec::new();
     clap_mangen::Man::new(command.clone()).render(&mut text).map_err(|e| format!("{name}.1: {e}"))?;
     pages.push((format!("{name}.1"), text));
-    command.get_subcommands().filter(|c| c.get_name() != "help" && !c.is_hide_set()).try_for_each(|sub| render_pages(sub, pages))
+    command
+        .get_subcommands()
+        .filter(|c| c.get_name() != "help" && !c.is_hide_set())
+        .try_for_each(|sub| render_pages(sub, pages))
 }

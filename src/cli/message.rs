@@ -12,7 +12,9 @@ pub fn shown(error: StudyError) -> String {
     let text = error.to_string();
     match error.setting_key().and_then(|key| Some((key, text.strip_prefix(key)?))) {
         // The argument of a band is in Hz without saying so.
-        Some((key, rest)) => format!("--{}{rest}", if key == "band_hz" { "band".into() } else { key.replace('_', "-") }),
+        Some((key, rest)) => {
+            format!("--{}{rest}", if key == "band_hz" { "band".into() } else { key.replace('_', "-") })
+        }
         None => text,
     }
 }

@@ -13,7 +13,8 @@ pub struct LoadArguments {
     /// Velocity of the table (m/s); the friction at this velocity loads the contacts
     #[arg(long, value_name = "V", allow_negative_numbers = true)]
     pub velocity_m_s: Option<f64>,
-    /// Acceleration of the table (m/s²), upward positive on a vertical axis; its inertia force loads the contacts
+    /// Acceleration of the table (m/s²), upward positive on a vertical axis; its inertia force loads the
+    /// contacts
     #[arg(long, value_name = "A", allow_negative_numbers = true)]
     pub acceleration_m_s2: Option<f64>,
     /// External axial force (N) on the table, which loads the contacts
@@ -24,7 +25,11 @@ pub struct LoadArguments {
 impl LoadArguments {
     /// Returns the load.
     pub fn load(&self) -> Load {
-        Load { velocity_m_s: self.velocity_m_s, acceleration_m_s2: self.acceleration_m_s2, force_n: self.force_n }
+        Load {
+            velocity_m_s: self.velocity_m_s,
+            acceleration_m_s2: self.acceleration_m_s2,
+            force_n: self.force_n,
+        }
     }
 }
 

@@ -17,7 +17,8 @@ pub enum Outcome {
     Done,
     /// The command completed, but a limit requested by the user is exceeded, such as `--fail-above`.
     LimitNotMet,
-    /// Ended early, by Ctrl-C or because a simulated motion diverged; the results so far, if any, are delivered.
+    /// Ended early, by Ctrl-C or because a simulated motion diverged; the results so far, if any, are
+    /// delivered.
     Stopped,
 }
 
@@ -27,10 +28,15 @@ pub type CommandResult = Result<Outcome, String>;
 /// Returns the line that names the machine and measurements of a result.
 pub fn used(study: &Study, result: &Path) -> String {
     let (title, config) = study.machine_source();
-    wrapped(&format!("result {}: machine «{title}» ({config}), measurements {}", result.display(), study.measurements().path))
+    wrapped(&format!(
+        "result {}: machine «{title}» ({config}), measurements {}",
+        result.display(),
+        study.measurements().path
+    ))
 }
 
-/// Claims the result folder, so that no other run writes into it; `None` without `--out`. Called before the computations start.
+/// Claims the result folder, so that no other run writes into it; `None` without `--out`. Called before the
+/// computations start.
 pub fn prepare(output: &OutputArguments) -> Result<Option<OutputFolder>, String> {
     output.out.as_deref().map(OutputFolder::claim).transpose().map_err(to_message)
 }
@@ -57,7 +63,11 @@ pub fn deliver_with<T: Serialize>(
     let json = to_json(document).map_err(to_message)?;
     if let Some(folder) = folder {
         let others = others.iter().map(|(name, text)| (*name, text.as_str()));
-        write_announced(output, folder, &std::iter::once((file, json.as_str())).chain(others).collect::<Vec<_>>())?;
+        write_announced(
+            output,
+            folder,
+            &std::iter::once((file, json.as_str())).chain(others).collect::<Vec<_>>(),
+        )?;
     }
     print_out(if output.json { &json } else { text })?;
     terminal::forget_warnings();
@@ -66,10 +76,16 @@ pub fn deliver_with<T: Serialize>(
 }
 
 /// Writes files, all or none, and prints their paths to stderr, unless `--json` or `--quiet` is given.
-pub fn write_announced(output: &OutputArguments, folder: &OutputFolder, files: &[(&str, &str)]) -> Result<(), String> {
+pub fn write_announced(
+    output: &OutputArguments,
+    folder: &OutputFolder,
+    files: &[(&str, &str)],
+) -> Result<(), String> {
     folder.write_all(files.iter().copied()).map_err(to_message)?;
     if !output.json && !output.quiet {
-        files.iter().for_each(|(name, _)| terminal::say(&format!("written: {}\n", folder.file(name).display())));
+        files
+            .iter()
+            .for_each(|(name, _)| terminal::say(&format!("written: {}\n", folder.file(name).display())));
     }
     Ok(())
 }
@@ -77,7 +93,10 @@ pub fn write_announced(output: &OutputArguments, folder: &OutputFolder, files: &
 /// Checks that a file can be written. Returns its folder and its name.
 pub fn prepare_file(path: &Path, argument: &str) -> Result<(OutputFolder, String), String> {
     let folder = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let name = path.file_name().and_then(|name| name.to_str()).ok_or_else(|| format!("{argument} {}: name a file", path.display()))?;
+    let name = path
+        .file_name()
+        .and_then(|name| name.to_str())
+        .ok_or_else(|| format!("{argument} {}: name a file", path.display()))?;
     if path.is_dir() {
         return Err(format!("{argument} {}: is a folder; name a file", path.display()));
     }
@@ -89,7 +108,9 @@ pub fn print_out(text: &str) -> Result<(), String> {
     let text = printable(text);
     let mut stdout = std::io::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(format!("stdout: cannot be written: {error}")),
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(format!("stdout: cannot be written: {error}"))
+        }
         _ => Ok(()),
     }
 }

@@ -37,7 +37,11 @@ pub struct PeaksArguments {
 /// Runs the command.
 pub fn run(given: &PeaksArguments) -> CommandResult {
     let set = read_set_from(&given.measurements, given.allow_outside).map_err(shown)?;
-    let request = PeaksRequest { band_hz: band(&given.band, "20,800")?, local: given.local, max_order: usize::from(given.max_order) };
+    let request = PeaksRequest {
+        band_hz: band(&given.band, "20,800")?,
+        local: given.local,
+        max_order: usize::from(given.max_order),
+    };
     let progress = WorkProgress::begin(given.output.quiet, "peaks");
     // Nothing is known before the end, so that Ctrl-C ends the command at once.
     let found = peaks(&set, &request, &Control::new(Arc::default(), Some(progress.watcher())));
@@ -47,7 +51,13 @@ pub fn run(given: &PeaksArguments) -> CommandResult {
     warn(&given.output, &document.stamp.warnings);
     let folder = prepare(&given.output)?;
     let tables = [("modes.csv", found.modes_csv.clone())];
-    deliver_with(&given.output, folder.as_ref(), ("peaks.json", &tables), document, &peaks_table(document, given.all))?;
+    deliver_with(
+        &given.output,
+        folder.as_ref(),
+        ("peaks.json", &tables),
+        document,
+        &peaks_table(document, given.all),
+    )?;
     if !given.output.json && !given.all && document.modes.iter().any(|m| !m.regular) {
         let spurious = document.modes.iter().filter(|m| !m.regular).count();
         print_out(&format!("{spurious} spurious modes are not shown; --all shows them with the reasons\n"))?;

@@ -10,15 +10,18 @@ use report::plan_table;
 use study::{PlanRequest, PlannedData, Settings, read_diagnosis};
 
 /// Kinds of data, by name.
-const DATA: [Word<PlannedData>; 2] =
-    [("modes", PlannedData::Modes, "Natural frequencies and amplitudes"), ("frf", PlannedData::Frf, "Whole FRFs")];
+const DATA: [Word<PlannedData>; 2] = [
+    ("modes", PlannedData::Modes, "Natural frequencies and amplitudes"),
+    ("frf", PlannedData::Frf, "Whole FRFs"),
+];
 
 /// Arguments of `plan`.
 #[derive(Debug, clap::Args)]
 pub struct PlanArguments {
     #[command(flatten)]
     pub sources: Sources,
-    /// Machine, set and parameter values from this identification.json; --config and --measurements replace its own
+    /// Machine, set and parameter values from this identification.json; --config and --measurements replace
+    /// its own
     #[arg(long, value_name = "FILE")]
     pub result: Option<PathBuf>,
     /// Kind of data to measure; by default frf where the set has FRFs, else modes
@@ -72,7 +75,11 @@ pub fn run(given: &PlanArguments) -> CommandResult {
         }
         None => (given.sources.open()?, None),
     };
-    let study = study.with_settings(Settings { rods: given.rods.represent(), freeze: given.freeze.clone(), ..Settings::default() });
+    let study = study.with_settings(Settings {
+        rods: given.rods.represent(),
+        freeze: given.freeze.clone(),
+        ..Settings::default()
+    });
     let request = PlanRequest {
         identified,
         data: given.data,
@@ -81,7 +88,13 @@ pub fn run(given: &PlanArguments) -> CommandResult {
         channels: given.channels.clone(),
         states: given.states.clone(),
         predict_at_m: given.predict_at.clone(),
-        diagnosis: given.diagnosis.as_deref().map(read_diagnosis).transpose().map_err(shown)?.map(|(found, file)| (found, Some(file))),
+        diagnosis: given
+            .diagnosis
+            .as_deref()
+            .map(read_diagnosis)
+            .transpose()
+            .map_err(shown)?
+            .map(|(found, file)| (found, Some(file))),
         noise: given.noise,
         band_hz: band(&given.band, "5,1000")?,
         lines: usize::from(given.lines),
@@ -91,7 +104,9 @@ pub fn run(given: &PlanArguments) -> CommandResult {
     let values = request.identified.as_ref().map(|(identified, _)| &identified.parameters);
     let size = |id: &str| {
         let identified = values.and_then(|rows| rows.get(id)).map(|row| row.value);
-        identified.or_else(|| study.machine().parameter(id).map(|at| study.machine().parameters[at].start)).map_or(1.0, f64::abs)
+        identified
+            .or_else(|| study.machine().parameter(id).map(|at| study.machine().parameters[at].start))
+            .map_or(1.0, f64::abs)
     };
     let heading = given.result.as_ref().map_or_else(String::new, |path| used(&study, path) + "\n");
     let text = heading + &plan_table(&document, &size, usize::from(given.top));

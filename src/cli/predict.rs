@@ -1,11 +1,14 @@
-//! `jointid predict`: natural frequencies, FRFs and static stiffness of an identified machine at any position.
+//! `jointid predict`: natural frequencies, FRFs and static stiffness of an identified machine at any
+//! position.
 
 use std::path::PathBuf;
 
 use crate::arguments::{OutputArguments, band, opened};
 use crate::long_work::{on_threads, stop_flag};
 use crate::message::shown;
-use crate::outcome::{CommandResult, Outcome, deliver_with, prepare, prepare_file, used, warn, write_announced};
+use crate::outcome::{
+    CommandResult, Outcome, deliver_with, prepare, prepare_file, used, warn, write_announced,
+};
 use crate::progress::WorkProgress;
 use report::{predicted_frfs_csv, prediction_csv, prediction_text};
 use study::simulation::Place;
@@ -77,7 +80,9 @@ pub fn run(given: &PredictArguments) -> CommandResult {
     };
     // Folders are made after all checks: nothing is written for a result that is refused.
     let machine = given.machine_out.as_deref().map(|path| {
-        let text = study.machine_of_identification(&identified, &given.result.display().to_string()).map_err(shown)?;
+        let text = study
+            .machine_of_identification(&identified, &given.result.display().to_string())
+            .map_err(shown)?;
         let (folder, name) = prepare_file(path, "--machine-out")?;
         Ok::<_, String>((folder, name, text))
     });
@@ -88,8 +93,12 @@ pub fn run(given: &PredictArguments) -> CommandResult {
     }
     warn(&given.output, &document.stamp.warnings);
     let text = used(&study, &given.result) + &prediction_text(&study.machine().title, &document);
-    let tables = [("prediction.csv", Some(prediction_csv(&document))), ("prediction-frf.csv", predicted_frfs_csv(&document))];
-    let tables: Vec<(&str, String)> = tables.into_iter().filter_map(|(name, text)| Some((name, text?))).collect();
+    let tables = [
+        ("prediction.csv", Some(prediction_csv(&document))),
+        ("prediction-frf.csv", predicted_frfs_csv(&document)),
+    ];
+    let tables: Vec<(&str, String)> =
+        tables.into_iter().filter_map(|(name, text)| Some((name, text?))).collect();
     deliver_with(&given.output, folder.as_ref(), ("prediction.json", &tables), &document, &text)?;
     Ok(if document.stamp.complete { Outcome::Done } else { Outcome::Stopped })
 }

@@ -31,7 +31,8 @@ struct BarState {
 }
 
 impl WorkProgress {
-    /// Starts a bar over a number of successive searches. It is hidden when `quiet`, and where stderr is no terminal.
+    /// Starts a bar over a number of successive searches. It is hidden when `quiet`, and where stderr is no
+    /// terminal.
     pub fn searches(quiet: bool, name: &str, searches: usize) -> Self {
         let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
         style(&bar, "{spinner} {prefix}  {elapsed}");
@@ -56,7 +57,8 @@ impl WorkProgress {
         WorkProgress::searches(quiet, name, 1)
     }
 
-    /// Returns a watcher for stages, searches and counted steps. A search that converges early shortens the remaining time.
+    /// Returns a watcher for stages, searches and counted steps. A search that converges early shortens the
+    /// remaining time.
     pub fn watcher(&self) -> Watcher {
         let (bar, at) = (self.bar.clone(), Arc::clone(&self.at));
         Arc::new(move |progressed| {
@@ -72,7 +74,11 @@ impl WorkProgress {
                 Progress::Generation { search, done, most, best } => {
                     if !at.is_searching {
                         style(&bar, SEARCHES);
-                        bar.set_prefix(at.stage.as_ref().map_or_else(|| at.name.clone(), |stage| format!("{}: {stage}", at.name)));
+                        bar.set_prefix(
+                            at.stage
+                                .as_ref()
+                                .map_or_else(|| at.name.clone(), |stage| format!("{}: {stage}", at.name)),
+                        );
                         at.is_searching = true;
                     }
                     at.done.insert(search, done);

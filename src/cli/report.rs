@@ -12,7 +12,8 @@ use study::Sources;
 /// Arguments of `report`.
 #[derive(Debug, clap::Args)]
 pub struct ReportArguments {
-    /// Folder with result documents, such as identification.json, validation.json, peaks.json or diagnosis.json
+    /// Folder with result documents, such as identification.json, validation.json, peaks.json or
+    /// diagnosis.json
     #[arg(value_name = "DIR")]
     pub folder: PathBuf,
     /// File of the page; DIR/report.html by default
@@ -37,11 +38,17 @@ pub fn run(given: &ReportArguments) -> CommandResult {
     }
     let parent = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let file = target.file_name().ok_or_else(|| format!("{}: name a file with --out", target.display()))?;
-    let written = OutputFolder::prepare(parent).map_err(to_message)?.write(&file.to_string_lossy(), html.as_bytes()).map_err(to_message)?;
+    let written = OutputFolder::prepare(parent)
+        .map_err(to_message)?
+        .write(&file.to_string_lossy(), html.as_bytes())
+        .map_err(to_message)?;
     if !given.quiet {
         page.notes.iter().for_each(|n| terminal::note(n));
         if html.len() > page::MOST_BYTES {
-            terminal::note(&format!("the page has {:.1} MB, more than many mailboxes accept", html.len() as f64 / 1e6));
+            terminal::note(&format!(
+                "the page has {:.1} MB, more than many mailboxes accept",
+                html.len() as f64 / 1e6
+            ));
         }
         terminal::say(&format!("written: {} ({:.1} MB)\n", written.display(), html.len() as f64 / 1e6));
     }

@@ -17,12 +17,17 @@ pub struct SchemaArguments {
 }
 
 /// Runs the command on the documents with these names.
-pub fn run<S: Serialize>(given: &SchemaArguments, names: &[&str], schema: fn(&str) -> Option<S>) -> CommandResult {
+pub fn run<S: Serialize>(
+    given: &SchemaArguments,
+    names: &[&str],
+    schema: fn(&str) -> Option<S>,
+) -> CommandResult {
     let Some(name) = &given.name else {
         print_out(&names.iter().map(|n| format!("{n}\n")).collect::<String>())?;
         return Ok(Outcome::Done);
     };
-    let schema = schema(name).ok_or_else(|| format!("schema {name}: no schema has this name; there are {}", names.join(", ")))?;
+    let schema = schema(name)
+        .ok_or_else(|| format!("schema {name}: no schema has this name; there are {}", names.join(", ")))?;
     print_out(&to_json(&schema).map_err(to_message)?)?;
     Ok(Outcome::Done)
 }

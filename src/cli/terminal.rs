@@ -46,12 +46,14 @@ pub fn note(text: &str) {
     labelled("note:", AnsiColor::Cyan.on_default().bold(), text);
 }
 
-/// Prints the message why the command could not run, in one line so that it can be searched for, with the implausible numbers of its machine.
+/// Prints the message why the command could not run, in one line so that it can be searched for, with the
+/// implausible numbers of its machine.
 pub fn failed(text: &str) {
     let kept = KEPT.lock().map(|kept| kept.join("; ")).unwrap_or_default();
     let text = if kept.is_empty() { text.to_string() } else { format!("{text} (implausible: {kept})") };
     let red = AnsiColor::Red.on_default().bold();
-    let _ = writeln!(anstream::stderr(), "{red}jointid:{red:#} {}", shortened(&brief_numbers(&text), LONGEST));
+    let _ =
+        writeln!(anstream::stderr(), "{red}jointid:{red:#} {}", shortened(&brief_numbers(&text), LONGEST));
 }
 
 /// Prints the message about a faulty command line, or the help that was asked for, and ends the process.
@@ -72,7 +74,8 @@ fn labelled(label: &str, style: Style, text: &str) {
     let _ = write!(anstream::stderr(), "{style}{label}{style:#}{rest}");
 }
 
-/// Prints the background of a result, with `--verbose`: inputs, overrides, settings, searches, effects not applicable and run time.
+/// Prints the background of a result, with `--verbose`: inputs, overrides, settings, searches, effects not
+/// applicable and run time.
 pub fn background(verbose: bool, json: &str) {
     if !verbose {
         return;
@@ -82,20 +85,29 @@ pub fn background(verbose: bool, json: &str) {
     let word = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_string);
     for input in list("inputs") {
         let digest = word(&input["sha256"]);
-        say(&wrapped(&format!("read {} (SHA-256 {}…)", word(&input["path"]), digest.get(..12).unwrap_or(&digest))));
+        say(&wrapped(&format!(
+            "read {} (SHA-256 {}…)",
+            word(&input["path"]),
+            digest.get(..12).unwrap_or(&digest)
+        )));
     }
     for (key, what) in [("overrides", "overridden"), ("without", "taken out")] {
         list(key).iter().for_each(|value| say(&wrapped(&format!("{what}: {}", word(value)))));
     }
     let settings = document["settings"].as_object().cloned().unwrap_or_default();
-    let set = settings.iter().filter(|(_, v)| !v.is_null() && v.as_array().is_none_or(|list| !list.is_empty()));
-    let set: Vec<String> = set.map(|(key, value)| format!("{} {}", key.replace('_', " "), word(value))).collect();
+    let set =
+        settings.iter().filter(|(_, v)| !v.is_null() && v.as_array().is_none_or(|list| !list.is_empty()));
+    let set: Vec<String> =
+        set.map(|(key, value)| format!("{} {}", key.replace('_', " "), word(value))).collect();
     if !set.is_empty() {
         say(&wrapped(&format!("settings: {}", set.join(", "))));
     }
     for search in list("searches") {
         let cost = search["cost"].as_f64().unwrap_or(f64::NAN);
-        say(&format!("round of searches with seed {}: cost {cost:.6} after {} evaluations\n", search["seed"], search["evaluations"]));
+        say(&format!(
+            "round of searches with seed {}: cost {cost:.6} after {} evaluations\n",
+            search["seed"], search["evaluations"]
+        ));
     }
     for effect in list("effects").iter().filter(|effect| effect["status"] == "not-applicable") {
         say(&wrapped(&format!("not applicable: {}: {}", word(&effect["id"]), word(&effect["why"]))));

@@ -37,14 +37,24 @@ pub fn run(given: &ValidateArguments) -> CommandResult {
     if let Some(limit) = given.fail_above.filter(|l| !(*l > 0.0)) {
         return Err(format!("--fail-above {limit}: write a share above 0, such as 0.03"));
     }
-    let sources = Sources { measurements: given.measurements.clone(), allow_outside: given.allow_outside, ..Sources::default() };
+    let sources = Sources {
+        measurements: given.measurements.clone(),
+        allow_outside: given.allow_outside,
+        ..Sources::default()
+    };
     let (study, identified, file) = Study::open_with_result(&sources, &given.result).map_err(shown)?;
     let study = opened(Ok(study))?.with_control(Control::new(stop_flag(), None));
     let request = ValidationRequest { positions: given.positions.clone(), file: Some(file) };
     let folder = prepare(&given.output)?;
     let document = study.validate_with(&identified, &request).map_err(shown)?;
     warn(&given.output, &document.stamp.warnings);
-    deliver(&given.output, folder.as_ref(), "validation.json", &document, &(used(&study, &given.result) + &validation_text(&document)))?;
+    deliver(
+        &given.output,
+        folder.as_ref(),
+        "validation.json",
+        &document,
+        &(used(&study, &given.result) + &validation_text(&document)),
+    )?;
     if !document.stamp.complete {
         return Ok(Outcome::Stopped);
     }
@@ -59,9 +69,16 @@ pub fn run(given: &ValidateArguments) -> CommandResult {
 
 /// Compares the largest error with the limit, and reports a limit that is not met.
 fn judge(given: &ValidateArguments, figure: &str, largest: Option<f64>) -> Outcome {
-    let Some((limit, largest)) = given.fail_above.zip(largest).filter(|(limit, largest)| largest > limit) else { return Outcome::Done };
+    let Some((limit, largest)) = given.fail_above.zip(largest).filter(|(limit, largest)| largest > limit)
+    else {
+        return Outcome::Done;
+    };
     if !given.output.quiet {
-        terminal::say(&format!("jointid: the largest {figure}, {:.2} %, is above {:.2} %\n", 100.0 * largest, 100.0 * limit));
+        terminal::say(&format!(
+            "jointid: the largest {figure}, {:.2} %, is above {:.2} %\n",
+            100.0 * largest,
+            100.0 * limit
+        ));
     }
     Outcome::LimitNotMet
 }

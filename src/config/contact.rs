@@ -8,8 +8,8 @@ use serde::Deserialize;
 
 use super::error::fault;
 use machine::contact::{
-    BALL_PRESSURE_LIMIT_PA, Balls, BearingData, ContactError, LoadedBalls, NutData, PreloadedPair, Printed, Rule, Side, Stiffness,
-    StribeckCurve,
+    BALL_PRESSURE_LIMIT_PA, Balls, BearingData, ContactError, LoadedBalls, NutData, PreloadedPair, Printed,
+    Rule, Side, Stiffness, StribeckCurve,
 };
 use machine::{LoadedPair, MachineError, ScrewEnd, Segment, SegmentEnd, Twist};
 
@@ -53,8 +53,8 @@ pub struct ContactFile {
     #[serde(default)]
     gravity_m_s2: f64,
     share: Option<f64>,
-    /// Segment of the screw between the nut and this contact, where contacts at both ends of the screw carry the force: they then share it by
-    /// compatibility. As printed they take `share`.
+    /// Segment of the screw between the nut and this contact, where contacts at both ends of the screw carry
+    /// the force: they then share it by compatibility. As printed they take `share`.
     segment: Option<String>,
     outside_share: Option<f64>,
 }
@@ -119,7 +119,9 @@ pub fn segments(files: BTreeMap<String, SegmentFile>) -> Result<Vec<Segment>, Ma
         let ((a, length_a), (b, length_b)) = (pair[0], pair[1]);
         return Err(fault(
             format!("segment.{b}.length_m"),
-            format!("is {length_b}, that of «{a}» is {length_a}; one nut position needs screws of equal length"),
+            format!(
+                "is {length_b}, that of «{a}» is {length_a}; one nut position needs screws of equal length"
+            ),
         ));
     }
     let twist = |t: TwistFile| Twist { shear_modulus_pa: t.shear_modulus_pa, lead_m: t.lead_m };
@@ -137,30 +139,46 @@ pub fn contacts(
     segments: &[Segment],
     defaults: ContactDefaults,
 ) -> Result<Vec<LoadedPair>, MachineError> {
-    let ends: Vec<(String, String)> = files.iter().filter_map(|(name, file)| Some((name.clone(), file.segment.clone()?))).collect();
-    let mut contacts = files.into_iter().map(|(name, file)| contact(name, &file, curves, defaults)).collect::<Result<Vec<_>, _>>()?;
+    let ends: Vec<(String, String)> =
+        files.iter().filter_map(|(name, file)| Some((name.clone(), file.segment.clone()?))).collect();
+    let mut contacts = files
+        .into_iter()
+        .map(|(name, file)| contact(name, &file, curves, defaults))
+        .collect::<Result<Vec<_>, _>>()?;
     join_ends(&mut contacts, &ends, segments)?;
     Ok(contacts)
 }
 
 /// Lets the contacts that name a segment share the force on the nut: two, one at each end of the screw.
-fn join_ends(contacts: &mut [LoadedPair], ends: &[(String, String)], segments: &[Segment]) -> Result<(), MachineError> {
+fn join_ends(
+    contacts: &mut [LoadedPair],
+    ends: &[(String, String)],
+    segments: &[Segment],
+) -> Result<(), MachineError> {
     let Some((name, _)) = ends.first() else { return Ok(()) };
     let key = |name: &String, key: &str| format!("contact.{name}.{key}");
     let [first, second] = ends else {
-        let fault_text = format!("a screw has two ends that share a force; {} contacts name a segment, write it for two", ends.len());
+        let fault_text = format!(
+            "a screw has two ends that share a force; {} contacts name a segment, write it for two",
+            ends.len()
+        );
         return Err(fault(key(name, "segment"), fault_text));
     };
     let find = |(name, segment): &(String, String)| {
         let at = contacts.iter().position(|c| c.name == *name);
         let known = || segments.iter().map(|s| s.name.as_str()).collect::<Vec<_>>().join(", ");
         let found = segments.iter().find(|s| s.name == *segment);
-        let absent = || fault(key(name, "segment"), format!("no segment is called «{segment}»; there are: {}", known()));
+        let absent = || {
+            fault(key(name, "segment"), format!("no segment is called «{segment}»; there are: {}", known()))
+        };
         found.cloned().zip(at).ok_or_else(absent)
     };
     let ((first_segment, a), (second_segment, b)) = (find(first)?, find(second)?);
     if first_segment.from == second_segment.from {
-        let fault_text = format!("«{}» and «{}» begin at the same end of the screw; name the segments of both ends", first.1, second.1);
+        let fault_text = format!(
+            "«{}» and «{}» begin at the same end of the screw; name the segments of both ends",
+            first.1, second.1
+        );
         return Err(fault(key(&second.0, "segment"), fault_text));
     }
     let (one, other) = (&contacts[a], &contacts[b]);
@@ -172,11 +190,18 @@ fn join_ends(contacts: &mut [LoadedPair], ends: &[(String, String)], segments: &
         ("outside_share", one.outside_share == other.outside_share),
     ];
     if let Some((differs, _)) = same.iter().find(|(_, same)| !same) {
-        let fault_text = format!("differs from that of contact.{}, with which it shares one force; write the same", one.name);
+        let fault_text = format!(
+            "differs from that of contact.{}, with which it shares one force; write the same",
+            one.name
+        );
         return Err(fault(key(&second.0, differs), fault_text));
     }
     let ends = [
-        ScrewEnd { segment: first_segment.clone(), other_pair: other.pair, other_segment: second_segment.clone() },
+        ScrewEnd {
+            segment: first_segment.clone(),
+            other_pair: other.pair,
+            other_segment: second_segment.clone(),
+        },
         ScrewEnd { segment: second_segment, other_pair: one.pair, other_segment: first_segment },
     ];
     for (at, end) in [a, b].into_iter().zip(ends) {
@@ -197,8 +222,14 @@ fn contact(
         Some(curve) => {
             let found = curves.get(curve).ok_or_else(|| {
                 let known: Vec<&str> = curves.keys().map(String::as_str).collect();
-                let known = if known.is_empty() { "there are none".to_string() } else { format!("there are {}", known.join(", ")) };
-                let remedy = format!("no friction curve is called «{curve}»; {known}. Describe it as [friction.{curve}]");
+                let known = if known.is_empty() {
+                    "there are none".to_string()
+                } else {
+                    format!("there are {}", known.join(", "))
+                };
+                let remedy = format!(
+                    "no friction curve is called «{curve}»; {known}. Describe it as [friction.{curve}]"
+                );
                 fault(format!("contact.{name}.friction"), remedy)
             })?;
             Some(StribeckCurve {
@@ -229,7 +260,9 @@ fn pair(name: &str, file: &ContactFile) -> Result<PreloadedPair, MachineError> {
     let kind = file.kind;
     let in_contact = |text: String| fault(format!("contact.{name}"), text);
     let at_key = |key: &str, text: String| fault(format!("contact.{name}.{key}"), text);
-    let need = |key: &str, value: Option<f64>| value.ok_or_else(|| in_contact(format!("a {} needs {key}; write it", kind.word())));
+    let need = |key: &str, value: Option<f64>| {
+        value.ok_or_else(|| in_contact(format!("a {} needs {key}; write it", kind.word())))
+    };
     let of_contact = |e: ContactError| in_contact(e.to_string());
     // A key that this kind does not use points to a misunderstanding.
     let unused: [(&str, bool, &[KindFile]); 11] = [
@@ -251,7 +284,10 @@ fn pair(name: &str, file: &ContactFile) -> Result<PreloadedPair, MachineError> {
     let conformity = match file.conformity {
         Some(ConformityFile::Both(f)) => Ok([f, f]),
         Some(ConformityFile::Each(f)) => Ok(f),
-        None => Err(in_contact(format!("a {} needs conformity; write the groove radius over the ball diameter", kind.word()))),
+        None => Err(in_contact(format!(
+            "a {} needs conformity; write the groove radius over the ball diameter",
+            kind.word()
+        ))),
     };
     let pressure_limit_pa = file.pressure_limit_pa.unwrap_or(BALL_PRESSURE_LIMIT_PA);
     if !(pressure_limit_pa > 0.0) {
@@ -262,7 +298,11 @@ fn pair(name: &str, file: &ContactFile) -> Result<PreloadedPair, MachineError> {
             let balls = match (file.ball_count, file.loaded_turns) {
                 (Some(count), None) => Balls::Count(count),
                 (None, Some(turns)) => Balls::Turns(turns),
-                _ => return Err(in_contact("a double-nut needs either ball_count or loaded_turns; write one of them".into())),
+                _ => {
+                    return Err(in_contact(
+                        "a double-nut needs either ball_count or loaded_turns; write one of them".into(),
+                    ));
+                }
             };
             let [screw, nut] = conformity?;
             let steel = NutData::steel(
@@ -273,7 +313,8 @@ fn pair(name: &str, file: &ContactFile) -> Result<PreloadedPair, MachineError> {
                 screw,
                 balls,
             );
-            let nut = LoadedBalls::of_nut(&NutData { nut_conformity: nut, pressure_limit_pa, ..steel }).map_err(of_contact)?;
+            let nut = LoadedBalls::of_nut(&NutData { nut_conformity: nut, pressure_limit_pa, ..steel })
+                .map_err(of_contact)?;
             PreloadedPair::double_nut(nut.side(), file.preload_n)
         }
         BearingPair => {
@@ -290,12 +331,15 @@ fn pair(name: &str, file: &ContactFile) -> Result<PreloadedPair, MachineError> {
                 inner,
             );
             let bearing =
-                LoadedBalls::of_bearing(&BearingData { outer_conformity: outer, pressure_limit_pa, ..steel }).map_err(of_contact)?;
+                LoadedBalls::of_bearing(&BearingData { outer_conformity: outer, pressure_limit_pa, ..steel })
+                    .map_err(of_contact)?;
             let [a, b] = file.tandem.unwrap_or([1, 1]);
             PreloadedPair::bearing_set(bearing.side(), a, b, file.preload_n)
         }
         KnownPair => {
-            let side = Side::from_point(need("load_n", file.load_n)?, need("deflection_m", file.deflection_m)?).map_err(of_contact)?;
+            let side =
+                Side::from_point(need("load_n", file.load_n)?, need("deflection_m", file.deflection_m)?)
+                    .map_err(of_contact)?;
             PreloadedPair::double_nut(side, file.preload_n)
         }
     }

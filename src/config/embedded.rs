@@ -9,7 +9,9 @@ pub fn embedded_config(path: &str) -> Option<&'static str> {
         "configs/tian.toml" => Some(include_str!("../../configs/tian.toml")),
         "configs/tian-as-published.toml" => Some(include_str!("../../configs/tian-as-published.toml")),
         "configs/tian-as-computed.toml" => Some(include_str!("../../configs/tian-as-computed.toml")),
-        "configs/twin-ball-screw-as-computed.toml" => Some(include_str!("../../configs/twin-ball-screw-as-computed.toml")),
+        "configs/twin-ball-screw-as-computed.toml" => {
+            Some(include_str!("../../configs/twin-ball-screw-as-computed.toml"))
+        }
         "configs/two-inertia.toml" => Some(include_str!("../../configs/two-inertia.toml")),
         "configs/emps.toml" => Some(include_str!("../../configs/emps.toml")),
         "configs/twin-ball-screw.toml" => Some(include_str!("../../configs/twin-ball-screw.toml")),

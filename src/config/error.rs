@@ -82,10 +82,15 @@ mod tests {
 
     #[test]
     fn faulty_settings_are_distinguished_from_faulty_files() {
-        let refused = |set: &str, without: &[String]| read_machine(BENCH, &[set.to_string()], without).unwrap_err();
+        let refused =
+            |set: &str, without: &[String]| read_machine(BENCH, &[set.to_string()], without).unwrap_err();
         assert_eq!(refused("point.table.mass=1", &[]).setting(), Some("set"));
         assert_eq!(refused("point.table.mass_kg=1", &["backlash".into()]).setting(), Some("without"));
         let error = refused("tolerance.mass=-1", &[]);
-        assert!(error.setting().is_none() && matches!(&error, ConfigError::Key { key, .. } if key == "tolerance.mass"), "{error}");
+        assert!(
+            error.setting().is_none()
+                && matches!(&error, ConfigError::Key { key, .. } if key == "tolerance.mass"),
+            "{error}"
+        );
     }
 }

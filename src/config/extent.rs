@@ -32,7 +32,9 @@ const LARGEST_WHOLE: f64 = 1e15;
 ///
 /// # Errors  one of them is above its limit.
 pub(super) fn check_extent(table: &Table) -> Result<(), MachineError> {
-    let count = |value: &Value| value.as_array().map(Vec::len).or_else(|| value.as_table().map(Table::len)).unwrap_or(0);
+    let count = |value: &Value| {
+        value.as_array().map(Vec::len).or_else(|| value.as_table().map(Table::len)).unwrap_or(0)
+    };
     for (key, most) in MOST {
         let found = table.get(key).map_or(0, count);
         if found > most {
@@ -42,7 +44,10 @@ pub(super) fn check_extent(table: &Table) -> Result<(), MachineError> {
     for shaft in table.get("shaft").and_then(Value::as_array).into_iter().flatten() {
         let found = shaft.get("station").map_or(0, count);
         if found > MOST_STATIONS {
-            return Err(fault("shaft.station", format!("has {found} entries; at most {MOST_STATIONS} are handled")));
+            return Err(fault(
+                "shaft.station",
+                format!("has {found} entries; at most {MOST_STATIONS} are handled"),
+            ));
         }
     }
     table.iter().try_for_each(|(key, value)| check_texts(key, value))
@@ -58,7 +63,9 @@ fn check_texts(key: &str, value: &Value) -> Result<(), MachineError> {
         Value::String(text) => check_length(key, text, LONGEST_TEXT),
         Value::Integer(whole) if !((*whole as f64).abs() <= LARGEST_WHOLE) => Err(fault(
             key,
-            format!("is {whole}; write a number of at most {LARGEST_WHOLE:e}, with a decimal point if it is none of entries"),
+            format!(
+                "is {whole}; write a number of at most {LARGEST_WHOLE:e}, with a decimal point if it is none of entries"
+            ),
         )),
         Value::Table(table) => table.iter().try_for_each(|(key, value)| check_texts(key, value)),
         Value::Array(list) => list.iter().try_for_each(|value| check_texts(key, value)),
@@ -68,9 +75,10 @@ fn check_texts(key: &str, value: &Value) -> Result<(), MachineError> {
 
 fn check_length(key: &str, text: &str, most: usize) -> Result<(), MachineError> {
     match text.chars().count() {
-        length if length > most => {
-            Err(fault(key, format!("«{}» has {length} characters; at most {most} are handled", shortened(text, 20))))
-        }
+        length if length > most => Err(fault(
+            key,
+            format!("«{}» has {length} characters; at most {most} are handled", shortened(text, 20)),
+        )),
         _ => Ok(()),
     }
 }
@@ -82,22 +90,32 @@ mod tests {
 
     fn refusal(text: &str) -> String {
         let begun = Instant::now();
-        let message = read_machine_text("m.toml", text, &[], &[]).map(|_| "accepted".to_string()).unwrap_or_else(|e| e.to_string());
+        let message = read_machine_text("m.toml", text, &[], &[])
+            .map(|_| "accepted".to_string())
+            .unwrap_or_else(|e| e.to_string());
         assert!(begun.elapsed() < Duration::from_secs(20), "{message}");
         message
     }
 
     #[test]
     fn descriptions_beyond_the_limits_are_refused_at_once() {
-        let point = |at: usize| format!("[[point]]\nname = \"p{at}\"\nmotion = \"translation\"\nmass_kg = 1.0\n");
+        let point =
+            |at: usize| format!("[[point]]\nname = \"p{at}\"\nmotion = \"translation\"\nmass_kg = 1.0\n");
         let points = (0..20_000).map(point).collect::<String>();
-        assert!(refusal(&format!("title = \"t\"\n{points}")).contains("point: has 20000 entries; at most 200"));
+        assert!(
+            refusal(&format!("title = \"t\"\n{points}")).contains("point: has 20000 entries; at most 200")
+        );
         let name = "n".repeat(5000);
-        let long = format!("title = \"t\"\n[[point]]\nname = \"{name}\"\nmotion = \"translation\"\nmass_kg = 1.0\n");
+        let long =
+            format!("title = \"t\"\n[[point]]\nname = \"{name}\"\nmotion = \"translation\"\nmass_kg = 1.0\n");
         let message = refusal(&long);
         assert!(message.contains("has 5000 characters") && message.len() < 200, "{message}");
-        let parameter = |at: usize| format!("[parameter.q{at}]\nunit = \"N/m\"\nstart = 1e6\nlower = 1e5\nupper = 1e7\n");
+        let parameter =
+            |at: usize| format!("[parameter.q{at}]\nunit = \"N/m\"\nstart = 1e6\nlower = 1e5\nupper = 1e7\n");
         let parameters = (0..3000).map(parameter).collect::<String>();
-        assert!(refusal(&format!("title = \"t\"\n{}{parameters}", point(0))).contains("parameter: has 3000 entries"));
+        assert!(
+            refusal(&format!("title = \"t\"\n{}{parameters}", point(0)))
+                .contains("parameter: has 3000 entries")
+        );
     }
 }

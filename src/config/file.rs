@@ -13,8 +13,9 @@ use super::servo::ServoFile;
 use super::unit::to_si;
 use machine::contact::{Rule, Stiffness};
 use machine::{
-    AttachFile, BendingFile, Data, DerivedPatch, DriveFile, Effect, FitRule, FrictionForceFile, GROUND, JointPatch, LeadErrorFile,
-    LeverFile, MachineError, NumberSource, Parameter, Patch, PointMotion, PointPatch, ReattachFile, Role, Scale, ShaftFile, Tolerance,
+    AttachFile, BendingFile, Data, DerivedPatch, DriveFile, Effect, FitRule, FrictionForceFile, GROUND,
+    JointPatch, LeadErrorFile, LeverFile, MachineError, NumberSource, Parameter, Patch, PointMotion,
+    PointPatch, ReattachFile, Role, Scale, ShaftFile, Tolerance,
 };
 use numeric::unit::travel_per_radian_m;
 
@@ -24,7 +25,8 @@ use numeric::unit::travel_per_radian_m;
 pub struct MachineFile {
     /// Title of the machine for display.
     pub title: String,
-    /// Name of the built-in measurement set that belongs to the machine, such as `tian`; absent where none does.
+    /// Name of the built-in measurement set that belongs to the machine, such as `tian`; absent where none
+    /// does.
     pub measurements: Option<String>,
     /// Ids of the effects that the machine contains, from the library or from `[[effect]]` of this file.
     #[serde(default)]
@@ -119,7 +121,8 @@ pub struct JointFile {
     damping: Option<NumberSource>,
     /// The loops of a drive that holds a point, in place of stiffness and damping.
     servo: Option<ServoFile>,
-    /// η: the stiffness is multiplied by 1 + η·(i + s·2/π·ln(ω/ω₀)), ω₀ = 2π·100 rad/s; s is `tolerance.loss_dispersion`, 0 constant, 1 causal.
+    /// η: the stiffness is multiplied by 1 + η·(i + s·2/π·ln(ω/ω₀)), ω₀ = 2π·100 rad/s; s is
+    /// `tolerance.loss_dispersion`, 0 constant, 1 causal.
     loss_factor: Option<NumberSource>,
     /// Integral action (1/s) of a holding servo: the stiffness is multiplied by 1 + rate/(iω).
     integral_rate: Option<NumberSource>,
@@ -168,7 +171,8 @@ pub struct EffectFile {
     signature: Option<String>,
     #[serde(alias = "separates")]
     discriminating_test: Option<String>,
-    /// Effects from which force and one encoder cannot distinguish it: the difference depends on numbers that no record contains.
+    /// Effects from which force and one encoder cannot distinguish it: the difference depends on numbers that
+    /// no record contains.
     #[serde(default, alias = "like")]
     confusable_with: Vec<String>,
     /// Effects from which it cannot be distinguished in motion with negligible inertia force.
@@ -221,7 +225,10 @@ fn point(file: PointFile) -> Result<PointPatch, MachineError> {
         ));
     }
     if let Some(NumberSource::Number(0.0)) = right {
-        return Err(fault(format!("point.{}.{}", file.name, motion.inertia_key()), "is 0; leave the key out for a point without inertia"));
+        return Err(fault(
+            format!("point.{}.{}", file.name, motion.inertia_key()),
+            "is 0; leave the key out for a point without inertia",
+        ));
     }
     Ok(PointPatch {
         inertia: right.unwrap_or_default(),
@@ -237,7 +244,9 @@ fn joint(file: JointFile) -> Result<JointPatch, MachineError> {
     let alike = file.between.iter().flatten().filter(|n| *n != GROUND).cloned().collect();
     let mut angles = Vec::new();
     let mut on: Vec<(String, f64)> = match (file.between, file.on) {
-        (Some([a, b]), None) if a != b => [(a, 1.0), (b, -1.0)].into_iter().filter(|(n, _)| n != GROUND).collect(),
+        (Some([a, b]), None) if a != b => {
+            [(a, 1.0), (b, -1.0)].into_iter().filter(|(n, _)| n != GROUND).collect()
+        }
         (Some([a, _]), None) => {
             return Err(fault(
                 format!("joint.{name}.between"),
@@ -245,25 +254,43 @@ fn joint(file: JointFile) -> Result<JointPatch, MachineError> {
             ));
         }
         (None, Some(on)) => on.into_iter().collect(),
-        _ => return Err(fault(format!("joint.{name}"), "write either between = [\"a\", \"b\"] or on = { a = 1.0, … }")),
+        _ => {
+            return Err(fault(
+                format!("joint.{name}"),
+                "write either between = [\"a\", \"b\"] or on = { a = 1.0, … }",
+            ));
+        }
     };
     if on.len() == 1 && on[0].1 < 0.0 {
         on[0].1 = 1.0;
     }
     if let Some(screw) = file.screw {
         if !(screw.lead_m.abs() > 0.0 && screw.lead_m.is_finite()) {
-            return Err(fault(format!("joint.{name}.screw.lead_m"), format!("is {}; write the travel per turn in m", screw.lead_m)));
+            return Err(fault(
+                format!("joint.{name}.screw.lead_m"),
+                format!("is {}; write the travel per turn in m", screw.lead_m),
+            ));
         }
         angles.push(screw.angle.clone());
         on.push((screw.angle, -travel_per_radian_m(screw.lead_m)));
     }
     let (stiffness, damping) = match file.servo {
         None if file.stiffness.is_none() && file.damping.is_none() && file.friction.is_none() => {
-            return Err(fault(format!("joint.{name}"), "has neither stiffness nor damping nor friction; write at least one"));
+            return Err(fault(
+                format!("joint.{name}"),
+                "has neither stiffness nor damping nor friction; write at least one",
+            ));
         }
         None => (file.stiffness.unwrap_or_default(), file.damping.unwrap_or_default()),
-        Some(servo) if file.stiffness.is_none() && file.damping.is_none() => servo.stiffness_and_damping(&name)?,
-        Some(_) => return Err(fault(format!("joint.{name}.servo"), "defines stiffness and damping; leave those keys out")),
+        Some(servo) if file.stiffness.is_none() && file.damping.is_none() => {
+            servo.stiffness_and_damping(&name)?
+        }
+        Some(_) => {
+            return Err(fault(
+                format!("joint.{name}.servo"),
+                "defines stiffness and damping; leave those keys out",
+            ));
+        }
     };
     Ok(JointPatch {
         name,
@@ -331,11 +358,17 @@ impl EffectFile {
     /// Returns the effect.
     pub fn effect(self) -> Result<Effect, MachineError> {
         let id = self.id.clone();
-        let named = |error: MachineError| MachineError { part: format!("effect {id}, {}", error.part), ..error };
+        let named =
+            |error: MachineError| MachineError { part: format!("effect {id}, {}", error.part), ..error };
         let mut patch = Patch {
             points: self.point.into_iter().map(point).collect::<Result<_, _>>().map_err(named)?,
             joints: self.joint.into_iter().map(joint).collect::<Result<_, _>>().map_err(named)?,
-            rescales: self.rescale.into_iter().map(RescaleFile::rescale).collect::<Result<_, _>>().map_err(named)?,
+            rescales: self
+                .rescale
+                .into_iter()
+                .map(RescaleFile::rescale)
+                .collect::<Result<_, _>>()
+                .map_err(named)?,
             reattached: self.reattach,
             attached: self.attach,
             levers: self.lever,

@@ -1,4 +1,5 @@
-//! Text of an identified machine: the description with parameters at identified values, tolerances held, and effects added.
+//! Text of an identified machine: the description with parameters at identified values, tolerances held, and
+//! effects added.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +12,8 @@ use machine::{FitRule, Parameter, Prior, Scale};
 pub struct Found {
     /// Values of the parameters, by id.
     pub values: BTreeMap<String, f64>,
-    /// Nut positions (m) of the set, and values of the tolerances by name; `None` where tolerances were not fitted along.
+    /// Nut positions (m) of the set, and values of the tolerances by name; `None` where tolerances were not
+    /// fitted along.
     pub tolerances: Option<(Vec<f64>, BTreeMap<String, f64>)>,
     /// Ids of effects to add.
     pub effects: Vec<String>,
@@ -21,29 +23,42 @@ pub struct Found {
 
 /// Returns the description of a machine as found, overrides included: text that [`read_machine_text`] reads.
 ///
-/// `heading` becomes a comment. Comments of the description are lost, its descriptions and sources of parameters stay.
+/// `heading` becomes a comment. Comments of the description are lost, its descriptions and sources of
+/// parameters stay.
 ///
 /// # Errors  an effect is unknown or does not apply; a value is missing.
-pub fn machine_as_found(config: &MachineConfig, overrides: Overrides<'_>, found: &Found, heading: &str) -> Result<String, ConfigError> {
+pub fn machine_as_found(
+    config: &MachineConfig,
+    overrides: Overrides<'_>,
+    found: &Found,
+    heading: &str,
+) -> Result<String, ConfigError> {
     let content = |fault: String| ConfigError::Content { path: config.path.clone(), fault };
     let mut table = stated_table(&config.text, overrides)?;
     if !found.keeps_measurements {
         table.remove("measurements");
     }
-    let effects: Vec<toml::Value> = config.machine.effects.iter().chain(&found.effects).cloned().map(toml::Value::String).collect();
+    let effects: Vec<toml::Value> =
+        config.machine.effects.iter().chain(&found.effects).cloned().map(toml::Value::String).collect();
     if effects.is_empty() {
         table.remove("effects");
     } else {
         table.insert("effects".into(), effects.into());
     }
-    let text = |table: &toml::Table| toml::to_string(table).map_err(|e| content(format!("the machine cannot be written as TOML: {e}")));
-    // Ranges of added parameters are those of the description, where it states them, else those of the library.
+    let text = |table: &toml::Table| {
+        toml::to_string(table).map_err(|e| content(format!("the machine cannot be written as TOML: {e}")))
+    };
+    // Ranges of added parameters are those of the description, where it states them, else those of the
+    // library.
     let machine = read_machine_text(&config.path, &text(&table)?, &[], &[])?.machine;
     let parameters = table.entry("parameter").or_insert_with(|| toml::Table::new().into());
     let parameters = parameters.as_table_mut().ok_or_else(|| content("parameter is no table".into()))?;
     parameters.retain(|id, _| machine.parameter(id).is_some());
     for parameter in &machine.parameters {
-        let value = found.values.get(&parameter.id).ok_or_else(|| content(format!("the result has no parameter «{}»", parameter.id)))?;
+        let value = found
+            .values
+            .get(&parameter.id)
+            .ok_or_else(|| content(format!("the result has no parameter «{}»", parameter.id)))?;
         parameters.insert(parameter.id.clone(), entry(parameter, *value).into());
     }
     if parameters.is_empty() {
@@ -51,9 +66,13 @@ pub fn machine_as_found(config: &MachineConfig, overrides: Overrides<'_>, found:
     }
     // Tolerances that are held already stay as they are.
     if let Some((nuts_m, values)) = found.tolerances.as_ref().filter(|_| !table.contains_key("fitted")) {
-        let numbers: toml::Table = values.iter().map(|(name, value)| (name.clone(), (*value).into())).collect();
+        let numbers: toml::Table =
+            values.iter().map(|(name, value)| (name.clone(), (*value).into())).collect();
         let mut fitted = toml::Table::new();
-        fitted.insert("nuts_m".into(), nuts_m.iter().map(|x| toml::Value::Float(*x)).collect::<Vec<_>>().into());
+        fitted.insert(
+            "nuts_m".into(),
+            nuts_m.iter().map(|x| toml::Value::Float(*x)).collect::<Vec<_>>().into(),
+        );
         fitted.insert("tolerances".into(), numbers.into());
         table.insert("fitted".into(), fitted.into());
     }

@@ -1,4 +1,5 @@
-//! Plausible magnitudes of the numbers of a description: warnings with the likely unit, and refusals beyond physics.
+//! Plausible magnitudes of the numbers of a description: warnings with the likely unit, and refusals beyond
+//! physics.
 
 use file_access::{is_physical, unfilled};
 use machine::{GROUND, Machine, MachineError, Magnitude, Mechanism, Number, PointMotion};
@@ -6,17 +7,25 @@ use toml::{Table, Value};
 
 use super::error::fault;
 
-/// Checks the magnitudes of all numbers of a description, as the file states them. Returns one warning per implausible number.
+/// Checks the magnitudes of all numbers of a description, as the file states them. Returns one warning per
+/// implausible number.
 ///
 /// # Errors  numbers are still open; a number is beyond physics.
 pub(super) fn check_numbers(table: &Table) -> Result<Vec<String>, MachineError> {
     let open = unfilled(table);
     match open.as_slice() {
         [] => {}
-        [only] => return Err(fault(only.clone(), "is NaN, still to be filled in; write a number, from a drawing or catalogue")),
+        [only] => {
+            return Err(fault(
+                only.clone(),
+                "is NaN, still to be filled in; write a number, from a drawing or catalogue",
+            ));
+        }
         several => {
-            let text =
-                format!("these {} are NaN, still to be filled in; write a number for each, from drawings and catalogues", several.len());
+            let text = format!(
+                "these {} are NaN, still to be filled in; write a number for each, from drawings and catalogues",
+                several.len()
+            );
             return Err(fault(several.join(", "), text));
         }
     }
@@ -40,16 +49,22 @@ pub(super) fn check_numbers(table: &Table) -> Result<Vec<String>, MachineError> 
     Ok(found)
 }
 
-/// Checks the magnitudes of the parameters that the file describes, at their start. Returns one warning per implausible parameter.
+/// Checks the magnitudes of the parameters that the file describes, at their start. Returns one warning per
+/// implausible parameter.
 ///
 /// # Errors  a number is beyond physics.
-pub(super) fn check_parameters(machine: &Machine, stated: impl Fn(&str) -> bool) -> Result<Vec<String>, MachineError> {
+pub(super) fn check_parameters(
+    machine: &Machine,
+    stated: impl Fn(&str) -> bool,
+) -> Result<Vec<String>, MachineError> {
     let parameters = machine.parameters.iter().filter(|p| stated(&p.id));
-    let found = parameters.map(|p| judge(Magnitude::of_unit(&p.unit), &format!("parameter.{}.start", p.id), p.start));
+    let found =
+        parameters.map(|p| judge(Magnitude::of_unit(&p.unit), &format!("parameter.{}.start", p.id), p.start));
     Ok(found.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
 }
 
-/// Returns a warning about an implausible number; `None` for a plausible one, for 0 and for a negative one, which is checked elsewhere.
+/// Returns a warning about an implausible number; `None` for a plausible one, for 0 and for a negative one,
+/// which is checked elsewhere.
 fn judge(known: Option<Magnitude>, path: &str, x: f64) -> Result<Option<String>, MachineError> {
     let Some(known) = known.filter(|_| x != 0.0) else { return Ok(None) };
     let within = |[low, high]: [f64; 2], x: f64| (low..=high).contains(&x.abs());
@@ -64,7 +79,11 @@ fn judge(known: Option<Magnitude>, path: &str, x: f64) -> Result<Option<String>,
     );
     let [low, high] = if within(known.possible, x) { known.plausible } else { known.possible };
     let range = format!("{}{unit} is outside {} … {}{unit}", written(x), written(low), written(high));
-    if within(known.possible, x) { Ok(Some(format!("{path}: {range}; {remedy}"))) } else { Err(fault(path, format!("{range}; {remedy}"))) }
+    if within(known.possible, x) {
+        Ok(Some(format!("{path}: {range}; {remedy}")))
+    } else {
+        Err(fault(path, format!("{range}; {remedy}")))
+    }
 }
 
 /// Writes a number briefly: in powers of ten beyond 10⁻³ … 10⁶.
@@ -94,7 +113,8 @@ fn joint_units(table: &Table, joint: &Value) -> Option<[&'static str; 2]> {
         let point = points.iter().find(|point| point.get("name").and_then(Value::as_str) == Some(name))?;
         point.get("motion")?.clone().try_into::<PointMotion>().ok()
     };
-    let ends = joint.get("between")?.as_array()?.iter().filter_map(Value::as_str).filter(|name| *name != GROUND);
+    let ends =
+        joint.get("between")?.as_array()?.iter().filter_map(Value::as_str).filter(|name| *name != GROUND);
     let motions: Vec<PointMotion> = ends.map(motion).collect::<Option<_>>()?;
     let [stiffness, damping] = [Mechanism::Stiffness, Mechanism::Damping].map(Mechanism::units);
     [PointMotion::Translation, PointMotion::Rotation]
@@ -120,7 +140,12 @@ fn walk(value: &Value, path: &str, key: &str, visit: Visit<'_>) -> Result<(), Ma
         Value::Array(list) => {
             for (at, value) in list.iter().enumerate() {
                 let name = ["name", "id"].iter().find_map(|key| value.get(key)?.as_str());
-                walk(value, &format!("{path}.{}", name.map_or_else(|| at.to_string(), str::to_string)), key, visit)?;
+                walk(
+                    value,
+                    &format!("{path}.{}", name.map_or_else(|| at.to_string(), str::to_string)),
+                    key,
+                    visit,
+                )?;
             }
             Ok(())
         }
@@ -138,25 +163,58 @@ mod tests {
     }
 
     fn refusal(set: &str) -> String {
-        read_machine(BENCH, &[set.to_string()], &[]).map(|_| "accepted".to_string()).unwrap_or_else(|e| e.to_string())
+        read_machine(BENCH, &[set.to_string()], &[])
+            .map(|_| "accepted".to_string())
+            .unwrap_or_else(|e| e.to_string())
     }
 
     #[test]
     fn likely_units_are_named() {
         for (set, key, remedy) in [
-            ("shaft.screw.youngs_modulus_pa=206", "shaft.screw.youngs_modulus_pa", "206 looks like GPa; write 206e9"),
-            ("shaft.screw.youngs_modulus_pa=200", "shaft.screw.youngs_modulus_pa", "200 looks like GPa; write 200e9"),
-            ("shaft.screw.youngs_modulus_pa=2e5", "shaft.screw.youngs_modulus_pa", "200000 looks like MPa (N/mm²); write 200000e6"),
-            ("shaft.screw.shear_modulus_pa=79.0", "shaft.screw.shear_modulus_pa", "79 looks like GPa; write 79e9"),
-            ("shaft.screw.density_kg_m3=7.85", "shaft.screw.density_kg_m3", "7.85 looks like g/cm³; write 7850"),
-            ("shaft.screw.density_kg_m3=7.85e-9", "shaft.screw.density_kg_m3", "7.85e-9 looks like t/mm³; write 7850"),
+            (
+                "shaft.screw.youngs_modulus_pa=206",
+                "shaft.screw.youngs_modulus_pa",
+                "206 looks like GPa; write 206e9",
+            ),
+            (
+                "shaft.screw.youngs_modulus_pa=200",
+                "shaft.screw.youngs_modulus_pa",
+                "200 looks like GPa; write 200e9",
+            ),
+            (
+                "shaft.screw.youngs_modulus_pa=2e5",
+                "shaft.screw.youngs_modulus_pa",
+                "200000 looks like MPa (N/mm²); write 200000e6",
+            ),
+            (
+                "shaft.screw.shear_modulus_pa=79.0",
+                "shaft.screw.shear_modulus_pa",
+                "79 looks like GPa; write 79e9",
+            ),
+            (
+                "shaft.screw.density_kg_m3=7.85",
+                "shaft.screw.density_kg_m3",
+                "7.85 looks like g/cm³; write 7850",
+            ),
+            (
+                "shaft.screw.density_kg_m3=7.85e-9",
+                "shaft.screw.density_kg_m3",
+                "7.85e-9 looks like t/mm³; write 7850",
+            ),
             ("shaft.screw.diameter_m=40", "shaft.screw.diameter_m", "40 looks like mm; write 0.04"),
             ("joint.nut.screw.lead_m=10", "joint.nut.screw.lead_m", "10 looks like mm; write 0.01"),
-            ("point.rotor.inertia_kg_m2=42", "point.rotor.inertia_kg_m2", "42 looks like kg·cm²; write 0.0042"),
+            (
+                "point.rotor.inertia_kg_m2=42",
+                "point.rotor.inertia_kg_m2",
+                "42 looks like kg·cm²; write 0.0042",
+            ),
             ("point.table.mass_kg=272000", "point.table.mass_kg", "272000 looks like g; write 272"),
         ] {
             let found = warnings(set);
-            assert!(found.len() == 1 && found[0].contains(key) && found[0].contains(remedy), "{set}: {found:?}");
+            assert!(
+                found.len() == 1 && found[0].contains(key) && found[0].contains(remedy),
+                "{set}: {found:?}"
+            );
         }
         let long = warnings("shaft.screw.length_m=1120");
         assert!(long.len() == 1 && long[0].contains("1120 looks like mm; write 1.12"), "{long:?}");
@@ -167,7 +225,9 @@ mod tests {
         let sets = ["start=180", "lower=1", "upper=1e10"].map(|set| format!("parameter.k_n.{set}"));
         let found = read_machine(BENCH, &sets, &[]).unwrap().warnings;
         assert!(
-            found.len() == 1 && found[0].contains("parameter.k_n.start: 180 N/m") && found[0].contains("N/µm; write 180e6"),
+            found.len() == 1
+                && found[0].contains("parameter.k_n.start: 180 N/m")
+                && found[0].contains("N/µm; write 180e6"),
             "{found:?}"
         );
     }
@@ -207,7 +267,11 @@ mod tests {
             let found = read(set).unwrap().warnings;
             assert!(found.len() == 1 && found[0].contains(remedy), "{set}: {found:?}");
         }
-        for set in ["drive.position.feed_forward=1e18", "drive.motor.resistance_ohm=1e18", "joint.guide.friction.stribeck_exponent=1e-18"] {
+        for set in [
+            "drive.position.feed_forward=1e18",
+            "drive.motor.resistance_ohm=1e18",
+            "joint.guide.friction.stribeck_exponent=1e-18",
+        ] {
             let message = read(set).map(|_| "accepted".to_string()).unwrap_or_else(|e| e.to_string());
             assert!(message.contains("is outside"), "{set}: {message}");
         }
@@ -237,9 +301,13 @@ mod tests {
     #[test]
     fn all_open_numbers_of_a_template_are_in_one_message() {
         let message = read_machine_text("machine.toml", MACHINE_TEMPLATE, &[], &[]).unwrap_err().to_string();
-        for key in
-            ["point.table.mass_kg", "point.rotor.inertia_kg_m2", "shaft.screw.length_m", "shaft.screw.diameter_m", "joint.nut.screw.lead_m"]
-        {
+        for key in [
+            "point.table.mass_kg",
+            "point.rotor.inertia_kg_m2",
+            "shaft.screw.length_m",
+            "shaft.screw.diameter_m",
+            "joint.nut.screw.lead_m",
+        ] {
             assert!(message.contains(key), "{message}");
         }
     }

@@ -24,7 +24,8 @@ pub struct MachineConfig {
     pub path: String,
     /// Its text, for the digest.
     pub text: String,
-    /// The machine with the effects it contains. Results embed `text`, so that numbers are to be changed there or by overrides.
+    /// The machine with the effects it contains. Results embed `text`, so that numbers are to be changed
+    /// there or by overrides.
     pub machine: Machine,
     /// Name of the built-in measurement set that belongs to the machine.
     pub measurements: Option<String>,
@@ -51,19 +52,29 @@ pub fn effect_library() -> Result<Vec<Effect>, ConfigError> {
     Ok(LIBRARY.get_or_init(|| library).clone())
 }
 
-/// Reads a machine from a file, or from the embedded configuration of that path where no such file exists. The effects `without` are
-/// removed from the description first.
+/// Reads a machine from a file, or from the embedded configuration of that path where no such file exists.
+/// The effects `without` are removed from the description first.
 ///
-/// # Errors  the file cannot be read, is not valid TOML, or does not describe a machine; an override or an effect is unknown.
-pub fn read_machine(path: &str, overrides: Overrides<'_>, without: &[String]) -> Result<MachineConfig, ConfigError> {
+/// # Errors  the file cannot be read, is not valid TOML, or does not describe a machine; an override or an
+///   effect is unknown.
+pub fn read_machine(
+    path: &str,
+    overrides: Overrides<'_>,
+    without: &[String],
+) -> Result<MachineConfig, ConfigError> {
     let text = match read_text(Path::new(path), MOST_TEXT_BYTES) {
         Ok(text) => text,
         Err(fault) => match (embedded_config(path).filter(|_| fault.is_missing()), fault) {
             (Some(text), _) => text.to_string(),
             (None, ReadFault::Folder) => {
-                return Err(ConfigError::Unreadable { path: path.into(), fault: "is a folder; name a .toml file".into() });
+                return Err(ConfigError::Unreadable {
+                    path: path.into(),
+                    fault: "is a folder; name a .toml file".into(),
+                });
             }
-            (None, fault) => return Err(ConfigError::Unreadable { path: path.into(), fault: fault.to_string() }),
+            (None, fault) => {
+                return Err(ConfigError::Unreadable { path: path.into(), fault: fault.to_string() });
+            }
         },
     };
     read_machine_text(path, &text, overrides, without)
@@ -72,7 +83,12 @@ pub fn read_machine(path: &str, overrides: Overrides<'_>, without: &[String]) ->
 /// Reads a machine from text, as [`read_machine`].
 ///
 /// # Errors  as [`read_machine`].
-pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, without: &[String]) -> Result<MachineConfig, ConfigError> {
+pub fn read_machine_text(
+    path: &str,
+    text: &str,
+    overrides: Overrides<'_>,
+    without: &[String],
+) -> Result<MachineConfig, ConfigError> {
     let content = |fault: String| ConfigError::Content { path: path.into(), fault };
     let in_file = |error: MachineError| ConfigError::in_file(path, error);
     if text.trim().is_empty() {
@@ -105,7 +121,10 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
     let measurements = file.measurements.take();
     let share_s = file.stiffness_proportional_damping_s;
     if !(share_s >= 0.0 && share_s.is_finite()) {
-        return Err(in_file(fault("stiffness_proportional_damping_s", format!("is {share_s}; write 0 or a time in s"))));
+        return Err(in_file(fault(
+            "stiffness_proportional_damping_s",
+            format!("is {share_s}; write 0 or a time in s"),
+        )));
     }
     let tolerance = file.tolerance;
     tolerance.check().map_err(in_file)?;
@@ -116,11 +135,20 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
     }
     let patch = file.patch().map_err(in_file)?;
     let loss_dispersion = machine::Value::number(tolerance.loss_dispersion);
-    let empty = Machine { title, stiffness_proportional_damping_s: share_s, loss_dispersion, tolerance, ..Machine::default() };
+    let empty = Machine {
+        title,
+        stiffness_proportional_damping_s: share_s,
+        loss_dispersion,
+        tolerance,
+        ..Machine::default()
+    };
     let mut machine = empty.with(&patch).map_err(in_file)?;
     let effects = one_of_each(effects, &machine);
-    let is_of_withheld =
-        |id: &String| effects.iter().any(|e| e.id == *id && e.refines.as_ref().is_some_and(|refined| without.contains(refined)));
+    let is_of_withheld = |id: &String| {
+        effects
+            .iter()
+            .any(|e| e.id == *id && e.refines.as_ref().is_some_and(|refined| without.contains(refined)))
+    };
     for id in contained.iter().filter(|id| !without.contains(id) && !is_of_withheld(id)) {
         let effect = effects.iter().find(|e| e.id == *id).ok_or_else(|| {
             let known: Vec<&str> = effects.iter().map(|e| e.id.as_str()).collect();
@@ -128,14 +156,22 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
         })?;
         machine = machine.with_effect(effect).map_err(in_file)?;
     }
-    let is_set = |key: &str| stated.get("tolerance").and_then(|section| number(section.get(key)?)).is_some_and(|x| x != 0.0);
+    let is_set = |key: &str| {
+        stated.get("tolerance").and_then(|section| number(section.get(key)?)).is_some_and(|x| x != 0.0)
+    };
     if let Some(idle) = machine.idle_tolerance(is_set) {
-        return Err(in_file(fault(format!("tolerance.{idle}"), "the machine has no quantity with this tolerance; remove the key")));
+        return Err(in_file(fault(
+            format!("tolerance.{idle}"),
+            "the machine has no quantity with this tolerance; remove the key",
+        )));
     }
     for effect in &own {
         let others = || effects.iter().map(|e| e.id.as_str()).filter(|id| *id != effect.id);
         if let Some(id) = effect.refines.as_deref().filter(|id| others().all(|other| other != *id)) {
-            let remedy = format!("no other effect is called «{id}»; there are {}", others().collect::<Vec<_>>().join(", "));
+            let remedy = format!(
+                "no other effect is called «{id}»; there are {}",
+                others().collect::<Vec<_>>().join(", ")
+            );
             return Err(in_file(fault(format!("effect «{}», refines", effect.id), remedy)));
         }
     }
@@ -147,23 +183,34 @@ pub fn read_machine_text(path: &str, text: &str, overrides: Overrides<'_>, witho
             return Err(in_file(fault(format!("effect «{}»", effect.id), remedy)));
         }
     }
-    let removed: Vec<&str> =
-        effects.iter().filter(|e| without.contains(&e.id)).flat_map(|e| e.patch.parameters.iter().map(|p| p.id.as_str())).collect();
+    let removed: Vec<&str> = effects
+        .iter()
+        .filter(|e| without.contains(&e.id))
+        .flat_map(|e| e.patch.parameters.iter().map(|p| p.id.as_str()))
+        .collect();
     let unused = machine.drop_unused_parameters();
     if let Some(fitted) = fitted {
         machine = fitted.applied(&machine, !without.is_empty()).map_err(in_file)?;
     }
-    let idle = unused
-        .iter()
-        .filter(|id| !removed.contains(&id.as_str()))
-        .map(|id| format!("{path}: nothing uses [parameter.{id}]; name it in a joint, point or shaft, or remove it"));
+    let idle = unused.iter().filter(|id| !removed.contains(&id.as_str())).map(|id| {
+        format!("{path}: nothing uses [parameter.{id}]; name it in a joint, point or shaft, or remove it")
+    });
     let implausible = implausible.into_iter().chain(check_parameters(&machine, is_stated).map_err(in_file)?);
     let implausible: Vec<String> = implausible.map(|warning| format!("{path}: {warning}")).collect();
     let warnings = renamed.into_iter().chain(implausible.clone()).chain(idle).collect();
-    Ok(MachineConfig { warnings, implausible, path: path.into(), text: text.into(), machine, measurements, effects })
+    Ok(MachineConfig {
+        warnings,
+        implausible,
+        path: path.into(),
+        text: text.into(),
+        machine,
+        measurements,
+        effects,
+    })
 }
 
-/// Former names of keys of an `[[effect]]` and of its `rescale` entries, which are still accepted, with their present names.
+/// Former names of keys of an `[[effect]]` and of its `rescale` entries, which are still accepted, with their
+/// present names.
 const RENAMED: [(&str, &str); 6] = [
     ("says", "description"),
     ("separates", "discriminating_test"),
@@ -173,22 +220,33 @@ const RENAMED: [(&str, &str); 6] = [
     ("law", "modifier"),
 ];
 
-/// Returns one warning with every key of the file that uses a former name; `None` where all keys are up to date.
+/// Returns one warning with every key of the file that uses a former name; `None` where all keys are up to
+/// date.
 fn renamed_keys(path: &str, text: &str) -> Option<String> {
     let table: toml::Table = toml::from_str(text).ok()?;
-    let entries = |value: &toml::Value, key: &str| value.get(key).and_then(toml::Value::as_array).cloned().unwrap_or_default();
+    let entries = |value: &toml::Value, key: &str| {
+        value.get(key).and_then(toml::Value::as_array).cloned().unwrap_or_default()
+    };
     let effects = entries(&toml::Value::Table(table), "effect");
-    let tables = effects.iter().flat_map(|effect| entries(effect, "rescale")).chain(effects.iter().cloned()).collect::<Vec<_>>();
+    let tables = effects
+        .iter()
+        .flat_map(|effect| entries(effect, "rescale"))
+        .chain(effects.iter().cloned())
+        .collect::<Vec<_>>();
     let found = RENAMED.iter().filter(|(old, _)| tables.iter().any(|table| table.get(old).is_some()));
     let found: Vec<String> = found.map(|(old, new)| format!("«{old}» is now «{new}»")).collect();
-    (!found.is_empty())
-        .then(|| format!("{path}: [[effect]] has keys under former names, which are still read: {}; rename them", found.join(", ")))
+    (!found.is_empty()).then(|| {
+        format!(
+            "{path}: [[effect]] has keys under former names, which are still read: {}; rename them",
+            found.join(", ")
+        )
+    })
 }
 
 /// Selects one variant of each effect and kind of data.
 ///
-/// Variants of an effect share one id and serve machines described with different names. The variant with the most needed parts in this
-/// machine is kept; where several remain, it comes first.
+/// Variants of an effect share one id and serve machines described with different names. The variant with the
+/// most needed parts in this machine is kept; where several remain, it comes first.
 fn one_of_each(effects: Vec<Effect>, machine: &Machine) -> Vec<Effect> {
     let fits = |e: &Effect| if machine.missing_part(e).is_none() { 1 + e.needs.len() } else { 0 };
     let first = |id: &str| effects.iter().position(|e| e.id == id);
@@ -209,11 +267,16 @@ fn one_of_each(effects: Vec<Effect>, machine: &Machine) -> Vec<Effect> {
 fn parse<T: DeserializeOwned>(path: &str, text: &str, overrides: Overrides<'_>) -> Result<T, ConfigError> {
     let syntax = |error: toml::de::Error| {
         let line = error.span().map_or(1, |span| text[..span.start.min(text.len())].lines().count().max(1));
-        let line = if error.span().is_some_and(|s| text[..s.start.min(text.len())].ends_with('\n')) { line + 1 } else { line };
+        let line = if error.span().is_some_and(|s| text[..s.start.min(text.len())].ends_with('\n')) {
+            line + 1
+        } else {
+            line
+        };
         let written = text.lines().nth(line - 1).unwrap_or_default();
         // A decimal comma: 272,0 for 272.0.
         let value = written.split_once('=').map_or("", |(_, v)| v.split('#').next().unwrap_or(v)).trim();
-        let comma = value.split_once(',').is_some_and(|(a, b)| [a, b].iter().all(|x| x.parse::<f64>().is_ok()));
+        let comma =
+            value.split_once(',').is_some_and(|(a, b)| [a, b].iter().all(|x| x.parse::<f64>().is_ok()));
         let hint = if comma { " (decimal comma? write a point)" } else { "" };
         ConfigError::Syntax { path: path.into(), line, fault: error.message().replace('\n', "; ") + hint }
     };
@@ -228,7 +291,9 @@ fn parse<T: DeserializeOwned>(path: &str, text: &str, overrides: Overrides<'_>) 
     table.try_into().map_err(|error: toml::de::Error| {
         // The faulty override is the first that fails alone.
         let alone = |given: &&String| {
-            let table = toml::from_str(text).ok().and_then(|mut table: toml::Table| set(&mut table, given).ok().map(|()| table));
+            let table = toml::from_str(text)
+                .ok()
+                .and_then(|mut table: toml::Table| set(&mut table, given).ok().map(|()| table));
             table.is_none_or(|table| table.try_into::<T>().is_err())
         };
         let given = overrides.iter().find(alone).cloned().unwrap_or_else(|| overrides.join(" "));
@@ -248,7 +313,8 @@ fn refused(given: &str, fault: impl Into<String>) -> ConfigError {
     ConfigError::Setting { key: "set", given: given.into(), fault: fault.into() }
 }
 
-/// Sets one key: `parameter.k_s.start=1e5`. Entries of lists are named by `name`, `id` or number: `point.table.mass_kg=300`.
+/// Sets one key: `parameter.k_s.start=1e5`. Entries of lists are named by `name`, `id` or number:
+/// `point.table.mass_kg=300`.
 fn set(table: &mut toml::Table, given: &str) -> Result<(), ConfigError> {
     let refused = |fault: String| refused(given, fault);
     let (path, text) = given.split_once('=').ok_or_else(|| refused("write key.path=value".into()))?;
@@ -272,19 +338,27 @@ fn set(table: &mut toml::Table, given: &str) -> Result<(), ConfigError> {
     while index < parents.len() {
         let key = parents[index];
         let known: Vec<String> = here.keys().cloned().collect();
-        let child = here.get_mut(key).ok_or_else(|| refused(format!("there is no key «{key}» here; there are {}", known.join(", "))))?;
+        let child = here.get_mut(key).ok_or_else(|| {
+            refused(format!("there is no key «{key}» here; there are {}", known.join(", ")))
+        })?;
         here = match child {
             toml::Value::Table(table) => table,
             toml::Value::Array(list) => {
                 index += 1;
-                let wanted =
-                    parents.get(index).ok_or_else(|| refused(format!("«{key}» is a list; name the entry, as in {key}.NAME.{last}=…")))?;
+                let wanted = parents.get(index).ok_or_else(|| {
+                    refused(format!("«{key}» is a list; name the entry, as in {key}.NAME.{last}=…"))
+                })?;
                 let names: Vec<String> = list.iter().map(entry_name).collect();
                 let at = names
                     .iter()
                     .position(|n| n == wanted)
                     .or_else(|| wanted.parse::<usize>().ok().filter(|n| *n < list.len()))
-                    .ok_or_else(|| refused(format!("no entry of «{key}» is called «{wanted}»; there are {}", names.join(", "))))?;
+                    .ok_or_else(|| {
+                        refused(format!(
+                            "no entry of «{key}» is called «{wanted}»; there are {}",
+                            names.join(", ")
+                        ))
+                    })?;
                 list[at].as_table_mut().ok_or_else(|| refused(format!("«{key}.{wanted}» has no keys")))?
             }
             _ => return Err(refused(format!("«{key}» is a value, not a table; name a key of a table"))),
@@ -306,9 +380,11 @@ fn import_parameter(table: &mut toml::Table, id: &str, given: &str) -> Result<()
     }
     let Ok(library) = toml::from_str::<toml::Table>(EFFECTS) else { return Ok(()) };
     let effects = library.get("effect").and_then(toml::Value::as_array).into_iter().flatten();
-    let all: Vec<(&toml::Value, &toml::Value)> = effects.filter_map(|e| Some((e.get("id")?, e.get("parameter")?.get(id)?))).collect();
+    let all: Vec<(&toml::Value, &toml::Value)> =
+        effects.filter_map(|e| Some((e.get("id")?, e.get("parameter")?.get(id)?))).collect();
     let contained = table.get("effects").and_then(toml::Value::as_array);
-    let mut declared = all.iter().filter(|(effect, _)| contained.is_some_and(|c| c.contains(effect))).map(|(_, p)| *p);
+    let mut declared =
+        all.iter().filter(|(effect, _)| contained.is_some_and(|c| c.contains(effect))).map(|(_, p)| *p);
     let Some(first) = declared.next() else {
         let Some((effect, _)) = all.first() else { return Ok(()) };
         let fault = format!(

@@ -27,7 +27,11 @@ impl RescaleFile {
     pub fn rescale(self) -> Result<(Target, Rescale, String), MachineError> {
         let has_keys = self.part.has_keys();
         if has_keys == self.key.is_empty() {
-            let remedy = if has_keys { "name the number with key = \"…\"" } else { "this part is one number; leave key out" };
+            let remedy = if has_keys {
+                "name the number with key = \"…\""
+            } else {
+                "this part is one number; leave key out"
+            };
             return Err(fault(format!("rescale by {}", self.by), remedy));
         }
         Ok((Target { kind: self.part, name: self.name, key: self.key }, self.modifier, self.by))

@@ -20,26 +20,41 @@ mod tests {
     use machine::{Mechanism, Number};
     use serde_json::Value;
 
-    /// Sections whose numbers are not those of a machine: parameters, their tolerances and derived quantities.
-    const OTHER_SECTIONS: [&str; 6] = ["ParameterFile", "ToleranceFile", "DerivedFile", "FittedFile", "Number", "SeriesNumber"];
+    /// Sections whose numbers are not those of a machine: parameters, their tolerances and derived
+    /// quantities.
+    const OTHER_SECTIONS: [&str; 6] =
+        ["ParameterFile", "ToleranceFile", "DerivedFile", "FittedFile", "Number", "SeriesNumber"];
 
     /// Whether a property takes a number, or a list of numbers.
     fn is_numeric(schema: &Value) -> bool {
         let is_number = |kind: &Value| ["number", "integer"].iter().any(|number| kind == number);
-        let own =
-            schema.get("type").is_some_and(|kind| is_number(kind) || kind.as_array().is_some_and(|kinds| kinds.iter().any(is_number)));
-        let refers =
-            schema.get("$ref").and_then(Value::as_str).is_some_and(|name| name.ends_with("/Number") || name.ends_with("/ConformityFile"));
+        let own = schema.get("type").is_some_and(|kind| {
+            is_number(kind) || kind.as_array().is_some_and(|kinds| kinds.iter().any(is_number))
+        });
+        let refers = schema
+            .get("$ref")
+            .and_then(Value::as_str)
+            .is_some_and(|name| name.ends_with("/Number") || name.ends_with("/ConformityFile"));
         let below = ["anyOf", "items", "prefixItems"].iter().filter_map(|key| schema.get(key));
         own || refers
-            || below.flat_map(|list| list.as_array().cloned().unwrap_or_else(|| vec![list.clone()])).any(|schema| is_numeric(&schema))
+            || below
+                .flat_map(|list| list.as_array().cloned().unwrap_or_else(|| vec![list.clone()]))
+                .any(|schema| is_numeric(&schema))
     }
 
     fn numeric_keys(schema: &Value, found: &mut Vec<(String, String)>) {
-        let sections = schema["$defs"].as_object().unwrap().iter().filter(|(name, _)| !OTHER_SECTIONS.contains(&name.as_str()));
+        let sections = schema["$defs"]
+            .as_object()
+            .unwrap()
+            .iter()
+            .filter(|(name, _)| !OTHER_SECTIONS.contains(&name.as_str()));
         for (name, section) in sections.chain([(&"machine".to_string(), schema)]) {
             let properties = section.get("properties").and_then(Value::as_object).into_iter().flatten();
-            found.extend(properties.filter(|(_, schema)| is_numeric(schema)).map(|(key, _)| (name.clone(), key.clone())));
+            found.extend(
+                properties
+                    .filter(|(_, schema)| is_numeric(schema))
+                    .map(|(key, _)| (name.clone(), key.clone())),
+            );
         }
     }
 
@@ -50,7 +65,10 @@ mod tests {
         numeric_keys(effects_schema().as_value(), &mut keys);
         assert!(keys.len() > 90 && keys.contains(&("WaveFile".into(), "period".into())), "{keys:?}");
         for (section, key) in keys {
-            assert!(Number::quantity_of(&key).is_some(), "{section}.{key} has no row in the table of numbers");
+            assert!(
+                Number::quantity_of(&key).is_some(),
+                "{section}.{key} has no row in the table of numbers"
+            );
         }
     }
 
@@ -62,7 +80,11 @@ mod tests {
             assert_eq!(first.magnitude, number.quantity.magnitude, "{}", number.key);
             let units = number.quantity.mechanism.units();
             assert!(number.quantity.mechanism != Mechanism::Other, "{}", number.key);
-            assert!(units.iter().all(|unit| numeric::unit::parse_for(unit, |_| true).is_ok()), "{}: {units:?}", number.key);
+            assert!(
+                units.iter().all(|unit| numeric::unit::parse_for(unit, |_| true).is_ok()),
+                "{}: {units:?}",
+                number.key
+            );
         }
     }
 }

@@ -5,8 +5,26 @@ use machine::{MachineError, Mechanism, NumberSource, Patch, PointMotion};
 use numeric::unit::{Unit, parse_for};
 
 /// SI units of parameters, in the spelling of results.
-const SI: [&str; 18] =
-    ["1", "N/m", "N*m/rad", "N*s/m", "N*m*s/rad", "kg", "kg*m^2", "N", "N*m", "Hz", "m", "rad", "m/s", "rad/s", "s", "1/s", "Pa", "kg/m^3"];
+const SI: [&str; 18] = [
+    "1",
+    "N/m",
+    "N*m/rad",
+    "N*s/m",
+    "N*m*s/rad",
+    "kg",
+    "kg*m^2",
+    "N",
+    "N*m",
+    "Hz",
+    "m",
+    "rad",
+    "m/s",
+    "rad/s",
+    "s",
+    "1/s",
+    "Pa",
+    "kg/m^3",
+];
 
 /// Returns the unit of a parameter in SI and the factor to it.
 ///
@@ -22,18 +40,23 @@ pub(super) fn to_si(id: &str, label: &str, uses: &Patch) -> Result<(String, f64)
         for part in label.split(" or ") {
             let unit = parse_for(part, |_| true).map_err(|e| refused(format!("{e}; write SI units")))?;
             if (unit.to_si() - 1.0).abs() > 1e-12 && !SI.contains(&part.trim()) {
-                return Err(refused(format!("«{part}» is one of two units, which must both be SI; write SI units")));
+                return Err(refused(format!(
+                    "«{part}» is one of two units, which must both be SI; write SI units"
+                )));
             }
         }
         return Ok((label.into(), 1.0));
     }
     let mechanism = uses.mechanism_of(id, label);
     let fits: Vec<&str> = match (mechanism.units(), is_rotation(id, mechanism, uses)) {
-        ([translation, rotation], Some(is_rotation)) => vec![if is_rotation { rotation } else { translation }],
+        ([translation, rotation], Some(is_rotation)) => {
+            vec![if is_rotation { rotation } else { translation }]
+        }
         (list, _) => list.to_vec(),
     };
     let of_fitting = |unit: Unit| fits.iter().any(|si| is_like(unit, si));
-    let unit = parse_for(label, of_fitting).map_err(|e| refused(format!("{e}; write {}", suggestion(&fits))))?;
+    let unit =
+        parse_for(label, of_fitting).map_err(|e| refused(format!("{e}; write {}", suggestion(&fits))))?;
     if !fits.is_empty() && !of_fitting(unit) {
         let text = format!(
             "«{label}» is the unit of {}, but the parameter is used where {} is expected",
@@ -79,7 +102,11 @@ fn is_rotation(id: &str, mechanism: Mechanism, uses: &Patch) -> Option<bool> {
     }
     let joint = uses.joints.iter().find(|j| names(&j.stiffness) || names(&j.damping))?;
     let are_rotations = |points: &mut dyn Iterator<Item = &String>| -> Option<Vec<bool>> {
-        points.map(|name| uses.points.iter().find(|p| p.name == *name).map(|p| p.motion == PointMotion::Rotation)).collect()
+        points
+            .map(|name| {
+                uses.points.iter().find(|p| p.name == *name).map(|p| p.motion == PointMotion::Rotation)
+            })
+            .collect()
     };
     // Points of different kinds that must be of one are a fault of the joint, not of the unit.
     let alike = are_rotations(&mut joint.alike.iter())?;
@@ -106,7 +133,13 @@ mod tests {
     #[test]
     fn parameters_convert_to_si() {
         let (_, si) = with_unit("N/m").unwrap();
-        for (unit, factor) in [("N/mm", 1e3), ("N/um", 1e6), ("N/µm", 1e6), ("kN/m", 1e3), ("lbf/in", 4.448_221_615_260_5 / 0.0254)] {
+        for (unit, factor) in [
+            ("N/mm", 1e3),
+            ("N/um", 1e6),
+            ("N/µm", 1e6),
+            ("kN/m", 1e3),
+            ("lbf/in", 4.448_221_615_260_5 / 0.0254),
+        ] {
             let (converted, values) = with_unit(unit).unwrap();
             assert_eq!(converted, "N/m");
             for (value, si) in values.iter().zip(si) {
@@ -132,7 +165,8 @@ mod tests {
         ] {
             let read = |unit: &str| {
                 let start = 1.5 / factor;
-                let numbers = format!("start = {start:e}\nlower = {:e}\nupper = {:e}\n", 0.5 * start, 2.0 * start);
+                let numbers =
+                    format!("start = {start:e}\nlower = {:e}\nupper = {:e}\n", 0.5 * start, 2.0 * start);
                 let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../configs/");
                 let text = std::fs::read_to_string(format!("{path}{config}.toml")).unwrap();
                 let text = format!("{text}\n[parameter.p]\nunit = \"{unit}\"\nsource = \"\"\n{numbers}");
@@ -144,7 +178,10 @@ mod tests {
                 }
             }
             let refused = read(other).map(|_| "accepted".to_string()).unwrap_or_else(|text| text);
-            assert!(refused.contains("parameter.p.unit") && refused.contains("is expected"), "{set} in {other}: {refused}");
+            assert!(
+                refused.contains("parameter.p.unit") && refused.contains("is expected"),
+                "{set} in {other}: {refused}"
+            );
             let fitting = read(unit);
             let value = match fitting {
                 Ok(config) => config.machine.parameters.iter().find(|p| p.id == "p").unwrap().start,

@@ -8,8 +8,8 @@ const WIDE_LOSS_FACTOR: f64 = 0.1;
 /// Largest number of parameters that all vary together.
 const FEW: usize = 4;
 
-/// Returns trial coordinates of added parameters: their start, and a grid over the unit cube (Halton's sequence). Loss factors beside many
-/// other parameters keep one value.
+/// Returns trial coordinates of added parameters: their start, and a grid over the unit cube (Halton's
+/// sequence). Loss factors beside many other parameters keep one value.
 pub fn amplitudes(described: &[&Parameter]) -> Vec<Vec<f64>> {
     if described.is_empty() {
         return vec![Vec::new()];
@@ -30,7 +30,8 @@ pub fn amplitudes(described: &[&Parameter]) -> Vec<Vec<f64>> {
     };
     let grid = (1..=count).map(|index| {
         let mut along = halton_point(index, varied).into_iter();
-        let held = |p: &Parameter| (holds_losses && is_loss(p)).then(|| p.to_unit(WIDE_LOSS_FACTOR).clamp(0.0, 1.0));
+        let held =
+            |p: &Parameter| (holds_losses && is_loss(p)).then(|| p.to_unit(WIDE_LOSS_FACTOR).clamp(0.0, 1.0));
         described.iter().filter_map(|p| held(p).or_else(|| along.next())).collect()
     });
     std::iter::once(start).chain(grid).collect()
@@ -45,14 +46,18 @@ const LOSS: f64 = 0.06;
 /// Trial values of pairs of dimensionless parameters: lever arms of reading and of strike, on either side.
 const ARMS: [[f64; 2]; 5] = [[0.0, 0.0], [1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
 
-/// Returns coordinates of trial resonances all over the band. Covered is a mass with a spring and a damper or a loss factor, and with
-/// two lever arms. Ranges alone would mostly give resonances outside the band. `None` for other sets of parameters.
+/// Returns coordinates of trial resonances all over the band. Covered is a mass with a spring and a damper or
+/// a loss factor, and with two lever arms. Ranges alone would mostly give resonances outside the band. `None`
+/// for other sets of parameters.
 fn resonances(described: &[&Parameter]) -> Option<Vec<Vec<f64>>> {
-    let that = |is: fn(Mechanism) -> bool| (0..described.len()).filter(|at| is(described[*at].mechanism)).collect::<Vec<usize>>();
+    let that = |is: fn(Mechanism) -> bool| {
+        (0..described.len()).filter(|at| is(described[*at].mechanism)).collect::<Vec<usize>>()
+    };
     let masses = that(|m| m == Mechanism::Inertia);
     let springs = that(|m| m == Mechanism::Stiffness);
     let dampers = that(|m| m == Mechanism::Damping);
-    let clamped = |at: usize, x: f64| described[at].to_unit(x.clamp(described[at].lower, described[at].upper));
+    let clamped =
+        |at: usize, x: f64| described[at].to_unit(x.clamp(described[at].lower, described[at].upper));
     let (low, high, count) = RESONANCES_HZ;
     let start: Vec<f64> = described.iter().map(|p| p.to_unit(p.start)).collect();
     let frequencies = (0..count).map(|at| low * (high / low).powf(f64::from(at) / f64::from(count - 1)));
@@ -61,7 +66,11 @@ fn resonances(described: &[&Parameter]) -> Option<Vec<Vec<f64>>> {
     let losses = that(|m| m == Mechanism::LossFactor);
     let arms = that(|m| m.is_dimensionless() && m != Mechanism::LossFactor);
     let are_all = masses.len() + springs.len() + dampers.len() + losses.len() + arms.len() == described.len();
-    let (&[mass], &[spring], true) = (masses.as_slice(), springs.as_slice(), are_all && [0, 2].contains(&arms.len())) else { return None };
+    let (&[mass], &[spring], true) =
+        (masses.as_slice(), springs.as_slice(), are_all && [0, 2].contains(&arms.len()))
+    else {
+        return None;
+    };
     if dampers.len() + losses.len() != 1 {
         return None;
     }

@@ -1,5 +1,5 @@
-//! Faults of the measuring chain of one record, or of all records of one channel, from the ratio of measured to predicted FRF. A model of the other
-//! records predicts.
+//! Faults of the measuring chain of one record, or of all records of one channel, from the ratio of measured
+//! to predicted FRF. A model of the other records predicts.
 
 use std::convert::Infallible;
 use std::f64::consts::TAU;
@@ -65,7 +65,9 @@ pub(super) fn channel(set: &MeasurementSet, frf: usize) -> (&str, &str) {
 /// Returns the response of a channel, with its excitation where another channel has the same response.
 fn channel_name(set: &MeasurementSet, frf: usize) -> String {
     let (response, excitation) = channel(set, frf);
-    let is_unique = (0..set.frfs.len()).map(|at| channel(set, at)).all(|(other, by)| other != response || by == excitation);
+    let is_unique = (0..set.frfs.len())
+        .map(|at| channel(set, at))
+        .all(|(other, by)| other != response || by == excitation);
     if is_unique { response.to_owned() } else { format!("{response}/{excitation}") }
 }
 
@@ -87,8 +89,9 @@ impl GapLimits {
     }
 }
 
-/// Returns the fault with which the gap of some records to a model fitted to others is no outlier; `None` where none of the chain does that. Of faults
-/// that make the records ordinary it is the one with the fewest parameters.
+/// Returns the fault with which the gap of some records to a model fitted to others is no outlier; `None`
+/// where none of the chain does that. Of faults that make the records ordinary it is the one with the fewest
+/// parameters.
 ///
 /// # Errors  as [`Fitter::objective`].
 pub(super) fn fault_of_some(
@@ -112,18 +115,22 @@ pub(super) fn fault_of_some(
     let is_ordinary = |tried: &&(ChainFault, f64)| tried.1 < limits.ordinary;
     let simplest = tried.iter().filter(is_ordinary).map(|(fault, _)| fault.parameters()).min();
     let best = match simplest {
-        Some(fewest) => tried.iter().filter(is_ordinary).filter(|(fault, _)| fault.parameters() == fewest).min_by(by_gap),
+        Some(fewest) => {
+            tried.iter().filter(is_ordinary).filter(|(fault, _)| fault.parameters() == fewest).min_by(by_gap)
+        }
         None => tried.iter().filter(|(_, gap)| *gap < limits.outlier).min_by(by_gap),
     };
     Ok(best.map(|(fault, _)| *fault))
 }
 
-/// Fits of all records with some of them corrected, and steps of each: every fit gives the fault its parameters anew.
+/// Fits of all records with some of them corrected, and steps of each: every fit gives the fault its
+/// parameters anew.
 const ROUNDS: usize = 3;
 const STEPS_OF_ALL: u64 = 25;
 
-/// Returns the fault with which some records agree with all others in one fit, where a model of the others alone does not predict them well enough: by
-/// a misfit per compared number that `agrees`. Of several such faults it is the one with the fewest parameters.
+/// Returns the fault with which some records agree with all others in one fit, where a model of the others
+/// alone does not predict them well enough: by a misfit per compared number that `agrees`. Of several such
+/// faults it is the one with the fewest parameters.
 ///
 /// # Errors  as [`Fitter::objective`].
 pub(super) fn fault_of_some_with_others(
@@ -137,7 +144,8 @@ pub(super) fn fault_of_some_with_others(
     let own = fitter.fit.to_predict().with_frfs(|frf| records.contain(set, frf));
     let fitted_along = |first: &ChainFault| -> Option<(ChainFault, f64)> {
         // Channels of the fit differ from those of all records.
-        let (mut fault, mut fitted, mut found) = (*first, Fitted { tail: Tail::default(), ..others.clone() }, None);
+        let (mut fault, mut fitted, mut found) =
+            (*first, Fitted { tail: Tail::default(), ..others.clone() }, None);
         for _ in 0..ROUNDS {
             let corrected = fault.corrected_in(set, |frf| records.contain(set, frf));
             let all = fitter.on(fitter.fit.in_version(&corrected));
@@ -159,14 +167,18 @@ pub(super) fn fault_of_some_with_others(
         }
         found
     };
-    let found: Vec<(ChainFault, f64)> =
-        faults(&thinned(ratio_to(fitter, &own, (nominal, others))?)).par_iter().filter_map(fitted_along).collect();
-    let simpler =
-        |a: &&(ChainFault, f64), b: &&(ChainFault, f64)| a.0.parameters().cmp(&b.0.parameters()).then_with(|| a.1.total_cmp(&b.1));
+    let found: Vec<(ChainFault, f64)> = faults(&thinned(ratio_to(fitter, &own, (nominal, others))?))
+        .par_iter()
+        .filter_map(fitted_along)
+        .collect();
+    let simpler = |a: &&(ChainFault, f64), b: &&(ChainFault, f64)| {
+        a.0.parameters().cmp(&b.0.parameters()).then_with(|| a.1.total_cmp(&b.1))
+    };
     Ok(found.iter().min_by(simpler).map(|(fault, _)| *fault))
 }
 
-/// Returns ln of measured over predicted FRF at each frequency (Hz) of some records, with the parameters and the gain of a fit.
+/// Returns ln of measured over predicted FRF at each frequency (Hz) of some records, with the parameters and
+/// the gain of a fit.
 fn ratio_to(
     fitter: &Fitter<'_>,
     records: &HoldOutSet<'_>,
@@ -180,11 +192,13 @@ fn ratio_to(
     Ok(objective.records().iter().flat_map(|record| record.frequencies_hz()).zip(residuals).collect())
 }
 
-/// Least and largest corner of a filter or natural frequency of a mount, as a share of the lowest and a multiple of the highest frequency of a record;
-/// trial values per decade, and steps of the search between two of them.
+/// Least and largest corner of a filter or natural frequency of a mount, as a share of the lowest and a
+/// multiple of the highest frequency of a record; trial values per decade, and steps of the search between
+/// two of them.
 const CORNERS: (f64, f64, f64) = (0.1, 100.0, 40.0);
 const STEPS: usize = 20;
-/// Trial damping ratios of a mount (1): adhesives and magnets have few per cent, a loose sensor more; steps of the search between two of them.
+/// Trial damping ratios of a mount (1): adhesives and magnets have few per cent, a loose sensor more; steps
+/// of the search between two of them.
 const MOUNT_RATIOS: [f64; 6] = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5];
 const RATIO_STEPS: usize = 8;
 
@@ -199,7 +213,8 @@ fn thinned(ratio: Vec<(f64, Complex64)>) -> Vec<(f64, Complex64)> {
     ratio.into_iter().step_by(step).collect()
 }
 
-/// Returns every kind of fault with the parameters that fit a ratio of measured over predicted FRF, ln of it at each frequency (Hz), best.
+/// Returns every kind of fault with the parameters that fit a ratio of measured over predicted FRF, ln of it
+/// at each frequency (Hz), best.
 fn faults(ratio: &[(f64, Complex64)]) -> Vec<ChainFault> {
     let mut all = vec![ChainFault::Polarity, ChainFault::Conjugate];
     all.extend([-2, -1, 1, 2].map(ChainFault::Quantity));
@@ -241,7 +256,8 @@ fn best_delay(ratio: &[(f64, Complex64)]) -> Option<ChainFault> {
     let count = (DELAYS.0 * DELAYS.1) as i32;
     let trials = (-count..=count).map(|at| f64::from(at) * step).map(|delay_s| (delay_s, remains(delay_s)));
     let best = trials.min_by(|a, b| a.1.total_cmp(&b.1))?.0;
-    let Ok((delay_s, _)) = golden_section((best - step, best + step), STEPS, |delay_s| Ok::<f64, Infallible>(remains(delay_s)));
+    let Ok((delay_s, _)) =
+        golden_section((best - step, best + step), STEPS, |delay_s| Ok::<f64, Infallible>(remains(delay_s)));
     Some(ChainFault::Delay(delay_s))
 }
 
@@ -251,7 +267,8 @@ fn best_mount(ratio: &[(f64, Complex64)]) -> Option<(ChainFault, f64)> {
     let trials: Option<Vec<(ChainFault, f64)>> = MOUNT_RATIOS.iter().map(|damping| of(*damping)).collect();
     let trials = trials?;
     let best = (0..trials.len()).min_by(|a, b| trials[*a].1.total_cmp(&trials[*b].1))?;
-    let neighbours = (MOUNT_RATIOS[best.saturating_sub(1)].ln(), MOUNT_RATIOS[(best + 1).min(trials.len() - 1)].ln());
+    let neighbours =
+        (MOUNT_RATIOS[best.saturating_sub(1)].ln(), MOUNT_RATIOS[(best + 1).min(trials.len() - 1)].ln());
     let remains = |log: f64| Ok::<f64, Infallible>(of(log.exp()).map_or(f64::INFINITY, |(_, rest)| rest));
     let Ok((log, rest)) = golden_section(neighbours, RATIO_STEPS, remains);
     if rest < trials[best].1 { of(log.exp()) } else { Some(trials[best]) }
@@ -259,7 +276,8 @@ fn best_mount(ratio: &[(f64, Complex64)]) -> Option<(ChainFault, f64)> {
 
 /// Returns the corner of a fault that fits a ratio best, and the sum of squares that remains.
 fn best_corner(ratio: &[(f64, Complex64)], made: impl Fn(f64) -> ChainFault) -> Option<(ChainFault, f64)> {
-    let (low, high) = ratio.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), (hz, _)| (low.min(*hz), high.max(*hz)));
+    let (low, high) =
+        ratio.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), (hz, _)| (low.min(*hz), high.max(*hz)));
     if !(low > 0.0 && low.is_finite()) {
         return None;
     }
@@ -273,7 +291,8 @@ fn best_corner(ratio: &[(f64, Complex64)], made: impl Fn(f64) -> ChainFault) -> 
     let step = (last - first) / count;
     let trials = (0..=count as usize).map(|at| first + step * at as f64);
     let best = trials.map(|log| (log, remains(log))).min_by(|a, b| a.1.total_cmp(&b.1))?;
-    let Ok(refined) = golden_section((best.0 - step, best.0 + step), STEPS, |log| Ok::<f64, Infallible>(remains(log)));
+    let Ok(refined) =
+        golden_section((best.0 - step, best.0 + step), STEPS, |log| Ok::<f64, Infallible>(remains(log)));
     Some((made(refined.0.exp()), refined.1))
 }
 
@@ -293,7 +312,8 @@ mod tests {
             ChainFault::MountResonance(640.0, 0.08),
         ];
         for fault in exact {
-            let ratio: Vec<(f64, Complex64)> = (10..800).map(|hz| (f64::from(hz), fault.factor(f64::from(hz)).ln())).collect();
+            let ratio: Vec<(f64, Complex64)> =
+                (10..800).map(|hz| (f64::from(hz), fault.factor(f64::from(hz)).ln())).collect();
             let near = |found: &ChainFault| match (fault, *found) {
                 (ChainFault::LowPass(a), ChainFault::LowPass(b))
                 | (ChainFault::HighPass(a), ChainFault::HighPass(b))

@@ -20,11 +20,17 @@ const SEED: u64 = 1;
 /// Prior precision of a coordinate: its range, the unit interval, has variance 1/12.
 const PRIOR_PRECISION: f64 = 12.0;
 
-/// Returns the cross-validation loss: how badly each position (or record) is predicted by a fit without it, summed. For modes it is χ². For FRFs it
-/// is −2 ln of the predictive density up to the constant of the weights: uncertainty of the retained data does not count as prediction error.
+/// Returns the cross-validation loss: how badly each position (or record) is predicted by a fit without it,
+/// summed. For modes it is χ². For FRFs it is −2 ln of the predictive density up to the constant of the
+/// weights: uncertainty of the retained data does not count as prediction error.
 ///
 /// # Errors  as [`Fitter::objective`].
-pub fn cross_validation(fitter: &Fitter<'_>, hypothesis: &Hypothesis, fitted: &Fitted, control: &Control) -> Result<f64, ObjectiveError> {
+pub fn cross_validation(
+    fitter: &Fitter<'_>,
+    hypothesis: &Hypothesis,
+    fitted: &Fitted,
+    control: &Control,
+) -> Result<f64, ObjectiveError> {
     let blocks = fitter.blocks();
     if control.stopped() {
         return Ok(f64::INFINITY);
@@ -55,7 +61,12 @@ fn cross_validation_from_all_starts(
             let part = kept.descend(&objective, fitted, STEPS, control);
             let left = fitter.on(left);
             match fitter.domain {
-                Domain::Frf(_) => Ok(log_predictive_loss((&objective, &left.objective(hypothesis)?), usize::MAX, &part, control)),
+                Domain::Frf(_) => Ok(log_predictive_loss(
+                    (&objective, &left.objective(hypothesis)?),
+                    usize::MAX,
+                    &part,
+                    control,
+                )),
                 Domain::Modes(_) => {
                     // With few numbers another basin may be the deepest.
                     let other = kept.search_globally(hypothesis, fitted, (SEED, 0), control)?;
@@ -67,8 +78,9 @@ fn cross_validation_from_all_starts(
     Ok(parts?.into_iter().sum())
 }
 
-/// Returns the loss of a fit to the retained data on the left-out data: see [`predictive_loss`]. Of the coordinates of both, at most the first `shared`
-/// have the uncertainty of the fit; further ones, the channels, are then those of the left-out data alone, within their tolerances.
+/// Returns the loss of a fit to the retained data on the left-out data: see [`predictive_loss`]. Of the
+/// coordinates of both, at most the first `shared` have the uncertainty of the fit; further ones, the
+/// channels, are then those of the left-out data alone, within their tolerances.
 pub(super) fn log_predictive_loss(
     (kept, left): (&DomainObjective<'_>, &DomainObjective<'_>),
     shared: usize,
@@ -86,17 +98,23 @@ pub(super) fn log_predictive_loss(
         left_out_coordinates.truncate(left.nut_coordinates().start);
     }
     let size = information.nrows();
-    let Some(covariance) = (information + DMatrix::identity(size, size) * PRIOR_PRECISION).try_inverse() else { return f64::INFINITY };
+    let Some(covariance) = (information + DMatrix::identity(size, size) * PRIOR_PRECISION).try_inverse()
+    else {
+        return f64::INFINITY;
+    };
     let covariance = covariance.select_rows(&retained_coordinates).select_columns(&retained_coordinates);
     let place = coordinates_of(left, part);
-    left.squares(|squares| predictive_loss(squares, &place, &left_out_coordinates, covariance, control).unwrap_or(f64::INFINITY))
+    left.squares(|squares| {
+        predictive_loss(squares, &place, &left_out_coordinates, covariance, control).unwrap_or(f64::INFINITY)
+    })
 }
 
-/// Returns −2 ln of the predictive density of data, up to the constant of their weights, for coordinates with a Gaussian distribution about given
-/// values. It is the least sum of χ² and of the squared deviation from these values, plus a determinant for the remaining uncertainty. Exact for
-/// linear residuals.
+/// Returns −2 ln of the predictive density of data, up to the constant of their weights, for coordinates with
+/// a Gaussian distribution about given values. It is the least sum of χ² and of the squared deviation from
+/// these values, plus a determinant for the remaining uncertainty. Exact for linear residuals.
 ///
-/// # Source  MacKay, Information Theory, Inference, and Learning Algorithms, §27–28 (Laplace's approximation of the evidence).
+/// # Source  MacKay, Information Theory, Inference, and Learning Algorithms, §27–28 (Laplace's approximation
+///   of the evidence).
 fn predictive_loss(
     squares: &dyn LeastSquares,
     place: &[f64],
@@ -109,7 +127,8 @@ fn predictive_loss(
     let found = least_squares_within(&constrained, place, &[], COVARIANCE_STEPS, control.stop());
     let information = squares.normal(&found.place).information;
     let information = information.select_rows(coordinates).select_columns(coordinates);
-    let widening = (DMatrix::identity(covariance.nrows(), covariance.nrows()) + covariance * information).determinant();
+    let widening =
+        (DMatrix::identity(covariance.nrows(), covariance.nrows()) + covariance * information).determinant();
     Some(found.normal.chi_square + widening.max(1.0).ln())
 }
 
@@ -123,7 +142,10 @@ struct ConstrainedFit<'a> {
 
 impl ConstrainedFit<'_> {
     fn deviation(&self, place: &[f64]) -> DVector<f64> {
-        DVector::from_iterator(self.coordinates.len(), self.coordinates.iter().map(|at| place[*at] - self.centre[*at]))
+        DVector::from_iterator(
+            self.coordinates.len(),
+            self.coordinates.iter().map(|at| place[*at] - self.centre[*at]),
+        )
     }
 }
 
@@ -169,7 +191,11 @@ mod tests {
         fn normal(&self, place: &[f64]) -> NormalEquations {
             let residuals = &self.0 * (DVector::from_column_slice(place) - &self.1);
             let gradient = self.0.transpose() * &residuals;
-            NormalEquations { chi_square: residuals.norm_squared(), gradient, information: self.0.transpose() * &self.0 }
+            NormalEquations {
+                chi_square: residuals.norm_squared(),
+                gradient,
+                information: self.0.transpose() * &self.0,
+            }
         }
     }
 
@@ -182,11 +208,14 @@ mod tests {
         let place = [0.5, 0.5];
         let residuals = &slopes * (DVector::from_column_slice(&place) - &linear.1);
         let spread = DMatrix::identity(3, 3) + &slopes * &covariance * slopes.transpose();
-        let exact = residuals.dot(&(spread.clone().try_inverse().unwrap() * &residuals)) + spread.determinant().ln();
+        let exact =
+            residuals.dot(&(spread.clone().try_inverse().unwrap() * &residuals)) + spread.determinant().ln();
         let found = predictive_loss(&linear, &place, &[0, 1], covariance, &Control::default()).unwrap();
         assert!((found - exact).abs() < 1e-6 * exact, "{found} instead of {exact}");
         // With certain coordinates it is χ².
-        let certain = predictive_loss(&linear, &place, &[0, 1], DMatrix::identity(2, 2) * 1e-14, &Control::default()).unwrap();
+        let certain =
+            predictive_loss(&linear, &place, &[0, 1], DMatrix::identity(2, 2) * 1e-14, &Control::default())
+                .unwrap();
         assert!((certain - residuals.norm_squared()).abs() < 1e-6);
     }
 }

@@ -2,7 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::chain_of_records::{GapLimits, OUTLIER, Records, channel, fault_of_some, fault_of_some_with_others};
+use super::chain_of_records::{
+    GapLimits, OUTLIER, Records, channel, fault_of_some, fault_of_some_with_others,
+};
 use super::evidence::{Domain, PartialGap};
 use super::fit::{Fitted, Fitter, at_start};
 use super::hypothesis::Hypothesis;
@@ -31,7 +33,8 @@ pub(super) enum Fault {
     OnePosition(usize),
     /// The measuring chain of all FRFs has a fault.
     OfAll(ChainCandidate),
-    /// The machine as described agrees with the records, and a fault of the measuring chain of all FRFs accounts for the little that an effect reduces.
+    /// The machine as described agrees with the records, and a fault of the measuring chain of all FRFs
+    /// accounts for the little that an effect reduces.
     Possible(ChainCandidate),
     /// The measuring chain of these FRFs has a fault.
     OfSome(ChainFault, Records),
@@ -47,8 +50,8 @@ pub(super) const AGREES: f64 = 1.6;
 const STEPS: u64 = 25;
 /// Number of most likely pairs of records that are fitted from many starts.
 const MOST_LIKELY: usize = 3;
-/// Largest share of χ² that remains once exchanged records are corrected. Second, the allowance on the excess as a share of that before: the null
-/// distribution was simulated about the wrong fit.
+/// Largest share of χ² that remains once exchanged records are corrected. Second, the allowance on the excess
+/// as a share of that before: the null distribution was simulated about the wrong fit.
 pub(super) const RESTORED: (f64, f64) = (0.2, 0.01);
 
 impl Fault {
@@ -68,7 +71,8 @@ impl Fault {
         Some((found.fault.id().into(), self.fault_text(set)))
     }
 
-    /// Returns the ids of what is wrong, each with its record where it is one; none for a contradiction without a known cause.
+    /// Returns the ids of what is wrong, each with its record where it is one; none for a contradiction
+    /// without a known cause.
     pub fn ids(self, set: &MeasurementSet) -> Vec<String> {
         let name = |frf: usize| Records::One(frf).name(set);
         match self {
@@ -150,8 +154,8 @@ impl Fault {
     }
 }
 
-/// Returns the fault that best explains why no model fits; `None` where the records do not contradict each other. Where a contradiction was
-/// sought already, it is not sought again.
+/// Returns the fault that best explains why no model fits; `None` where the records do not contradict each
+/// other. Where a contradiction was sought already, it is not sought again.
 ///
 /// # Errors  as [`Fitter::objective`].
 pub(super) fn fault(
@@ -170,13 +174,17 @@ pub(super) fn fault(
         None => contradiction(fitter, nominal, control)?,
         Some(found) => found,
     };
-    found.filter(|found| null.excess(found.rest) <= AGREES).map(|found| found.fault(fitter, nominal.0, null, control)).transpose()
+    found
+        .filter(|found| null.excess(found.rest) <= AGREES)
+        .map(|found| found.fault(fitter, nominal.0, null, control))
+        .transpose()
 }
 
-/// Returns the fault of the measuring chain of all records that explains the misfit of the nominal machine: the corrected data agree with it, and no
-/// effect explains the data as they are with as few parameters. Where the records agree nearly as they are, a fault is certain only if no effect explains
-/// as much: every chain has some corner far from its band, and small effects resemble it. `rival`: χ² and number of parameters of the best significant
-/// effect.
+/// Returns the fault of the measuring chain of all records that explains the misfit of the nominal machine:
+/// the corrected data agree with it, and no effect explains the data as they are with as few parameters.
+/// Where the records agree nearly as they are, a fault is certain only if no effect explains as much: every
+/// chain has some corner far from its band, and small effects resemble it. `rival`: χ² and number of
+/// parameters of the best significant effect.
 pub(super) fn chain_fault(
     best: ChainCandidate,
     base: f64,
@@ -212,7 +220,8 @@ pub(super) struct Contradiction {
     own: f64,
 }
 
-/// Returns the record, or the channel, without which the others agree with the model best by far, though it does not; whether they agree is not asked.
+/// Returns the record, or the channel, without which the others agree with the model best by far, though it
+/// does not; whether they agree is not asked.
 ///
 /// # Errors  as [`Fitter::objective`].
 pub(super) fn contradiction(
@@ -222,7 +231,8 @@ pub(super) fn contradiction(
 ) -> Result<Option<Contradiction>, ObjectiveError> {
     let Domain::Frf(_) = fitter.domain else { return Ok(None) };
     let (set, frfs) = (fitter.fit.set(), fitter.fit.frfs());
-    let single: Vec<Records> = if frfs.len() < 3 { Vec::new() } else { frfs.iter().map(|frf| Records::One(*frf)).collect() };
+    let single: Vec<Records> =
+        if frfs.len() < 3 { Vec::new() } else { frfs.iter().map(|frf| Records::One(*frf)).collect() };
     let first = |at: &usize| frfs[..*at].iter().all(|other| channel(set, *other) != channel(set, frfs[*at]));
     let channels = (0..frfs.len()).filter(first).map(|at| Records::Channel(frfs[at]));
     // A channel of one record is that record. One record alone agrees with any model.
@@ -264,12 +274,14 @@ fn without(
     let fitted = ends.swap_remove(0);
     let own = fitter.on(fitter.fit.with_frfs(|frf| left.contain(set, frf)));
     let count = own.objective(nominal)?.observations() as f64;
-    let (rest, own) = (fitted.chi_square / objective.observations() as f64, own.loss(nominal, &fitted)? / count);
+    let (rest, own) =
+        (fitted.chi_square / objective.observations() as f64, own.loss(nominal, &fitted)? / count);
     Ok(Contradiction { records: left, fitted, rest, own })
 }
 
 impl Contradiction {
-    /// Whether a fault of the measuring chain that no effect imitates makes the records agree with a model of the others.
+    /// Whether a fault of the measuring chain that no effect imitates makes the records agree with a model of
+    /// the others.
     pub fn is_corrected_wholly(&self, fitter: &Fitter<'_>, nominal: &Hypothesis) -> bool {
         self.cause(fitter, nominal).is_ok_and(|cause| cause.is_some_and(|cause| !cause.is_gradual()))
     }
@@ -294,7 +306,13 @@ impl Contradiction {
     ) -> Result<Fault, ObjectiveError> {
         let Contradiction { records, fitted, .. } = self;
         let cause = match self.cause(fitter, nominal)? {
-            None => fault_of_some_with_others(fitter, (nominal, fitted), *records, |misfit| null.excess(misfit) <= AGREES, control)?,
+            None => fault_of_some_with_others(
+                fitter,
+                (nominal, fitted),
+                *records,
+                |misfit| null.excess(misfit) <= AGREES,
+                control,
+            )?,
             cause => cause,
         };
         Ok(cause.map_or(Fault::Contradicts(*records), |fault| Fault::OfSome(fault, *records)))
@@ -309,7 +327,11 @@ fn with_exchanged(set: &MeasurementSet, (a, b): (usize, usize)) -> MeasurementSe
 }
 
 /// Returns pairs of records of one channel at two positions.
-pub(super) fn pairs<'p>(set: &'p MeasurementSet, frfs: &'p [usize], others: &'p [usize]) -> impl Iterator<Item = (usize, usize)> + 'p {
+pub(super) fn pairs<'p>(
+    set: &'p MeasurementSet,
+    frfs: &'p [usize],
+    others: &'p [usize],
+) -> impl Iterator<Item = (usize, usize)> + 'p {
     let alike = move |a: usize, b: usize| {
         let (a, b) = (&set.frfs[a], &set.frfs[b]);
         (&a.response, &a.excitation, a.quantity) == (&b.response, &b.excitation, b.quantity)
@@ -318,7 +340,9 @@ pub(super) fn pairs<'p>(set: &'p MeasurementSet, frfs: &'p [usize], others: &'p 
             && a.position != b.position
     };
     let twice = move |a: usize, b: usize| frfs.contains(&b) && b < a;
-    frfs.iter().flat_map(move |&a| others.iter().map(move |&b| (a, b))).filter(move |&(a, b)| alike(a, b) && !twice(a, b))
+    frfs.iter()
+        .flat_map(move |&a| others.iter().map(move |&b| (a, b)))
+        .filter(move |&(a, b)| alike(a, b) && !twice(a, b))
 }
 
 /// Returns two fitted records, or a fitted and a held-out one, whose exchange makes the model fit.
@@ -345,7 +369,8 @@ fn exchanged(
     fits.sort_by(|a, b| a.1.total_cmp(&b.1));
     let count = fitter.objective(nominal)?.observations() as f64;
     let reach = AGREES + RESTORED.1 * null.excess(base.chi_square / count);
-    // Records at wrong positions lead the joint parameters far astray: fit the most likely pairs from many starts.
+    // Records at wrong positions lead the joint parameters far astray: fit the most likely pairs from many
+    // starts.
     for (pair, chi_square) in fits.into_iter().take(MOST_LIKELY) {
         let other = with_exchanged(set, pair);
         let right = fitter.on(fitter.fit.in_version(&other));
@@ -358,7 +383,8 @@ fn exchanged(
     Ok(None)
 }
 
-/// Returns the fault of a held-out record that is far off while all others are not: exchanged with another, or contradicting.
+/// Returns the fault of a held-out record that is far off while all others are not: exchanged with another,
+/// or contradicting.
 ///
 /// # Errors  as [`Fitter::gaps`].
 pub(super) fn held_out_fault(
@@ -369,7 +395,8 @@ pub(super) fn held_out_fault(
 ) -> Result<Option<Fault>, ObjectiveError> {
     let set = fitter.fit.set();
     let Some(middle) = quantile(gaps.iter().map(|p| p.gap), 0.5) else { return Ok(None) };
-    let outlying: Vec<usize> = gaps.iter().filter(|p| p.gap > OUTLIER.0 * middle).filter_map(|p| p.frf).collect();
+    let outlying: Vec<usize> =
+        gaps.iter().filter(|p| p.gap > OUTLIER.0 * middle).filter_map(|p| p.frf).collect();
     for pair in pairs(set, &outlying, &outlying) {
         let other = with_exchanged(set, pair);
         let two = held_out.in_version(&other).with_frfs(|frf| frf == pair.0 || frf == pair.1);

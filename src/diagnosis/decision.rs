@@ -1,4 +1,5 @@
-//! Decision on a verdict: none, effect, indistinguishable effects, wrong parameter, faulty measurement, or unknown with its location.
+//! Decision on a verdict: none, effect, indistinguishable effects, wrong parameter, faulty measurement, or
+//! unknown with its location.
 
 use rayon::prelude::*;
 
@@ -16,12 +17,16 @@ use super::null_distribution::{LEAST_SCALE, NullDistribution, simulate};
 use super::one_machine::{Mismatch, impossible_number, mismatch};
 use super::one_position::one_position;
 use super::parsimony::{GENERIC_PARAMETERS, NamedFit, more_parsimonious};
-use super::ranking::{EQUIVALENT, SHORTFALL, TriedEffect, TriedLocation, indistinguishable, keep_predictive, rank};
+use super::ranking::{
+    EQUIVALENT, SHORTFALL, TriedEffect, TriedLocation, indistinguishable, keep_predictive, rank,
+};
 use super::record_checks::fault_of_records;
 use super::screening::{Candidate, hypotheses, nominal, nominal_fits};
 use super::search::{Effort, large_misfit, search};
 use super::thresholds::Thresholds;
-use super::verdict::{NEXT_AT_LOCATION, Verdict, VerdictKind, frozen_text, impedance_of, p_value_text, percent_text, with_first};
+use super::verdict::{
+    NEXT_AT_LOCATION, Verdict, VerdictKind, frozen_text, impedance_of, p_value_text, percent_text, with_first,
+};
 use identification::ToleranceEstimate;
 use identification::objective::ObjectiveError;
 use long_work::Control;
@@ -58,7 +63,8 @@ pub struct Diagnosis {
     pub explained: (Hypothesis, Fitted),
     /// Gaps of the held-out data, predicted by `explained`.
     pub chosen_held_out: Vec<PartialGap>,
-    /// Gaps of the held-out data with nuisance parameters fitted: nominal and chosen model. `None` where nuisance parameters are not fitted.
+    /// Gaps of the held-out data with nuisance parameters fitted: nominal and chosen model. `None` where
+    /// nuisance parameters are not fitted.
     pub gaps_with_nuisances: Option<[Vec<PartialGap>; 2]>,
     /// The verdict.
     pub verdict: Verdict,
@@ -89,30 +95,35 @@ const SEARCHES: usize = 4;
 const MAX_EFFECTS: usize = 3;
 /// Excess above which an effect is missing.
 const EXCESS: f64 = 2.0;
-/// Excess above which an effect is missing even if no candidate is significant, and beside one that needs an impossible machine.
+/// Excess above which an effect is missing even if no candidate is significant, and beside one that needs an
+/// impossible machine.
 const LARGE_EXCESS: f64 = 5.0;
 /// Least share of χ² by which a released parameter must reduce it to be the only error.
 const RELEASE_REDUCTION: f64 = 0.75;
-/// Least share of χ² by which an effect must reduce it where a large excess remains: one that no generic impedance matches, and any other.
+/// Least share of χ² by which an effect must reduce it where a large excess remains: one that no generic
+/// impedance matches, and any other.
 const LEAST_REDUCTION: (f64, f64) = (0.4, 0.5);
-/// Largest share that a named effect leaves: of the misfit of fitted data beyond null simulations (or [`EXCESS`]), and of the squared gap of held-out data
-/// above the noise floor. It may exceed one of both.
+/// Largest share that a named effect leaves: of the misfit of fitted data beyond null simulations (or
+/// [`EXCESS`]), and of the squared gap of held-out data above the noise floor. It may exceed one of both.
 const UNEXPLAINED: f64 = 0.5;
 /// Least share of it that remains where records may belong to several machines.
 const UNRELATED: f64 = 0.1;
 /// Excess above which a named effect is compared with the best generic impedance.
 const DOUBTFUL_EXCESS: f64 = 1.5;
-/// Ratio of the excess of a generic impedance to that of the named effect below which the generic impedance is the better explanation.
+/// Ratio of the excess of a generic impedance to that of the named effect below which the generic impedance
+/// is the better explanation.
 const GENERIC_BETTER: f64 = 0.7;
-/// Largest cross-validation loss of a named effect over that of the nominal machine. Second, the ratio of the loss of a better fitting generic
-/// impedance to that of the effect below which the generic impedance is the better explanation.
+/// Largest cross-validation loss of a named effect over that of the nominal machine. Second, the ratio of the
+/// loss of a better fitting generic impedance to that of the effect below which the generic impedance is the
+/// better explanation.
 const PREDICTION: (f64, f64) = (1.02, 0.65);
 /// Largest excess with which a released parameter is the only error.
 const RELEASE_EXCESS: f64 = 4.0;
 
 /// Diagnoses FRFs or modes. Of several effects with one id the one for FRFs is used ([`Effect::for_data`]).
 ///
-/// # Errors  as [`identification::objective::FrfObjective::new`] and [`identification::objective::ModeObjective::new`].
+/// # Errors  as [`identification::objective::FrfObjective::new`] and
+///   [`identification::objective::ModeObjective::new`].
 pub fn diagnose(
     machine: &Machine,
     effects: &[Effect],
@@ -129,34 +140,56 @@ pub fn diagnose(
     let bases = nominal_fits(fitter, &start, settings.seed, control)?;
     let candidates = hypotheses(fitter, machine, &start, effects, &fitter.frozen);
     control.begin(&format!("2/6 {} candidates", candidates.0.len()));
-    // Where the records themselves, or a fault of their chain that no effect imitates, account for all that is missing, effects need no search.
+    // Where the records themselves, or a fault of their chain that no effect imitates, account for all that
+    // is missing, effects need no search.
     let shown = fault_of_records(fitter, held_out);
     let objective = fitter.objective(&start)?;
     let (count, large) = (objective.observations() as f64, large_misfit(&objective));
     let is_open = shown.is_none() && bases[0].chi_square > large;
     let early = if is_open { fault_of_all(fitter, (&start, &bases[0]), control)? } else { None };
-    let mut is_chain = shown.is_some() || early.is_some_and(|found| !found.fault.is_gradual() && found.chi_square <= large);
-    let sought = if is_open && !is_chain { Some(contradiction(fitter, (&start, &bases[0]), control)?) } else { None };
-    let corrected = |found: &Contradiction| found.rest * count <= large && found.is_corrected_wholly(fitter, &start);
+    let mut is_chain =
+        shown.is_some() || early.is_some_and(|found| !found.fault.is_gradual() && found.chi_square <= large);
+    let sought =
+        if is_open && !is_chain { Some(contradiction(fitter, (&start, &bases[0]), control)?) } else { None };
+    let corrected =
+        |found: &Contradiction| found.rest * count <= large && found.is_corrected_wholly(fitter, &start);
     is_chain |= sought.iter().flatten().any(corrected);
-    let effort = Effort { located: (LOCATIONS, GENERIC_PARAMETERS), searches: if is_chain { 0 } else { SEARCHES }, seed: settings.seed };
+    let effort = Effort {
+        located: (LOCATIONS, GENERIC_PARAMETERS),
+        searches: if is_chain { 0 } else { SEARCHES },
+        seed: settings.seed,
+    };
     let first = bases[0].chi_square;
-    // Generic impedances locate the discrepancy. They also show whether an effect of the library fits as well as any impedance can.
+    // Generic impedances locate the discrepancy. They also show whether an effect of the library fits as well
+    // as any impedance can.
     let (mut screening, mut located) = search(fitter, start, bases, candidates, effort, control)?;
     let unknowns = fitter.objective(&screening.nominal)?.unknowns(&screening.nominal);
-    let fitted: Vec<(&Hypothesis, &Fitted)> = screening.candidates.iter().filter_map(|c| c.fitted.as_ref().map(|(h, f)| (h, f))).collect();
+    let fitted: Vec<(&Hypothesis, &Fitted)> =
+        screening.candidates.iter().filter_map(|c| c.fitted.as_ref().map(|(h, f)| (h, f))).collect();
     control.begin("3/6 null simulations");
     let null = match &settings.null {
         Some(known) => known.clone(),
         None if fitter.lacks(Ablation::ChiSquare) => NullDistribution::from_tables(&fitted, settings.seed),
-        None => simulate(fitter, &screening.nominal, &screening.base, &fitted, settings.draws, settings.seed, control)?,
+        None => simulate(
+            fitter,
+            &screening.nominal,
+            &screening.base,
+            &fitted,
+            settings.draws,
+            settings.seed,
+            control,
+        )?,
     };
     control.begin("4/6 further effects and cross-validation");
     let mut tried = rank(&screening, &null, count);
-    // Where the best candidate leaves much, the search for what is missing beside it may find a deeper minimum of itself.
+    // Where the best candidate leaves much, the search for what is missing beside it may find a deeper
+    // minimum of itself.
     let mut next = None;
-    let much =
-        |t: &&TriedEffect| !is_chain && count > unknowns as f64 && null.excess(t.candidate.chi_square() / count) > limits.continue_from;
+    let much = |t: &&TriedEffect| {
+        !is_chain
+            && count > unknowns as f64
+            && null.excess(t.candidate.chi_square() / count) > limits.continue_from
+    };
     if let Some(chosen) = tried.first().filter(much).and_then(|t| t.candidate.fitted.clone()) {
         let found = beside(fitter, machine, effects, &chosen, settings.seed, control)?;
         let improved = screening.candidates.iter_mut().find(|c| c.id == chosen.0.id());
@@ -182,7 +215,11 @@ pub fn diagnose(
             candidate.left_out = cross_validation(fitter, hypothesis, fitted, control).ok();
         }
     }
-    let rejected = if fitter.lacks(Ablation::InSample) { 0..0 } else { keep_predictive(&mut tried, &mut same, nominal_loss, &null, count) };
+    let rejected = if fitter.lacks(Ablation::InSample) {
+        0..0
+    } else {
+        keep_predictive(&mut tried, &mut same, nominal_loss, &null, count)
+    };
     // With an excess of one a candidate must also improve the prediction of left-out positions.
     let predicts = |t: &TriedEffect| t.candidate.left_out.is_none_or(|loss| loss < nominal_loss);
     let clear = |t: &TriedEffect| t.p_value < limits.alpha && (!limits.calibrated || before > 1.0);
@@ -209,7 +246,9 @@ pub fn diagnose(
         Ok(chain.and_then(|found| chain_fault(found, base.chi_square, rival, count, &null)))
     };
     let at_one = match shown {
-        None if needs_explanation => one_position(fitter, held_out, as_described, rival, (&null, settings.seed), control)?,
+        None if needs_explanation => {
+            one_position(fitter, held_out, as_described, rival, (&null, settings.seed), control)?
+        }
         _ => None,
     };
     // What agrees with the machine lacks nothing, with or without a resonance.
@@ -219,9 +258,14 @@ pub fn diagnose(
         None => match held_out_fault(fitter, held_out, as_described, &nominal_held_out)? {
             Some(found) if restored.is_none_or(|still| still == Some(found)) => Some(found),
             _ => match of_all()? {
-                None if !agrees && needs_explanation => {
-                    fault(fitter, held_out, as_described, sought.filter(|_| base.chi_square == first), &null, control)?
-                }
+                None if !agrees && needs_explanation => fault(
+                    fitter,
+                    held_out,
+                    as_described,
+                    sought.filter(|_| base.chi_square == first),
+                    &null,
+                    control,
+                )?,
                 found => found,
             },
         },
@@ -232,7 +276,9 @@ pub fn diagnose(
         machine,
         effects,
         screening: &screening,
-        beside: next.filter(|found| tried.first().is_some_and(|t| t.candidate.fitted.as_ref().is_some_and(|f| f.0 == found.nominal))),
+        beside: next.filter(|found| {
+            tried.first().is_some_and(|t| t.candidate.fitted.as_ref().is_some_and(|f| f.0 == found.nominal))
+        }),
         tried: &tried,
         null: &null,
         count,
@@ -249,12 +295,25 @@ pub fn diagnose(
     let after = null.excess(chosen.1.chi_square / count);
     if verdict.kind.explains() {
         let better = |c: &&(Hypothesis, Fitted)| c.1.chi_square < chosen.1.chi_square;
-        let rival =
-            located.iter().filter_map(|c| c.fitted.as_ref()).min_by(|a, b| a.1.chi_square.total_cmp(&b.1.chi_square)).filter(better);
-        let others = tried.iter().filter(|t| verdict.effects.iter().skip(1).any(|ids| *ids == EffectIds::single(&t.candidate.id)));
+        let rival = located
+            .iter()
+            .filter_map(|c| c.fitted.as_ref())
+            .min_by(|a, b| a.1.chi_square.total_cmp(&b.1.chi_square))
+            .filter(better);
+        let others = tried
+            .iter()
+            .filter(|t| verdict.effects.iter().skip(1).any(|ids| *ids == EffectIds::single(&t.candidate.id)));
         let others = others.filter_map(|t| t.candidate.fitted.as_ref()).map(|(h, f)| (h, f));
-        let named: Vec<(&Hypothesis, &Fitted)> = std::iter::once((&chosen.0, &chosen.1)).chain(others).collect();
-        let found = confirmation(fitter, held_out, (as_described, rival.map(|(h, f)| (h, f))), &named, after, control)?;
+        let named: Vec<(&Hypothesis, &Fitted)> =
+            std::iter::once((&chosen.0, &chosen.1)).chain(others).collect();
+        let found = confirmation(
+            fitter,
+            held_out,
+            (as_described, rival.map(|(h, f)| (h, f))),
+            &named,
+            after,
+            control,
+        )?;
         // Of combinations the first alone is fitted: the others might be confirmed.
         let are_all_compared = named.len() >= verdict.effects.len();
         verdict = match found {
@@ -269,13 +328,17 @@ pub fn diagnose(
     let is_open = held_out_closed.is_none_or(|closed| closed < 1.0 - UNEXPLAINED);
     if verdict.kind == VerdictKind::Effect && is_inadequate && is_open {
         let gap = if held_out_closed.is_some() { ", and more than half of the held-out gap" } else { "" };
-        let reason =
-            format!("the best effect leaves a misfit {after:.1} times that of null simulations, {before:.1} times without it{gap}");
+        let reason = format!(
+            "the best effect leaves a misfit {after:.1} times that of null simulations, {before:.1} times without it{gap}"
+        );
         verdict = verdict.unnamed(&reason, NEXT_AT_LOCATION);
     }
     // Records of several machines have a large misfit that no model explains.
     let is_unexplained = after > EXCESS && after - 1.0 > UNRELATED * (before - 1.0);
-    if matches!(domain, Domain::Frf(_)) && is_unexplained && (verdict.kind == VerdictKind::Unknown || verdict.kind.explains()) {
+    if matches!(domain, Domain::Frf(_))
+        && is_unexplained
+        && (verdict.kind == VerdictKind::Unknown || verdict.kind.explains())
+    {
         let all: Vec<usize> = fitter.fit.frfs().iter().chain(held_out.frfs()).copied().collect();
         if let Some((reason, next)) = mismatch(fitter.fit.set(), &all).map(Mismatch::text) {
             verdict = verdict.unnamed(&reason, next);
@@ -287,17 +350,28 @@ pub fn diagnose(
     control.begin("5/6 gaps of the machine as described");
     let refit = NominalRefit::new(machine, effects, fitter, as_described, control)?;
     let gaps_with = |candidate: &Candidate| -> Result<Vec<PartialGap>, ObjectiveError> {
-        let Some((hypothesis, fitted)) = candidate.fitted.as_ref().filter(|_| !held_out.is_empty()) else { return Ok(Vec::new()) };
+        let Some((hypothesis, fitted)) = candidate.fitted.as_ref().filter(|_| !held_out.is_empty()) else {
+            return Ok(Vec::new());
+        };
         refit.of((hypothesis, fitted), control)?.map_or(Ok(Vec::new()), |found| refit.gaps(&found, held_out))
     };
     let each: Vec<Vec<PartialGap>> = tried.par_iter().map(|t| gaps_with(&t.candidate)).or_first_error()?;
     tried.iter_mut().zip(each).for_each(|(t, held_out)| t.held_out = held_out);
     let each: Vec<Vec<PartialGap>> = located.par_iter().map(gaps_with).or_first_error()?;
-    let located = located.into_iter().zip(each).map(|(candidate, held_out)| TriedLocation { candidate, held_out }).collect();
+    let located = located
+        .into_iter()
+        .zip(each)
+        .map(|(candidate, held_out)| TriedLocation { candidate, held_out })
+        .collect();
     let described = refit.described().clone();
     let explained = refit.of((&chosen.0, &chosen.1), control)?.unwrap_or_else(|| described.clone());
     let not_tried = screening.candidates.iter().filter(|c| c.fitted.is_none());
-    tried.extend(not_tried.map(|c| TriedEffect { candidate: c.clone(), statistic: 0.0, p_value: 1.0, held_out: Vec::new() }));
+    tried.extend(not_tried.map(|c| TriedEffect {
+        candidate: c.clone(),
+        statistic: 0.0,
+        p_value: 1.0,
+        held_out: Vec::new(),
+    }));
     Ok(Diagnosis {
         domain,
         fit: refit.gaps(&described, &all)?,
@@ -324,9 +398,13 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     let DecisionInputs { limits, screening, tried, null, count, same, located, .. } = inputs;
     let nominal = (screening.nominal.clone(), screening.base.clone());
     let before = null.excess(screening.base.chi_square / count);
-    let unknown = |reason: String| Verdict::new(VerdictKind::Unknown, reason, Some(NEXT_AT_LOCATION.to_string()));
+    let unknown =
+        |reason: String| Verdict::new(VerdictKind::Unknown, reason, Some(NEXT_AT_LOCATION.to_string()));
     if *count <= inputs.unknowns as f64 {
-        let reason = format!("{count} numbers were measured for {} unknown parameters: any model would fit", inputs.unknowns);
+        let reason = format!(
+            "{count} numbers were measured for {} unknown parameters: any model would fit",
+            inputs.unknowns
+        );
         let next = Some("measure more modes, more positions, or a whole FRF at each position".to_string());
         return Ok((Verdict::new(VerdictKind::Insufficient, reason, next), nominal));
     }
@@ -336,7 +414,10 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
         return Ok((Verdict { faults, ..Verdict::new(fault.verdict_kind(), reason, Some(next)) }, nominal));
     }
     // A generic impedance has no scale of its own in null simulations: it needs a clear reduction of χ².
-    let generic = located.iter().filter(|c| c.fitted.is_some()).min_by(|a, b| a.chi_square().total_cmp(&b.chi_square()));
+    let generic = located
+        .iter()
+        .filter(|c| c.fitted.is_some())
+        .min_by(|a, b| a.chi_square().total_cmp(&b.chi_square()));
     let generic_place = generic.and_then(impedance_of).map_or("?", |(interface, _)| interface);
     let generic_excess = generic.map_or(f64::INFINITY, |c| null.excess(c.chi_square() / count));
     let scale = null.scales.iter().map(|s| s.1).fold(3.0 * LEAST_SCALE, f64::max);
@@ -351,11 +432,19 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
             return Ok((unknown(reason), nominal));
         }
         let best = tried.iter().max_by(|a, b| a.statistic.total_cmp(&b.statistic));
-        let worse = |t: &TriedEffect| t.p_value < limits.cv_alpha && t.candidate.left_out.is_some_and(|loss| loss >= inputs.nominal_loss);
-        let remark = |t: &TriedEffect| if worse(t) { "; it does not improve the prediction of left-out positions" } else { "" };
-        let best = best.map_or("none".to_string(), |t| format!("{}, {}{}", t.candidate.id, p_value_text(t.p_value), remark(t)));
-        let reason =
-            format!("the residual is consistent with null simulations of this machine and layout (most significant candidate: {best})");
+        let worse = |t: &TriedEffect| {
+            t.p_value < limits.cv_alpha
+                && t.candidate.left_out.is_some_and(|loss| loss >= inputs.nominal_loss)
+        };
+        let remark = |t: &TriedEffect| {
+            if worse(t) { "; it does not improve the prediction of left-out positions" } else { "" }
+        };
+        let best = best.map_or("none".to_string(), |t| {
+            format!("{}, {}{}", t.candidate.id, p_value_text(t.p_value), remark(t))
+        });
+        let reason = format!(
+            "the residual is consistent with null simulations of this machine and layout (most significant candidate: {best})"
+        );
         return Ok((Verdict::new(VerdictKind::None, reason, None), nominal));
     }
     let best = &tried[0];
@@ -365,15 +454,18 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
             || null.excess(t.candidate.chi_square() / count) <= RELEASE_EXCESS;
         is && clear && t.candidate.gain >= 0.85 * best.candidate.gain
     });
-    if let Some((found, (hypothesis, fitted))) = release.and_then(|t| Some((t, t.candidate.fitted.as_ref()?))) {
+    if let Some((found, (hypothesis, fitted))) = release.and_then(|t| Some((t, t.candidate.fitted.as_ref()?)))
+    {
         let (id, parameter) = (&found.candidate.id, &hypothesis.machine.parameters[hypothesis.added[0]]);
         let estimate = values_of(hypothesis, fitted)[hypothesis.added[0]];
         let share = percent_text(100.0 * found.candidate.gain / screening.base.chi_square);
-        let reason = format!("{} reduces χ² by {share}: no effect is needed", frozen_text(parameter, estimate));
+        let reason =
+            format!("{} reduces χ² by {share}: no effect is needed", frozen_text(parameter, estimate));
         return Ok((Verdict::wrong_parameter(id, reason), (hypothesis.clone(), fitted.clone())));
     }
     let Some(mut chosen) = best.candidate.fitted.clone() else {
-        let reason = format!("no candidate could be fitted; the misfit is {before:.1} times that of null simulations");
+        let reason =
+            format!("no candidate could be fitted; the misfit is {before:.1} times that of null simulations");
         return Ok((Verdict::new(VerdictKind::Unknown, reason, None), nominal));
     };
     let mut names = chosen.0.effects.clone();
@@ -383,7 +475,9 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     while excess(&chosen) > limits.continue_from && names.len() < MAX_EFFECTS {
         let beside = match sought.take() {
             Some(sought) => sought,
-            None => beside(inputs.fitter, inputs.machine, inputs.effects, &chosen, inputs.seed, inputs.control)?,
+            None => {
+                beside(inputs.fitter, inputs.machine, inputs.effects, &chosen, inputs.seed, inputs.control)?
+            }
         };
         chosen.1 = beside.base.clone();
         if excess(&chosen) <= limits.continue_from {
@@ -396,29 +490,46 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     let after = excess(&chosen);
     let detail: Vec<&str> = chosen.0.effects.iter().filter(|id| !names.contains(id)).collect();
     let is_detailed = !detail.is_empty();
-    let stated = if is_detailed { format!("{names} with {}", detail.join(" and ")) } else { names.to_string() };
-    let released = tried[same[0]].candidate.fitted.as_ref().is_some_and(|f| f.0.kind == HypothesisKind::Release);
+    let stated =
+        if is_detailed { format!("{names} with {}", detail.join(" and ")) } else { names.to_string() };
+    let released =
+        tried[same[0]].candidate.fitted.as_ref().is_some_and(|f| f.0.kind == HypothesisKind::Release);
     if released {
         let reason = format!(
             "the frozen value of {} is wrong{}; the remaining misfit is {after:.1} times that of null simulations",
             best.candidate.id,
-            if names.len() > 1 { format!(", and the model lacks {}", names.after_first().join(" and ")) } else { String::new() }
+            if names.len() > 1 {
+                format!(", and the model lacks {}", names.after_first().join(" and "))
+            } else {
+                String::new()
+            }
         );
         let next = Some(format!("identify without freezing {}, then diagnose again", best.candidate.id));
         return Ok((Verdict::new(VerdictKind::WrongParameter, reason, next), chosen));
     }
     // Alternatives of the first effect are alternatives in the combination, too.
-    let is_effect = |t: &&TriedEffect| t.candidate.fitted.as_ref().is_some_and(|f| f.0.kind == HypothesisKind::Effect);
+    let is_effect =
+        |t: &&TriedEffect| t.candidate.fitted.as_ref().is_some_and(|f| f.0.kind == HypothesisKind::Effect);
     let mut alternatives: Vec<EffectIds> = Vec::new();
-    for t in same.iter().map(|at| &tried[*at]).filter(is_effect).filter(|t| !names.after_first().contains(&t.candidate.id)) {
-        let rival = t.candidate.fitted.as_ref().filter(|(hypothesis, _)| is_detailed && hypothesis.effects.first() != names.first());
+    for t in same
+        .iter()
+        .map(|at| &tried[*at])
+        .filter(is_effect)
+        .filter(|t| !names.after_first().contains(&t.candidate.id))
+    {
+        let rival = t
+            .candidate
+            .fitted
+            .as_ref()
+            .filter(|(hypothesis, _)| is_detailed && hypothesis.effects.first() != names.first());
         if rival.map_or(Ok(true), |rival| inputs.reaches(rival, &chosen.1))? {
             alternatives.push(with_first(&t.candidate.id, &names));
         }
     }
     let least = if after < GENERIC_BETTER * generic_excess { LEAST_REDUCTION.0 } else { LEAST_REDUCTION.1 };
     let little = chosen.1.chi_square > (1.0 - least) * screening.base.chi_square;
-    // A named effect must predict left-out positions better than the nominal machine, and not much worse than a better fitting generic impedance.
+    // A named effect must predict left-out positions better than the nominal machine, and not much worse than
+    // a better fitting generic impedance.
     let loss = match best.candidate.fitted.as_ref().is_some_and(|(_, fitted)| *fitted == chosen.1) {
         true => best.candidate.left_out,
         false => cross_validation(inputs.fitter, &chosen.0, &chosen.1, inputs.control).ok(),
@@ -426,14 +537,26 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     let predicts_nothing = |loss: f64| loss > PREDICTION.0 * inputs.nominal_loss;
     let generic_predicts = |loss: f64| {
         // Modes give few numbers at left-out positions: allow a share of the improvement, as for effects.
-        let margin = |own: f64| EQUIVALENT * after + if limits.calibrated { 0.0 } else { SHORTFALL * (inputs.nominal_loss - own).max(0.0) };
+        let margin = |own: f64| {
+            EQUIVALENT * after
+                + if limits.calibrated { 0.0 } else { SHORTFALL * (inputs.nominal_loss - own).max(0.0) }
+        };
         let predicts = |own: f64| own < PREDICTION.1 * loss && own < loss - margin(own);
         let better = |c: &Candidate| c.chi_square() < chosen.1.chi_square && c.left_out.is_some_and(predicts);
         located.iter().any(better)
     };
-    let fails = loss.is_some_and(|loss| predicts_nothing(loss) || generic_predicts(loss)) && !inputs.fitter.lacks(Ablation::InSample);
+    let fails = loss.is_some_and(|loss| predicts_nothing(loss) || generic_predicts(loss))
+        && !inputs.fitter.lacks(Ablation::InSample);
     let (gain, margin) = (screening.base.chi_square - chosen.1.chi_square, EQUIVALENT * after);
-    let about = NamedFit { hypothesis: &chosen.0, fitted: &chosen.1, effects: names.len(), before, after, gain, margin };
+    let about = NamedFit {
+        hypothesis: &chosen.0,
+        fitted: &chosen.1,
+        effects: names.len(),
+        before,
+        after,
+        gain,
+        margin,
+    };
     if let Some((generic, comparison)) = more_parsimonious(&about, located, null, *count, *limits) {
         let (place, shape) = impedance_of(generic).unwrap_or(("?", "shape"));
         let reason = format!(
@@ -442,14 +565,22 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
         );
         return Ok((unknown(reason), chosen));
     }
-    // Only the largest number ended the search for further effects: records of another machine need ever more.
+    // Only the largest number ended the search for further effects: records of another machine need ever
+    // more.
     let exhausted = limits.calibrated && names.len() == MAX_EFFECTS && after > EXCESS;
     let several = exhausted || (names.len() > 1 && after > limits.combination_excess);
     let other = impossible_number(&chosen).filter(|_| limits.calibrated && after > LARGE_EXCESS);
     let is_inadequate = several || (after > limits.large_excess && little);
-    if is_inadequate || other.is_some() || (after > DOUBTFUL_EXCESS && generic_excess < GENERIC_BETTER * after) || fails {
-        let moved = |(name, deviation): (String, f64)| format!(", although {name} moves by {deviation:+.0} of its standard deviations");
-        let fails = other.map(moved).unwrap_or_default() + if fails { ", and predicts left-out positions worse than it fits" } else { "" };
+    if is_inadequate
+        || other.is_some()
+        || (after > DOUBTFUL_EXCESS && generic_excess < GENERIC_BETTER * after)
+        || fails
+    {
+        let moved = |(name, deviation): (String, f64)| {
+            format!(", although {name} moves by {deviation:+.0} of its standard deviations")
+        };
+        let fails = other.map(moved).unwrap_or_default()
+            + if fails { ", and predicts left-out positions worse than it fits" } else { "" };
         let reason = format!(
             "the best effect of the library, {stated}, leaves a misfit {after:.1} times that of null simulations{fails}; a generic impedance at \
              {generic_place} leaves {generic_excess:.1} times"
@@ -458,17 +589,25 @@ fn decide(inputs: &DecisionInputs<'_, '_>) -> Result<(Verdict, (Hypothesis, Fitt
     }
     let share = |loss: f64| 100.0 * (1.0 - loss / inputs.nominal_loss).max(0.0);
     let predicted = loss.map(share).filter(|share| *share > 0.0);
-    let predicted = predicted.map_or(String::new(), |share| format!(", and by {share:.0} % at positions left out of the fit"));
+    let predicted = predicted
+        .map_or(String::new(), |share| format!(", and by {share:.0} % at positions left out of the fit"));
     let gained = percent_text(100.0 * (1.0 - chosen.1.chi_square / screening.base.chi_square));
-    let others: Vec<String> =
-        inputs.rejected.iter().filter_map(|t| Some(format!("{} ({:.0} %)", t.candidate.id, share(t.candidate.left_out?)))).collect();
+    let others: Vec<String> = inputs
+        .rejected
+        .iter()
+        .filter_map(|t| Some(format!("{} ({:.0} %)", t.candidate.id, share(t.candidate.left_out?))))
+        .collect();
     let others = match others.len() {
         0 => String::new(),
         _ => format!("; rejected by cross-validation although they fit as well: {}", others.join(", ")),
     };
-    let rest =
-        if after > limits.continue_from { format!("; a misfit {after:.1} times that of null simulations remains") } else { String::new() };
-    let reason = format!("{stated} reduces χ² by {gained}{predicted} ({}){others}{rest}", p_value_text(best.p_value));
+    let rest = if after > limits.continue_from {
+        format!("; a misfit {after:.1} times that of null simulations remains")
+    } else {
+        String::new()
+    };
+    let reason =
+        format!("{stated} reduces χ² by {gained}{predicted} ({}){others}{rest}", p_value_text(best.p_value));
     let explanations = if alternatives.len() < 2 { vec![names] } else { alternatives };
     let ids = same.iter().map(|at| tried[*at].candidate.id.as_str());
     Ok((Verdict::naming(explanations, reason, inputs.effects, ids), chosen))

@@ -5,15 +5,16 @@ use nalgebra::{DMatrix, DVector};
 use super::hypothesis::Hypothesis;
 use identification::Place;
 use identification::objective::{
-    Deviation, FrfGap, FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, ModeSquares, ObjectiveError, PositionPrediction,
+    Deviation, FrfGap, FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, ModeSquares,
+    ObjectiveError, PositionPrediction,
 };
 use machine::ParameterValues;
 use measurement::{FitSet, HoldOutSet};
 use numeric::statistics::{root_mean_square, root_mean_square_of_parts};
 use optimizer::LeastSquares;
 
-/// Least and largest number of compared lines per FRF, and number of all FRFs together. More lines would not reduce the error of the model, fewer
-/// would average less noise.
+/// Least and largest number of compared lines per FRF, and number of all FRFs together. More lines would not
+/// reduce the error of the model, fewer would average less noise.
 const LINES: (usize, usize) = (60, 1000);
 const TOTAL_LINES: usize = 3600;
 
@@ -85,17 +86,25 @@ impl<'h> DomainObjective<'h> {
     /// Builds the objective of data to fit. Parameters in `frozen` keep their start values.
     ///
     /// # Errors  as [`FrfObjective::new`] and [`ModeObjective::new`].
-    pub fn new(hypothesis: &'h Hypothesis, fit: &FitSet<'_>, domain: Domain, frozen: &[String]) -> Result<Self, ObjectiveError> {
+    pub fn new(
+        hypothesis: &'h Hypothesis,
+        fit: &FitSet<'_>,
+        domain: Domain,
+        frozen: &[String],
+    ) -> Result<Self, ObjectiveError> {
         let machine = &hypothesis.machine;
         Ok(match domain {
-            Domain::Frf(settings) => {
-                DomainObjective::Frf(FrfObjective::new(machine, fit, settings, frozen)?.thinned(lines_of_one(fit.frfs())))
+            Domain::Frf(settings) => DomainObjective::Frf(
+                FrfObjective::new(machine, fit, settings, frozen)?.thinned(lines_of_one(fit.frfs())),
+            ),
+            Domain::Modes(settings) => {
+                DomainObjective::Modes(ModeObjective::new(machine, fit, settings, frozen)?)
             }
-            Domain::Modes(settings) => DomainObjective::Modes(ModeObjective::new(machine, fit, settings, frozen)?),
         })
     }
 
-    /// Builds the objective of held-out FRFs: for their likelihood, or for simulated records. Their measured values enter no fit.
+    /// Builds the objective of held-out FRFs: for their likelihood, or for simulated records. Their measured
+    /// values enter no fit.
     ///
     /// # Errors  as [`FrfObjective::for_held_out`]; modes have no such objective.
     pub(super) fn for_held_out(
@@ -104,7 +113,9 @@ impl<'h> DomainObjective<'h> {
         domain: Domain,
         frozen: &[String],
     ) -> Result<Self, ObjectiveError> {
-        let Domain::Frf(settings) = domain else { return Err(ObjectiveError::Data("held-out modes are compared with predictions".into())) };
+        let Domain::Frf(settings) = domain else {
+            return Err(ObjectiveError::Data("held-out modes are compared with predictions".into()));
+        };
         let objective = FrfObjective::for_held_out(&hypothesis.machine, held_out, settings, frozen)?;
         Ok(DomainObjective::Frf(objective.thinned(lines_of_one(held_out.frfs()))))
     }
@@ -126,12 +137,14 @@ impl<'h> DomainObjective<'h> {
         }
     }
 
-    /// Returns the number of free parameters without those that have a prior: a prior counts as a measured number.
+    /// Returns the number of free parameters without those that have a prior: a prior counts as a measured
+    /// number.
     pub fn unknowns(&self, of: &Hypothesis) -> usize {
         self.free().len().saturating_sub(of.machine.parameters.iter().filter(|p| p.prior.is_some()).count())
     }
 
-    /// Returns the number of coordinates: free parameters, then gain, nut positions and channels where these are unknown.
+    /// Returns the number of coordinates: free parameters, then gain, nut positions and channels where these
+    /// are unknown.
     pub fn dimension(&self) -> usize {
         match self {
             DomainObjective::Frf(o) => LeastSquares::dimension(o),
@@ -248,7 +261,8 @@ pub fn gaps(
 /// Highest order with a gap of its own; orders count from 1.
 const LAST_ORDER: u32 = 1000;
 
-/// Returns the root mean square over positions of the relative frequency errors of each order, from 1. A mode without a prediction counts as
+/// Returns the root mean square over positions of the relative frequency errors of each order, from 1. A mode
+/// without a prediction counts as
 /// [`MISSING`], one whose peak is hardly there in part. `None` for an order without observations.
 ///
 /// # Errors  as [`ModeObjective::held_out`].
@@ -269,13 +283,17 @@ pub fn gaps_by_mode(
         })
         .collect();
     let last = errors.iter().map(|e| e.0).max().unwrap_or(0).min(LAST_ORDER);
-    Ok((1..=last).map(|order| root_mean_square(errors.iter().filter(|e| e.0 == order).map(|e| e.1))).collect())
+    Ok((1..=last)
+        .map(|order| root_mean_square(errors.iter().filter(|e| e.0 == order).map(|e| e.1)))
+        .collect())
 }
 
 /// Computes the gap of the modes at one position.
 ///
-/// # Source  definition of this project: root mean square over the measured modes of the relative frequency errors, a missing mode counting as 0.3; an
-/// unexpected peak adds the square of 0.3, as far as it should have been visible. The floor is due to rounding, resolution/√12.
+/// # Source  definition of this project: root mean square over the measured modes of the relative frequency
+///   errors, a missing mode counting as 0.3; an
+/// unexpected peak adds the square of 0.3, as far as it should have been visible. The floor is due to
+/// rounding, resolution/√12.
 fn mode_part(prediction: &PositionPrediction, resolution_hz: f64) -> PartialGap {
     let (mut squares, mut floors, mut count) = (0.0, 0.0, 0_u32);
     for d in &prediction.deviations {
@@ -288,11 +306,22 @@ fn mode_part(prediction: &PositionPrediction, resolution_hz: f64) -> PartialGap 
     // Unexpected peaks alone count as one mode.
     count = count.max(u32::from(squares > 0.0));
     let mean = |sum: f64| (sum / f64::from(count.max(1))).sqrt();
-    PartialGap { position: Some(prediction.position), frf: None, gap: mean(squares), floor: Some(mean(floors)), count: count as usize }
+    PartialGap {
+        position: Some(prediction.position),
+        frf: None,
+        gap: mean(squares),
+        floor: Some(mean(floors)),
+        count: count as usize,
+    }
 }
 
-/// Returns the squared relative frequency error of a deviation, that of [`MISSING`] as far as one side lacks the mode.
+/// Returns the squared relative frequency error of a deviation, that of [`MISSING`] as far as one side lacks
+/// the mode.
 fn squared_error(d: &Deviation) -> f64 {
-    let of_pair = d.observed.and_then(|o| o.frequency_hz).zip(d.predicted).map_or(0.0, |(hz, peak)| peak.frequency_hz / hz - 1.0);
+    let of_pair = d
+        .observed
+        .and_then(|o| o.frequency_hz)
+        .zip(d.predicted)
+        .map_or(0.0, |(hz, peak)| peak.frequency_hz / hz - 1.0);
     (1.0 - d.lacking()) * of_pair.powi(2) + d.lacking() * MISSING * MISSING
 }

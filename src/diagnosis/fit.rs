@@ -7,14 +7,17 @@ use super::amplitudes::amplitudes;
 use super::evidence::{Domain, DomainObjective, PartialGap, gaps};
 use super::hypothesis::Hypothesis;
 use identification::objective::{ObjectiveError, operating};
-use identification::{CHI_SQUARE_95, Place, Surroundings, Tail, ToleranceEstimate, mode_search_end, tolerances_at};
+use identification::{
+    CHI_SQUARE_95, Place, Surroundings, Tail, ToleranceEstimate, mode_search_end, tolerances_at,
+};
 use long_work::Control;
 use machine::{OperatingVariable, Parameter, ParameterValues, UnitValues};
 use measurement::{FitSet, FrfLine, HoldOutSet};
 use numeric::halton::halton_point;
 use optimizer::least_squares_within;
 
-/// A fitted hypothesis: coordinates of the parameters of its machine and of the unknowns of the data (gain, nut positions, channels).
+/// A fitted hypothesis: coordinates of the parameters of its machine and of the unknowns of the data (gain,
+/// nut positions, channels).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Fitted {
     /// Coordinate of each parameter of the hypothesis' machine in its unit interval.
@@ -27,10 +30,11 @@ pub struct Fitted {
     pub found: usize,
 }
 
-/// Decrease of χ² (1) by which a fit improves, and by which two ends are one: a ratio of likelihoods of e^(1/4).
+/// Decrease of χ² (1) by which a fit improves, and by which two ends are one: a ratio of likelihoods of
+/// e^(1/4).
 pub(super) const IMPROVEMENT: f64 = 0.5;
-/// Starts that are followed: a number, and a further number per added parameter. Least distance between them in the unit interval of some parameter,
-/// and largest step for which a linear prediction of χ² is trusted.
+/// Starts that are followed: a number, and a further number per added parameter. Least distance between them
+/// in the unit interval of some parameter, and largest step for which a linear prediction of χ² is trusted.
 const FOLLOWED: (usize, usize) = (2, 2);
 const LEAST_DISTANCE: f64 = 0.045;
 pub(super) const TRUST_RADIUS: f64 = 0.1;
@@ -43,7 +47,8 @@ pub(super) const COARSE_STEPS: u64 = 40;
 const STEPS: u64 = 40;
 /// Relative decrease of χ² per step at which a descent ends.
 const TOLERANCE: f64 = 1e-4;
-/// Starts distributed over the parameter ranges, and the number that continue after a few steps on coarse lines.
+/// Starts distributed over the parameter ranges, and the number that continue after a few steps on coarse
+/// lines.
 pub(super) const MULTISTART: (usize, usize) = (32, 6);
 const MULTISTART_LINES: (usize, usize, usize) = (300, 16, 60);
 const MULTISTART_STEPS: u64 = 8;
@@ -103,7 +108,8 @@ impl<'s> Fitter<'s> {
         let Domain::Frf(_) = self.domain else { return false };
         let set = self.fit.set();
         let values = self.fit.frfs().iter().map(|at| variable.size(&operating(set, &set.frfs[*at])));
-        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+        let (low, high) =
+            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
         high - low > 1e-3
     }
 
@@ -136,11 +142,15 @@ impl<'s> Fitter<'s> {
     /// Returns the objective of a hypothesis. A parameter that the hypothesis releases is not frozen.
     ///
     /// # Errors  as [`DomainObjective::new`].
-    pub(super) fn objective<'h>(&self, hypothesis: &'h Hypothesis) -> Result<DomainObjective<'h>, ObjectiveError> {
+    pub(super) fn objective<'h>(
+        &self,
+        hypothesis: &'h Hypothesis,
+    ) -> Result<DomainObjective<'h>, ObjectiveError> {
         DomainObjective::new(hypothesis, &self.fit, self.domain, &self.frozen_in(hypothesis))
     }
 
-    /// Returns the objective of a hypothesis on held-out FRFs: for their likelihood, or for simulated records.
+    /// Returns the objective of a hypothesis on held-out FRFs: for their likelihood, or for simulated
+    /// records.
     ///
     /// # Errors  as [`DomainObjective::for_held_out`].
     pub(super) fn objective_for_held_out<'h>(
@@ -153,7 +163,8 @@ impl<'s> Fitter<'s> {
 
     /// Returns the frozen parameters that a hypothesis does not release.
     fn frozen_in(&self, hypothesis: &Hypothesis) -> Vec<String> {
-        let released: Vec<&String> = hypothesis.added.iter().map(|i| &hypothesis.machine.parameters[*i].id).collect();
+        let released: Vec<&String> =
+            hypothesis.added.iter().map(|i| &hypothesis.machine.parameters[*i].id).collect();
         self.frozen.iter().filter(|id| !released.contains(id)).cloned().collect()
     }
 
@@ -163,26 +174,48 @@ impl<'s> Fitter<'s> {
     }
 
     /// Minimises χ² from given coordinates.
-    pub(super) fn descend(&self, objective: &DomainObjective<'_>, from: &Fitted, steps: u64, control: &Control) -> Fitted {
+    pub(super) fn descend(
+        &self,
+        objective: &DomainObjective<'_>,
+        from: &Fitted,
+        steps: u64,
+        control: &Control,
+    ) -> Fitted {
         self.descend_until(objective, from, (steps, TOLERANCE), control)
     }
 
-    /// Minimises χ² up to a number of steps or until a step reduces it by less than a share: joints in series form long valleys.
-    pub(super) fn descend_until(&self, objective: &DomainObjective<'_>, from: &Fitted, end: (u64, f64), control: &Control) -> Fitted {
+    /// Minimises χ² up to a number of steps or until a step reduces it by less than a share: joints in series
+    /// form long valleys.
+    pub(super) fn descend_until(
+        &self,
+        objective: &DomainObjective<'_>,
+        from: &Fitted,
+        end: (u64, f64),
+        control: &Control,
+    ) -> Fitted {
         if control.stopped() {
             return from.clone();
         }
         let place = coordinates_of(objective, from);
-        let polished = objective.squares(|squares| least_squares_within(squares, &place, &[], end, control.stop()));
+        let polished =
+            objective.squares(|squares| least_squares_within(squares, &place, &[], end, control.stop()));
         read_back(objective, from, &Place(polished.place), polished.normal.chi_square)
     }
 
-    /// Fits a hypothesis from fits of the nominal machine. Amplitudes over their whole ranges are evaluated, the best followed on coarse lines, and
-    /// the best of these on all lines. χ² cannot rise above that of the first base: the effect with amplitude zero is among the starts.
+    /// Fits a hypothesis from fits of the nominal machine. Amplitudes over their whole ranges are evaluated,
+    /// the best followed on coarse lines, and the best of these on all lines. χ² cannot rise above that of
+    /// the first base: the effect with amplitude zero is among the starts.
     ///
     /// # Errors  as [`DomainObjective::new`].
-    pub(super) fn fit(&self, hypothesis: &Hypothesis, bases: &[Fitted], control: &Control) -> Result<Fitted, ObjectiveError> {
-        control.try_cached(&self.cache_key("fit", hypothesis, bases), || self.fit_uncached(hypothesis, bases, control))
+    pub(super) fn fit(
+        &self,
+        hypothesis: &Hypothesis,
+        bases: &[Fitted],
+        control: &Control,
+    ) -> Result<Fitted, ObjectiveError> {
+        control.try_cached(&self.cache_key("fit", hypothesis, bases), || {
+            self.fit_uncached(hypothesis, bases, control)
+        })
     }
 
     /// Returns the key of a calculation on these data, under which its result is stored.
@@ -190,7 +223,12 @@ impl<'s> Fitter<'s> {
         format!("{what} {} {:?} {:?} {bases:?}", hypothesis.id(), self.fit.positions(), self.fit.frfs())
     }
 
-    fn fit_uncached(&self, hypothesis: &Hypothesis, bases: &[Fitted], control: &Control) -> Result<Fitted, ObjectiveError> {
+    fn fit_uncached(
+        &self,
+        hypothesis: &Hypothesis,
+        bases: &[Fitted],
+        control: &Control,
+    ) -> Result<Fitted, ObjectiveError> {
         if control.stopped() {
             return Err(ObjectiveError::Data("stopped before this candidate was fitted".into()));
         }
@@ -201,10 +239,14 @@ impl<'s> Fitter<'s> {
         let most = FOLLOWED.0 + FOLLOWED.1 * sought(hypothesis, &bases[0]).len();
         let followed = best_starts((few, coarse.is_some()), hypothesis, bases, most);
         let starts = followed.iter().chain(std::iter::once(&without_effect));
-        let mut ends: Vec<Fitted> = starts.map(|start| self.descend(few, start, COARSE_STEPS, control)).collect();
+        let mut ends: Vec<Fitted> =
+            starts.map(|start| self.descend(few, start, COARSE_STEPS, control)).collect();
         ends.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
         let mut best = ends.swap_remove(0);
-        let found = 1 + ends.iter().filter(|end| close(&end.units, &best.units) || end.chi_square < best.chi_square + IMPROVEMENT).count();
+        let found = 1 + ends
+            .iter()
+            .filter(|end| close(&end.units, &best.units) || end.chi_square < best.chi_square + IMPROVEMENT)
+            .count();
         if coarse.is_some() {
             best = self.descend(&objective, &best, STEPS, control);
             if best.chi_square > bases[0].chi_square {
@@ -215,8 +257,8 @@ impl<'s> Fitter<'s> {
         Ok(Fitted { found, ..best })
     }
 
-    /// Fits a hypothesis from other joints than its known fit came from. Returns a deeper minimum, or the known one found once more; `None` where the
-    /// joints lead elsewhere.
+    /// Fits a hypothesis from other joints than its known fit came from. Returns a deeper minimum, or the
+    /// known one found once more; `None` where the joints lead elsewhere.
     ///
     /// # Errors  as [`DomainObjective::new`].
     pub(super) fn improved(
@@ -232,9 +274,12 @@ impl<'s> Fitter<'s> {
             let coarse = self.coarse(&objective);
             let few = coarse.as_ref().unwrap_or(&objective);
             let thin = objective.coarse(self.lines_of_one(MULTISTART_LINES));
-            let ends = best_starts((thin.as_ref().unwrap_or(few), coarse.is_some()), hypothesis, joints, FOLLOWED.0);
+            let ends =
+                best_starts((thin.as_ref().unwrap_or(few), coarse.is_some()), hypothesis, joints, FOLLOWED.0);
             let ends = ends.iter().map(|start| self.descend(few, start, COARSE_STEPS, control));
-            let Some(best) = ends.min_by(|a, b| a.chi_square.total_cmp(&b.chi_square)) else { return Ok(None) };
+            let Some(best) = ends.min_by(|a, b| a.chi_square.total_cmp(&b.chi_square)) else {
+                return Ok(None);
+            };
             let there = self.descend(few, known, COARSE_STEPS, control);
             if close(&best.units, &there.units) {
                 return Ok(Some(Fitted { found: known.found + 1, ..known.clone() }));
@@ -247,9 +292,9 @@ impl<'s> Fitter<'s> {
         })
     }
 
-    /// Fits a hypothesis from starts all over the parameter ranges: a missing effect may have led the joints into a wrong basin. The starts of FRFs are
-    /// also around a fit and differ by the round alone; modes are searched as an identification searches them, since their χ² has steps where a mode
-    /// changes its order.
+    /// Fits a hypothesis from starts all over the parameter ranges: a missing effect may have led the joints
+    /// into a wrong basin. The starts of FRFs are also around a fit and differ by the round alone; modes are
+    /// searched as an identification searches them, since their χ² has steps where a mode changes its order.
     ///
     /// # Errors  as [`DomainObjective::new`].
     pub(super) fn search_globally(
@@ -259,17 +304,21 @@ impl<'s> Fitter<'s> {
         (seed, round): (u64, usize),
         control: &Control,
     ) -> Result<Fitted, ObjectiveError> {
-        let key = format!("{} {seed} {round}", self.cache_key("scatter", hypothesis, std::slice::from_ref(base)));
+        let key =
+            format!("{} {seed} {round}", self.cache_key("scatter", hypothesis, std::slice::from_ref(base)));
         control.try_cached(&key, || {
             let objective = self.objective(hypothesis)?;
-            let DomainObjective::Modes(modes) = &objective else { return self.multistart(hypothesis, base, round, control) };
+            let DomainObjective::Modes(modes) = &objective else {
+                return self.multistart(hypothesis, base, round, control);
+            };
             let start = start_of(hypothesis, base, &[]);
             let end = mode_search_end(modes, seed.wrapping_add(round as u64), &control.within(&key));
             Ok(end.map_or_else(|| start.clone(), |(place, cost)| read_back(&objective, &start, &place, cost)))
         })
     }
 
-    /// Fits a hypothesis by least squares from starts all over the parameter ranges and around a fit; each round has its own.
+    /// Fits a hypothesis by least squares from starts all over the parameter ranges and around a fit; each
+    /// round has its own.
     ///
     /// # Errors  as [`DomainObjective::new`].
     pub(super) fn multistart(
@@ -282,7 +331,10 @@ impl<'s> Fitter<'s> {
         let objective = self.objective(hypothesis)?;
         let ends = self.multistart_ends(&objective, hypothesis, base, (MULTISTART, round), control);
         let best = ends.iter().min_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
-        Ok(best.map_or_else(|| start_of(hypothesis, base, &[]), |end| self.descend(&objective, end, STEPS, control)))
+        Ok(best.map_or_else(
+            || start_of(hypothesis, base, &[]),
+            |end| self.descend(&objective, end, STEPS, control),
+        ))
     }
 
     /// Returns the best fits, on coarse lines, of starts all over the parameter ranges.
@@ -301,13 +353,20 @@ impl<'s> Fitter<'s> {
         let coarse = objective.coarse(self.lines_of_one(MULTISTART_LINES));
         let few = coarse.as_ref().unwrap_or(objective);
         let (described, sought) = (&hypothesis.machine.parameters, sought(hypothesis, base));
-        let varied = objective.free().iter().filter(|i| hypothesis.added.contains(i) || !described[**i].is_tolerance());
+        let varied = objective
+            .free()
+            .iter()
+            .filter(|i| hypothesis.added.contains(i) || !described[**i].is_tolerance());
         let varied: Vec<usize> = varied.copied().collect();
         let start = |index: usize| {
             let mut start = centre.clone();
             for (place, &parameter) in halton_point(index, varied.len()).into_iter().zip(&varied) {
                 let near = index % 2 == 1 && !sought.contains(&parameter);
-                start.units[parameter] = if near { (centre.units[parameter] + 0.5 * (place - 0.5)).clamp(0.0, 1.0) } else { place };
+                start.units[parameter] = if near {
+                    (centre.units[parameter] + 0.5 * (place - 0.5)).clamp(0.0, 1.0)
+                } else {
+                    place
+                };
             }
             start
         };
@@ -323,12 +382,22 @@ impl<'s> Fitter<'s> {
     /// Returns the least χ² predicted by one linear step from any amplitude, on coarse lines.
     ///
     /// # Errors  as [`DomainObjective::new`].
-    pub(super) fn predicted_cost(&self, hypothesis: &Hypothesis, base: &Fitted, control: &Control) -> Result<f64, ObjectiveError> {
+    pub(super) fn predicted_cost(
+        &self,
+        hypothesis: &Hypothesis,
+        base: &Fitted,
+        control: &Control,
+    ) -> Result<f64, ObjectiveError> {
         let objective = self.objective(hypothesis)?;
         let coarse = self.coarse(&objective);
         let few = coarse.as_ref().unwrap_or(&objective);
-        let cost = |start: Fitted| few.squares(|squares| squares.normal(&coordinates_of(few, &start)).cost_after_step(TRUST_RADIUS));
-        Ok(trial_starts(hypothesis, base).take_while(|_| !control.stopped()).map(cost).fold(f64::INFINITY, f64::min))
+        let cost = |start: Fitted| {
+            few.squares(|squares| squares.normal(&coordinates_of(few, &start)).cost_after_step(TRUST_RADIUS))
+        };
+        Ok(trial_starts(hypothesis, base)
+            .take_while(|_| !control.stopped())
+            .map(cost)
+            .fold(f64::INFINITY, f64::min))
     }
 
     /// Returns χ² of other data of the set with the parameters of a fit and nut positions as stated.
@@ -344,11 +413,17 @@ impl<'s> Fitter<'s> {
     /// Returns the estimated tolerances of a fit; none where tolerances are not fitted.
     ///
     /// # Errors  as [`DomainObjective::new`].
-    pub(super) fn tolerances(&self, hypothesis: &Hypothesis, fitted: &Fitted) -> Result<Vec<ToleranceEstimate>, ObjectiveError> {
+    pub(super) fn tolerances(
+        &self,
+        hypothesis: &Hypothesis,
+        fitted: &Fitted,
+    ) -> Result<Vec<ToleranceEstimate>, ObjectiveError> {
         let objective = self.objective(hypothesis)?;
         let place = coordinates_of(&objective, fitted);
         Ok(match &objective {
-            DomainObjective::Frf(objective) if self.has_nuisances() => tolerances_at(objective, self.fit.set(), &place),
+            DomainObjective::Frf(objective) if self.has_nuisances() => {
+                tolerances_at(objective, self.fit.set(), &place)
+            }
             _ => Vec::new(),
         })
     }
@@ -356,7 +431,12 @@ impl<'s> Fitter<'s> {
     /// Returns the gaps of data with the parameters of a fit.
     ///
     /// # Errors  as [`gaps`].
-    pub(super) fn gaps(&self, hypothesis: &Hypothesis, fitted: &Fitted, data: &HoldOutSet<'_>) -> Result<Vec<PartialGap>, ObjectiveError> {
+    pub(super) fn gaps(
+        &self,
+        hypothesis: &Hypothesis,
+        fitted: &Fitted,
+        data: &HoldOutSet<'_>,
+    ) -> Result<Vec<PartialGap>, ObjectiveError> {
         let own = self.objective(hypothesis)?;
         let gain = own.gain(&coordinates_of(&own, fitted));
         gaps(hypothesis, &values_of(hypothesis, fitted), gain, data, self.domain)
@@ -374,8 +454,8 @@ pub fn at_start(hypothesis: &Hypothesis) -> Fitted {
     Fitted { units, tail: Tail::default(), chi_square: f64::INFINITY, found: 1 }
 }
 
-/// Returns the coordinates of a fit in the unit cube of an objective. For other data than those of the fit, gain and channels are kept and nut
-/// positions start as stated. An unknown gain starts at its best value.
+/// Returns the coordinates of a fit in the unit cube of an objective. For other data than those of the fit,
+/// gain and channels are kept and nut positions start as stated. An unknown gain starts at its best value.
 pub(super) fn coordinates_of(objective: &DomainObjective<'_>, fitted: &Fitted) -> Place {
     let mut place: Vec<f64> = objective.free().iter().map(|i| fitted.units[*i]).collect();
     if fitted.tail.is_empty() {
@@ -395,7 +475,12 @@ pub(super) fn coordinates_of(objective: &DomainObjective<'_>, fitted: &Fitted) -
     Place(place)
 }
 
-pub(super) fn read_back(objective: &DomainObjective<'_>, from: &Fitted, place: &Place, chi_square: f64) -> Fitted {
+pub(super) fn read_back(
+    objective: &DomainObjective<'_>,
+    from: &Fitted,
+    place: &Place,
+    chi_square: f64,
+) -> Fitted {
     let mut units = from.units.clone();
     for (&index, &u) in objective.free().iter().zip(place) {
         units[index] = u;
@@ -403,33 +488,50 @@ pub(super) fn read_back(objective: &DomainObjective<'_>, from: &Fitted, place: &
     Fitted { units, tail: Tail(place[objective.free().len()..].to_vec()), chi_square, found: from.found }
 }
 
-/// Returns the added parameters that a fit of the machine without the last addition leaves open: those of that addition. A released parameter is
-/// part of every fit; it is sought again.
+/// Returns the added parameters that a fit of the machine without the last addition leaves open: those of
+/// that addition. A released parameter is part of every fit; it is sought again.
 fn sought(hypothesis: &Hypothesis, joints: &Fitted) -> Vec<usize> {
-    let new: Vec<usize> = hypothesis.added.iter().copied().filter(|index| *index >= joints.units.len()).collect();
+    let new: Vec<usize> =
+        hypothesis.added.iter().copied().filter(|index| *index >= joints.units.len()).collect();
     if new.is_empty() { hypothesis.added.clone() } else { new }
 }
 
 /// Returns a start of a hypothesis from some joints with each trial amplitude of what is sought.
 fn trial_starts(hypothesis: &Hypothesis, joints: &Fitted) -> impl Iterator<Item = Fitted> {
     let sought = sought(hypothesis, joints);
-    let described: Vec<&Parameter> = sought.iter().map(|index| &hypothesis.machine.parameters[*index]).collect();
+    let described: Vec<&Parameter> =
+        sought.iter().map(|index| &hypothesis.machine.parameters[*index]).collect();
     amplitudes(&described).into_iter().map(move |units| start_at(hypothesis, joints, &sought, &units))
 }
 
-/// Returns the most promising starts of a hypothesis from some joints: of all amplitudes the distinct ones of the least χ², predicted by one linear
-/// step where derivatives are cheap, else evaluated. From all joints but the first only the amplitudes that are promising there are tried.
-fn best_starts((few, is_linear): (&DomainObjective<'_>, bool), hypothesis: &Hypothesis, joints: &[Fitted], most: usize) -> Vec<Fitted> {
+/// Returns the most promising starts of a hypothesis from some joints: of all amplitudes the distinct ones of
+/// the least χ², predicted by one linear step where derivatives are cheap, else evaluated. From all joints
+/// but the first only the amplitudes that are promising there are tried.
+fn best_starts(
+    (few, is_linear): (&DomainObjective<'_>, bool),
+    hypothesis: &Hypothesis,
+    joints: &[Fitted],
+    most: usize,
+) -> Vec<Fitted> {
     let cost = |start: &Fitted| {
         let place = coordinates_of(few, start);
-        few.squares(|squares| if is_linear { squares.normal(&place).cost_after_step(TRUST_RADIUS) } else { squares.chi_square(&place) })
+        few.squares(|squares| {
+            if is_linear {
+                squares.normal(&place).cost_after_step(TRUST_RADIUS)
+            } else {
+                squares.chi_square(&place)
+            }
+        })
     };
     let [first, others @ ..] = joints else { return Vec::new() };
-    let mut starts: Vec<(f64, Fitted)> = trial_starts(hypothesis, first).map(|start| (cost(&start), start)).collect();
+    let mut starts: Vec<(f64, Fitted)> =
+        trial_starts(hypothesis, first).map(|start| (cost(&start), start)).collect();
     let promising = if others.is_empty() { Vec::new() } else { distinct(&mut starts, PROMISING * most) };
     let sought = sought(hypothesis, first);
     let units = |start: &Fitted| sought.iter().map(|at| start.units[*at]).collect::<Vec<f64>>();
-    let from_others = others.iter().flat_map(|joints| promising.iter().map(|start| start_at(hypothesis, joints, &sought, &units(start))));
+    let from_others = others.iter().flat_map(|joints| {
+        promising.iter().map(|start| start_at(hypothesis, joints, &sought, &units(start)))
+    });
     starts.extend(from_others.map(|start| (cost(&start), start)));
     distinct(&mut starts, most)
 }
@@ -439,7 +541,9 @@ fn distinct(starts: &mut [(f64, Fitted)], most: usize) -> Vec<Fitted> {
     starts.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut followed: Vec<Fitted> = Vec::new();
     for (_, start) in starts.iter() {
-        let distant = |other: &Fitted| other.units.iter().zip(&start.units).any(|(a, b)| (a - b).abs() > LEAST_DISTANCE);
+        let distant = |other: &Fitted| {
+            other.units.iter().zip(&start.units).any(|(a, b)| (a - b).abs() > LEAST_DISTANCE)
+        };
         if followed.iter().all(distant) {
             followed.push(start.clone());
         }
@@ -450,8 +554,9 @@ fn distinct(starts: &mut [(f64, Fitted)], most: usize) -> Vec<Fitted> {
     followed
 }
 
-/// Returns the distinct minima among fits in rising order of χ². Two fits are one minimum where the parabola about the better one rises by less than
-/// the 95 % quantile of χ² to the other: coordinates that the data do not determine separate none.
+/// Returns the distinct minima among fits in rising order of χ². Two fits are one minimum where the parabola
+/// about the better one rises by less than the 95 % quantile of χ² to the other: coordinates that the data do
+/// not determine separate none.
 pub(super) fn distinct_minima(objective: &DomainObjective<'_>, fits: Vec<Fitted>) -> Vec<Fitted> {
     let mut distinct: Vec<(Fitted, Surroundings)> = Vec::new();
     for fit in fits {
@@ -474,7 +579,8 @@ pub(super) fn start_of(hypothesis: &Hypothesis, base: &Fitted, added: &[f64]) ->
     start_at(hypothesis, base, &hypothesis.added, added)
 }
 
-/// Returns a nominal fit extended by all other parameters at their start, with some parameters at given coordinates.
+/// Returns a nominal fit extended by all other parameters at their start, with some parameters at given
+/// coordinates.
 fn start_at(hypothesis: &Hypothesis, base: &Fitted, parameters: &[usize], at: &[f64]) -> Fitted {
     let described = &hypothesis.machine.parameters;
     let mut units = base.units.clone();

@@ -1,8 +1,8 @@
 //! Hypotheses about what a machine's description lacks: each is one patched machine.
 
 use machine::{
-    Data, Effect, EffectIds, FitRule, JointPatch, Machine, MachineError, Mechanism, NumberSource, Operating, Parameter, Patch, PointMotion,
-    PointPatch, Rescale, Role, Scale, TargetKind, UnitValues,
+    Data, Effect, EffectIds, FitRule, JointPatch, Machine, MachineError, Mechanism, NumberSource, Operating,
+    Parameter, Patch, PointMotion, PointPatch, Rescale, Role, Scale, TargetKind, UnitValues,
 };
 use num_complex::Complex64;
 use numeric::statistics::quantile;
@@ -106,8 +106,8 @@ impl Hypothesis {
         }
     }
 
-    /// Computes the dynamic stiffness that a generic impedance with these parameter values adds, at an angular frequency (rad/s). `None` for other
-    /// hypotheses.
+    /// Computes the dynamic stiffness that a generic impedance with these parameter values adds, at an
+    /// angular frequency (rad/s). `None` for other hypotheses.
     pub fn dynamic_stiffness(&self, values: &[f64], omega_rad_s: f64) -> Option<Complex64> {
         let HypothesisKind::Interface { shape, .. } = &self.kind else { return None };
         let mut amplitudes = Amplitudes::default();
@@ -143,13 +143,24 @@ impl Hypothesis {
         frozen: &'h [String],
         but: &'h [String],
     ) -> impl Iterator<Item = Hypothesis> + 'h {
-        let held = move |p: &Parameter| (frozen.contains(&p.id) || p.fit == FitRule::Never) && !but.contains(&p.id);
-        machine.parameters.iter().enumerate().filter(move |(_, p)| held(p)).map(|(index, _)| self.releasing(index))
+        let held =
+            move |p: &Parameter| (frozen.contains(&p.id) || p.fit == FitRule::Never) && !but.contains(&p.id);
+        machine
+            .parameters
+            .iter()
+            .enumerate()
+            .filter(move |(_, p)| held(p))
+            .map(|(index, _)| self.releasing(index))
     }
 
     /// Returns the hypothesis without an addition.
     pub fn nominal(machine: Machine) -> Self {
-        Hypothesis { kind: HypothesisKind::Nominal, effects: EffectIds::default(), machine, added: Vec::new() }
+        Hypothesis {
+            kind: HypothesisKind::Nominal,
+            effects: EffectIds::default(),
+            machine,
+            added: Vec::new(),
+        }
     }
 
     /// Adds an effect.
@@ -157,8 +168,18 @@ impl Hypothesis {
     /// # Errors  as [`Machine::with_effect`]: the effect does not apply.
     pub fn with(&self, effect: &Effect) -> Result<Self, MachineError> {
         let machine = self.machine.with_effect(effect)?;
-        let added = self.added.iter().copied().chain(self.machine.parameters.len()..machine.parameters.len()).collect();
-        Ok(Hypothesis { kind: HypothesisKind::Effect, effects: self.effects.with(&effect.id), machine, added })
+        let added = self
+            .added
+            .iter()
+            .copied()
+            .chain(self.machine.parameters.len()..machine.parameters.len())
+            .collect();
+        Ok(Hypothesis {
+            kind: HypothesisKind::Effect,
+            effects: self.effects.with(&effect.id),
+            machine,
+            added,
+        })
     }
 
     /// Freezes all parameters except the added ones at the given coordinates.
@@ -210,10 +231,12 @@ fn amplitude(mechanism: Mechanism, range: (f64, f64)) -> Parameter {
     }
 }
 
-/// An interface: its name, the points it acts on with coefficients, and whether its motion is a translation or a rotation.
+/// An interface: its name, the points it acts on with coefficients, and whether its motion is a translation
+/// or a rotation.
 type Across = (String, Vec<(String, f64)>, PointMotion);
 
-/// Returns all generic dynamic stiffnesses at all points of a machine (to ground) and across all of its joints.
+/// Returns all generic dynamic stiffnesses at all points of a machine (to ground) and across all of its
+/// joints.
 pub fn interfaces(nominal: &Hypothesis) -> Vec<Hypothesis> {
     let machine = &nominal.machine;
     let mut all = Vec::new();
@@ -226,9 +249,14 @@ pub fn interfaces(nominal: &Hypothesis) -> Vec<Hypothesis> {
     let mut across: Vec<Across> = Vec::new();
     for joint in machine.joints.iter().filter(|j| j.on.len() > 1) {
         // Joints that share one motion form one interface across the mean of their motions.
-        let coefficients = joint.on.iter().map(|(p, c)| (machine.points[*p].name.clone(), c * joint.share.sqrt()));
+        let coefficients =
+            joint.on.iter().map(|(p, c)| (machine.points[*p].name.clone(), c * joint.share.sqrt()));
         match across.iter_mut().find(|(name, _, _)| *name == joint.name) {
-            None => across.push((joint.name.clone(), coefficients.collect(), machine.points[joint.on[0].0].motion)),
+            None => across.push((
+                joint.name.clone(),
+                coefficients.collect(),
+                machine.points[joint.on[0].0].motion,
+            )),
             Some((_, on, _)) => {
                 for (point, coefficient) in coefficients {
                     match on.iter_mut().find(|(known, _)| *known == point) {
@@ -265,7 +293,10 @@ pub fn interfaces(nominal: &Hypothesis) -> Vec<Hypothesis> {
                     patch.joints.push(joint(zero, of(DAMPING), None));
                 }
                 Shape::Relaxation => {
-                    patch.parameters.extend([amplitude(Mechanism::Damping, wide(c)), amplitude(Mechanism::Stiffness, wide(k))]);
+                    patch.parameters.extend([
+                        amplitude(Mechanism::Damping, wide(c)),
+                        amplitude(Mechanism::Stiffness, wide(k)),
+                    ]);
                     patch.joints.push(joint(zero, of(DAMPING), Some(of(STIFFNESS))));
                 }
                 Shape::Mass if on.len() == 1 => {
@@ -274,7 +305,11 @@ pub fn interfaces(nominal: &Hypothesis) -> Vec<Hypothesis> {
                         lower: 1e-12 * m,
                         ..amplitude(Mechanism::Inertia, (1e-4 * m, 1e2 * m))
                     });
-                    patch.rescales.push((TargetKind::PointInertia.of(&on[0].0), Rescale::Added, INERTIA.into()));
+                    patch.rescales.push((
+                        TargetKind::PointInertia.of(&on[0].0),
+                        Rescale::Added,
+                        INERTIA.into(),
+                    ));
                 }
                 Shape::Resonator => {
                     patch.parameters.extend([
@@ -305,7 +340,8 @@ pub fn interfaces(nominal: &Hypothesis) -> Vec<Hypothesis> {
     all
 }
 
-/// Typical stiffness, damping and inertia of a machine's translations and rotations: they centre the ranges of generic impedances.
+/// Typical stiffness, damping and inertia of a machine's translations and rotations: they centre the ranges
+/// of generic impedances.
 struct TypicalStiffness {
     translation: (f64, f64, f64),
     rotation: (f64, f64, f64),
@@ -324,11 +360,24 @@ fn typical(machine: &Machine) -> TypicalStiffness {
     let start = machine.start();
     let operating = Operating { nut_m: machine.stroke_m().map(|s| 0.5 * s), ..Default::default() };
     let of = |motion: PointMotion| {
-        let joints = machine.joints.iter().filter(|j| j.on.first().is_some_and(|(p, _)| machine.points[*p].motion == motion));
-        let middle = |values: Vec<f64>, usual: f64| quantile(values.into_iter().filter(|x| *x > 0.0), 0.5).unwrap_or(usual);
+        let joints = machine
+            .joints
+            .iter()
+            .filter(|j| j.on.first().is_some_and(|(p, _)| machine.points[*p].motion == motion));
+        let middle = |values: Vec<f64>, usual: f64| {
+            quantile(values.into_iter().filter(|x| *x > 0.0), 0.5).unwrap_or(usual)
+        };
         let (k, m) = if motion == PointMotion::Translation { (1e8, 100.0) } else { (1e3, 1e-3) };
         let stiffness = middle(joints.map(|j| j.stiffness.at(&start, &operating)).collect(), k);
-        let inertia = middle(machine.points.iter().filter(|p| p.motion == motion).map(|p| p.inertia.at(&start, &operating)).collect(), m);
+        let inertia = middle(
+            machine
+                .points
+                .iter()
+                .filter(|p| p.motion == motion)
+                .map(|p| p.inertia.at(&start, &operating))
+                .collect(),
+            m,
+        );
         // Damping with a loss factor of one near 100 Hz.
         (stiffness, stiffness / 600.0, inertia)
     };
@@ -343,10 +392,13 @@ mod tests {
     fn limit_dynamic_stiffness_of_each_shape() {
         let all = Amplitudes { stiffness: 4e6, damping: 300.0, inertia: 2.0 };
         let of = |shape: Shape, omega_rad_s: f64| shape.dynamic_stiffness(&all, omega_rad_s);
-        let near = |found: Complex64, expected: Complex64| assert!((found / expected - 1.0).norm() < 1e-5, "{found} for {expected}");
+        let near = |found: Complex64, expected: Complex64| {
+            assert!((found / expected - 1.0).norm() < 1e-5, "{found} for {expected}")
+        };
         assert_eq!(of(Shape::Mass, 10.0), Complex64::from(-200.0));
         near(of(Shape::Stiffness, 1e-6), Complex64::from(4e6));
-        // A resonator moves as a rigid mass at low frequencies, and its spring and damper alone resist at high ones.
+        // A resonator moves as a rigid mass at low frequencies, and its spring and damper alone resist at
+        // high ones.
         near(of(Shape::Resonator, 1e-3), Complex64::from(-2e-6));
         near(of(Shape::Resonator, 1e9), Complex64::new(4e6, 3e11));
         // A damper in series with a spring damps slow motion and is a spring for fast motion.

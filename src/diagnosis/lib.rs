@@ -1,5 +1,5 @@
-//! Diagnosis of the discrepancy between model and machine: its location, the effect that the description lacks, and how far including it closes the
-//! gap.
+//! Diagnosis of the discrepancy between model and machine: its location, the effect that the description
+//! lacks, and how far including it closes the gap.
 
 mod amplitudes;
 mod bootstrap;

@@ -1,6 +1,7 @@
 //! Faults of the measuring chain as hypotheses, and those of all records.
 //!
-//! Each hypothesis corrects the measured FRFs for its fault; the nominal machine is then fitted to them as to any other data.
+//! Each hypothesis corrects the measured FRFs for its fault; the nominal machine is then fitted to them as to
+//! any other data.
 
 use std::f64::consts::TAU;
 
@@ -56,12 +57,14 @@ const SCALES: [(f64, &str); 6] = [
 pub(super) const SAME_SCALE: f64 = 0.05;
 /// Least factor, or its inverse, that is a wrong unit (1): smaller ones are the effect of a gain.
 pub(super) const LEAST_SCALE: f64 = 2.0;
-/// Trial corners of low and high passes as shares of the highest and multiples of the lowest frequency, and steps of the search between two of them.
+/// Trial corners of low and high passes as shares of the highest and multiples of the lowest frequency, and
+/// steps of the search between two of them.
 const CORNERS: [f64; 8] = [0.3, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
 const CORNER_STEPS: usize = 12;
 /// Distance in the logarithm of a corner at which the rise of χ² is measured for its interval.
 const SIDE: f64 = 0.05;
-/// Steps of a fit to data of a trial corner, and relative decrease of χ² per step at which it ends: joints in series form long valleys.
+/// Steps of a fit to data of a trial corner, and relative decrease of χ² per step at which it ends: joints in
+/// series form long valleys.
 const FILTER_STEPS: (u64, f64) = (40, 1e-5);
 /// Steps of a fit to corrected data.
 const STEPS: u64 = 30;
@@ -93,17 +96,32 @@ impl ChainFault {
 
     /// Whether it changes the values gradually along the frequency, as some effects do.
     pub fn is_gradual(self) -> bool {
-        matches!(self, ChainFault::LowPass(_) | ChainFault::HighPass(_) | ChainFault::Delay(_) | ChainFault::MountResonance(..))
+        matches!(
+            self,
+            ChainFault::LowPass(_)
+                | ChainFault::HighPass(_)
+                | ChainFault::Delay(_)
+                | ChainFault::MountResonance(..)
+        )
     }
 
     /// Describes what is wrong with some records, with its number.
     pub fn text(self, records: &str) -> String {
         match self {
-            ChainFault::Polarity => format!("the sign of {records} is reversed: measured over modelled is -1 throughout"),
-            ChainFault::Conjugate => format!("the phase of {records} has the wrong sign: the values are complex conjugates"),
+            ChainFault::Polarity => {
+                format!("the sign of {records} is reversed: measured over modelled is -1 throughout")
+            }
+            ChainFault::Conjugate => {
+                format!("the phase of {records} has the wrong sign: the values are complex conjugates")
+            }
             ChainFault::Scale(factor) => {
-                let near = |scale: f64| (factor / scale - 1.0).abs() < SAME_SCALE || (factor * scale - 1.0).abs() < SAME_SCALE;
-                let cause = SCALES.iter().find(|(scale, _)| near(*scale)).map_or(String::new(), |(_, cause)| format!(", as of {cause}"));
+                let near = |scale: f64| {
+                    (factor / scale - 1.0).abs() < SAME_SCALE || (factor * scale - 1.0).abs() < SAME_SCALE
+                };
+                let cause = SCALES
+                    .iter()
+                    .find(|(scale, _)| near(*scale))
+                    .map_or(String::new(), |(_, cause)| format!(", as of {cause}"));
                 format!("the values of {records} are {} times too large{cause}", figures(factor))
             }
             ChainFault::FrequencyScale(factor) => {
@@ -117,11 +135,21 @@ impl ChainFault {
                 };
                 format!("the frequencies of {records} are {} times too large: {unit}", figures(factor))
             }
-            ChainFault::LowPass(hz) => format!("the measuring chain of {records} has a first-order low pass at {} Hz", figures(hz)),
-            ChainFault::HighPass(hz) => format!("the measuring chain of {records} has a first-order high pass at {} Hz", figures(hz)),
-            ChainFault::Delay(delay_s) => format!("the response of {records} is {} µs late", figures(1e6 * delay_s)),
+            ChainFault::LowPass(hz) => {
+                format!("the measuring chain of {records} has a first-order low pass at {} Hz", figures(hz))
+            }
+            ChainFault::HighPass(hz) => {
+                format!("the measuring chain of {records} has a first-order high pass at {} Hz", figures(hz))
+            }
+            ChainFault::Delay(delay_s) => {
+                format!("the response of {records} is {} µs late", figures(1e6 * delay_s))
+            }
             ChainFault::MountResonance(hz, ratio) => {
-                format!("the sensor of {records} resonates on its mount at {} Hz, with a damping ratio of {}", figures(hz), figures(ratio))
+                format!(
+                    "the sensor of {records} resonates on its mount at {} Hz, with a damping ratio of {}",
+                    figures(hz),
+                    figures(ratio)
+                )
             }
             ChainFault::Quantity(power) => {
                 let order = if power.abs() == 1 { "once" } else { "twice" };
@@ -133,7 +161,8 @@ impl ChainFault {
 
     /// Returns the factor by which the fault multiplies an FRF; 1 for faults that are no factor.
     ///
-    /// # Source  first-order filters: Bendat and Piersol, Random Data (2010), section 2.3. Mount: the transmissibility of a mass on a spring and a
+    /// # Source  first-order filters: Bendat and Piersol, Random Data (2010), section 2.3. Mount: the
+    ///   transmissibility of a mass on a spring and a
     /// damper; Rao, Mechanical Vibrations, section 3.6.
     pub fn factor(self, frequency_hz: f64) -> Complex64 {
         let omega = omega_rad_s(frequency_hz);
@@ -185,7 +214,9 @@ pub(super) struct ChainCandidate {
 impl ChainCandidate {
     /// Describes the fault, with its number.
     pub fn text(self) -> String {
-        let interval = self.interval95.map_or(String::new(), |(low, high)| format!(" (95 %: {} to {} Hz)", figures(low), figures(high)));
+        let interval = self.interval95.map_or(String::new(), |(low, high)| {
+            format!(" (95 %: {} to {} Hz)", figures(low), figures(high))
+        });
         format!("{}{interval}", self.fault.text("all records"))
     }
 }
@@ -197,7 +228,8 @@ pub(super) fn figures(x: f64) -> String {
     format!("{:.*}", (2 - decade).clamp(0, 9) as usize, (x / unit).round() * unit)
 }
 
-/// Returns the fault of all records with which the nominal machine fits best, on the corrected data; `None` without FRFs.
+/// Returns the fault of all records with which the nominal machine fits best, on the corrected data; `None`
+/// without FRFs.
 ///
 /// # Errors  as [`Fitter::objective`].
 pub(super) fn fault_of_all(
@@ -208,8 +240,10 @@ pub(super) fn fault_of_all(
     let Domain::Frf(_) = fitter.domain else { return Ok(None) };
     let frequencies = FREQUENCY_SCALES.map(ChainFault::FrequencyScale);
     // A factor of 1 stands for a free one.
-    let faults: Vec<ChainFault> =
-        [ChainFault::Polarity, ChainFault::Conjugate, ChainFault::Scale(1.0)].into_iter().chain(frequencies).collect();
+    let faults: Vec<ChainFault> = [ChainFault::Polarity, ChainFault::Conjugate, ChainFault::Scale(1.0)]
+        .into_iter()
+        .chain(frequencies)
+        .collect();
     let coarse = |fault: &ChainFault| {
         let set = version(*fault, fitter.fit.set())?;
         let data = fitter.on(fitter.fit.in_version(&set));
@@ -228,8 +262,10 @@ pub(super) fn fault_of_all(
         (ChainFault::LowPass as fn(f64) -> ChainFault, CORNERS.map(|share| share * high)),
         (ChainFault::HighPass, CORNERS.map(|share| low / share)),
     ];
-    let filters: Result<Vec<ChainCandidate>, ObjectiveError> =
-        filters.into_par_iter().map(|(made, corners)| filter(fitter, (nominal, base), (made, corners), control)).or_first_error();
+    let filters: Result<Vec<ChainCandidate>, ObjectiveError> = filters
+        .into_par_iter()
+        .map(|(made, corners)| filter(fitter, (nominal, base), (made, corners), control))
+        .or_first_error();
     found.extend(filters?);
     // A fit that was stopped has the χ² of other lines.
     if control.stopped() {
@@ -243,7 +279,8 @@ fn without_tail(fitted: &Fitted) -> Fitted {
     Fitted { tail: Tail::default(), ..fitted.clone() }
 }
 
-/// Returns the set corrected for a fault of all records, with an unknown gain for a factor; `None` for a factor where the gain is unknown anyway.
+/// Returns the set corrected for a fault of all records, with an unknown gain for a factor; `None` for a
+/// factor where the gain is unknown anyway.
 fn version(fault: ChainFault, set: &MeasurementSet) -> Option<MeasurementSet> {
     match (fault, set.gain) {
         (ChainFault::Scale(_), Gain::Unknown) => None,
@@ -276,11 +313,17 @@ fn refined(
 
 /// Returns the lowest and highest frequency of the fitted FRFs (Hz).
 fn band(fitter: &Fitter<'_>) -> (f64, f64) {
-    let lines = fitter.fit.frfs().iter().flat_map(|frf| &fitter.fit.set().frfs[*frf].lines).map(|line| line.frequency_hz);
+    let lines = fitter
+        .fit
+        .frfs()
+        .iter()
+        .flat_map(|frf| &fitter.fit.set().frfs[*frf].lines)
+        .map(|line| line.frequency_hz);
     lines.fold((f64::INFINITY, 0.0), |(low, high), f| (low.min(f), high.max(f)))
 }
 
-/// Fits the corner of a filter: on trial corners and few lines, then between the neighbours of the best on all lines.
+/// Fits the corner of a filter: on trial corners and few lines, then between the neighbours of the best on
+/// all lines.
 fn filter(
     fitter: &Fitter<'_>,
     (nominal, base): (&Hypothesis, &Fitted),
@@ -296,13 +339,20 @@ fn filter(
     let coarse = |log_corner: &f64| -> Result<Option<Fitted>, ObjectiveError> {
         let set = made(log_corner.exp()).corrected_in(fitter.fit.set(), |_| true);
         let data = fitter.on(fitter.fit.in_version(&set));
-        let ends = data.multistart_ends(&data.objective(nominal)?, nominal, &without_tail(base), (MULTISTART, 0), control);
+        let ends = data.multistart_ends(
+            &data.objective(nominal)?,
+            nominal,
+            &without_tail(base),
+            (MULTISTART, 0),
+            control,
+        );
         Ok(ends.into_iter().min_by(|a, b| a.chi_square.total_cmp(&b.chi_square)))
     };
     let logs = corners.map(f64::ln);
     let ends: Result<Vec<Option<Fitted>>, ObjectiveError> = logs.par_iter().map(coarse).or_first_error();
     let ends: Vec<Fitted> = ends?.into_iter().map(|end| end.unwrap_or_else(|| base.clone())).collect();
-    let best = (0..ends.len()).min_by(|a, b| ends[*a].chi_square.total_cmp(&ends[*b].chi_square)).unwrap_or(0);
+    let best =
+        (0..ends.len()).min_by(|a, b| ends[*a].chi_square.total_cmp(&ends[*b].chi_square)).unwrap_or(0);
     let neighbours = (logs[best.saturating_sub(1)], logs[(best + 1).min(logs.len() - 1)]);
     // Each fit starts from the best before it.
     let mut found = (logs[best], fit(logs[best], &ends[best])?);
@@ -317,7 +367,8 @@ fn filter(
     let (corner, best) = found;
     // The half-width follows from the rise of χ² to either side.
     let misfit = (best.chi_square / fitter.objective(nominal)?.observations() as f64).max(1.0);
-    let rise = 0.5 * (fit(corner - SIDE, &best)?.chi_square + fit(corner + SIDE, &best)?.chi_square) - best.chi_square;
+    let rise = 0.5 * (fit(corner - SIDE, &best)?.chi_square + fit(corner + SIDE, &best)?.chi_square)
+        - best.chi_square;
     let half = SIDE * (CHI_SQUARE_95 * misfit / rise.max(f64::MIN_POSITIVE)).sqrt();
     let interval95 = Some(((corner - half).exp(), (corner + half).exp()));
     Ok(ChainCandidate { fault: made(corner.exp()), interval95, chi_square: best.chi_square })

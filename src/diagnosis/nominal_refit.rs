@@ -1,5 +1,5 @@
-//! Refits without nuisance parameters: the gap of the machine as described, before and after an effect is written into its description. A user who
-//! identifies the extended description obtains the same figures.
+//! Refits without nuisance parameters: the gap of the machine as described, before and after an effect is
+//! written into its description. A user who identifies the extended description obtains the same figures.
 
 use super::evidence::PartialGap;
 use super::fit::{Fitted, Fitter, at_start, start_of};
@@ -12,7 +12,8 @@ use measurement::HoldOutSet;
 /// Steps of the fits, and the relative decrease of χ² at which they end.
 const STEPS: (u64, f64) = (200, 1e-6);
 
-/// Machines without nuisance parameters, fitted to the data of a diagnosis. Modes have no nuisance parameters: their fits are those of the diagnosis.
+/// Machines without nuisance parameters, fitted to the data of a diagnosis. Modes have no nuisance
+/// parameters: their fits are those of the diagnosis.
 pub(super) struct NominalRefit<'p, 's> {
     fitter: Fitter<'s>,
     /// Whether these machines differ from the diagnosed ones.
@@ -45,7 +46,13 @@ impl<'p, 's> NominalRefit<'p, 's> {
             fitted = fitter.descend_until(&objective, &start, STEPS, control);
             fitted = fitter.descend_until(&objective, &fitted, STEPS, control);
         }
-        Ok(NominalRefit { fitter, refits, effects, shapes: interfaces(&machine), described: (machine, fitted) })
+        Ok(NominalRefit {
+            fitter,
+            refits,
+            effects,
+            shapes: interfaces(&machine),
+            described: (machine, fitted),
+        })
     }
 
     /// Returns the machine as described and its fit.
@@ -53,25 +60,35 @@ impl<'p, 's> NominalRefit<'p, 's> {
         &self.described
     }
 
-    /// Returns the machine as described with the addition of a hypothesis; `None` where the addition does not apply.
+    /// Returns the machine as described with the addition of a hypothesis; `None` where the addition does not
+    /// apply.
     fn counterpart(&self, of: &Hypothesis) -> Option<Hypothesis> {
         match &of.kind {
             HypothesisKind::Nominal => Some(self.described.0.clone()),
-            HypothesisKind::Interface { .. } => self.shapes.iter().find(|shape| shape.kind == of.kind).cloned(),
-            HypothesisKind::Effect | HypothesisKind::Release => of.effects.iter().try_fold(self.described.0.clone(), |machine, id| {
-                if let Some(parameter) = machine.machine.parameter(id) {
-                    return Some(machine.releasing(parameter));
-                }
-                machine.with(Effect::contained_variant(self.effects, id, &of.machine)?).ok()
-            }),
+            HypothesisKind::Interface { .. } => {
+                self.shapes.iter().find(|shape| shape.kind == of.kind).cloned()
+            }
+            HypothesisKind::Effect | HypothesisKind::Release => {
+                of.effects.iter().try_fold(self.described.0.clone(), |machine, id| {
+                    if let Some(parameter) = machine.machine.parameter(id) {
+                        return Some(machine.releasing(parameter));
+                    }
+                    machine.with(Effect::contained_variant(self.effects, id, &of.machine)?).ok()
+                })
+            }
         }
     }
 
-    /// Adds a hypothesis to the machine as described and fits it. Starts are the estimates with nuisance parameters, and the fit of the machine as
-    /// described with the addition as estimated and at zero: χ² cannot exceed that without the addition.
+    /// Adds a hypothesis to the machine as described and fits it. Starts are the estimates with nuisance
+    /// parameters, and the fit of the machine as described with the addition as estimated and at zero: χ²
+    /// cannot exceed that without the addition.
     ///
     /// # Errors  as [`Fitter::objective`].
-    pub fn of(&self, found: (&Hypothesis, &Fitted), control: &Control) -> Result<Option<(Hypothesis, Fitted)>, ObjectiveError> {
+    pub fn of(
+        &self,
+        found: (&Hypothesis, &Fitted),
+        control: &Control,
+    ) -> Result<Option<(Hypothesis, Fitted)>, ObjectiveError> {
         if !self.refits {
             return Ok(Some((found.0.clone(), found.1.clone())));
         }
@@ -92,12 +109,17 @@ impl<'p, 's> NominalRefit<'p, 's> {
     /// Returns the gaps of data with such a machine.
     ///
     /// # Errors  as [`Fitter::gaps`].
-    pub fn gaps(&self, (hypothesis, fitted): &(Hypothesis, Fitted), data: &HoldOutSet<'_>) -> Result<Vec<PartialGap>, ObjectiveError> {
+    pub fn gaps(
+        &self,
+        (hypothesis, fitted): &(Hypothesis, Fitted),
+        data: &HoldOutSet<'_>,
+    ) -> Result<Vec<PartialGap>, ObjectiveError> {
         self.fitter.gaps(hypothesis, fitted, data)
     }
 }
 
-/// Transfers the values of a fit to another machine by the ids of its parameters; other parameters keep their start.
+/// Transfers the values of a fit to another machine by the ids of its parameters; other parameters keep their
+/// start.
 fn transferred(machine: &Hypothesis, (hypothesis, fitted): (&Hypothesis, &Fitted)) -> Fitted {
     let mut start = at_start(machine);
     for (unit, parameter) in start.units.iter_mut().zip(&machine.machine.parameters) {

@@ -1,8 +1,10 @@
-//! Directions of the whitened residuals that candidates can explain, and the law of what they reduce on linear draws.
+//! Directions of the whitened residuals that candidates can explain, and the law of what they reduce on
+//! linear draws.
 //!
-//! About the nominal fit a draw is v = e + Σ u·c: noise e of the lines and of the priors, and discrepancies u of the description with their
-//! changes c. A candidate's reduction of χ² along a unit direction d, orthogonal to nominal and nuisance parameters, is (d·v)². The products d·e of all
-//! directions are jointly normal with covariance DᵀΣD, so that a draw costs one product with a triangular matrix.
+//! About the nominal fit a draw is v = e + Σ u·c: noise e of the lines and of the priors, and discrepancies u
+//! of the description with their changes c. A candidate's reduction of χ² along a unit direction d,
+//! orthogonal to nominal and nuisance parameters, is (d·v)². The products d·e of all directions are jointly
+//! normal with covariance DᵀΣD, so that a draw costs one product with a triangular matrix.
 
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
@@ -17,15 +19,18 @@ use identification::Place;
 use machine::Parameter;
 use numeric::random::normal;
 
-/// Least share of a change, orthogonal to the nominal and nuisance parameters, that counts as an independent direction. A change of a number that has a
-/// tolerance is orthogonal to the fit of that number only by its prior: of 4000 lines with weights of 1 %, a mass with a tolerance of 1 % keeps a share of
-/// 1/√4000 = 0.016. What nominal parameters produce exactly keeps 10⁻⁶, the regularisation of the projection.
+/// Least share of a change, orthogonal to the nominal and nuisance parameters, that counts as an independent
+/// direction. A change of a number that has a tolerance is orthogonal to the fit of that number only by its
+/// prior: of 4000 lines with weights of 1 %, a mass with a tolerance of 1 % keeps a share of 1/√4000 = 0.016.
+/// What nominal parameters produce exactly keeps 10⁻⁶, the regularisation of the projection.
 const LEAST_INDEPENDENT: f64 = 1e-4;
-/// Cosine from which on two directions of a candidate count as one: the reduction along the omitted one is larger by 4 % at most.
+/// Cosine from which on two directions of a candidate count as one: the reduction along the omitted one is
+/// larger by 4 % at most.
 const SAME_DIRECTION: f64 = 0.98;
 /// Draws that are computed together.
 const BATCH: usize = 100;
-/// Share of the largest variance of a product that is added to all: directions of several candidates may depend on each other.
+/// Share of the largest variance of a product that is added to all: directions of several candidates may
+/// depend on each other.
 const REGULARISATION: f64 = 1e-9;
 
 /// Projection orthogonal to nominal and nuisance parameters, to first order, the latter within their priors.
@@ -55,9 +60,11 @@ impl Projection {
     }
 }
 
-/// Directions in which a candidate changes the whitened residuals, orthogonal to nominal and nuisance parameters.
+/// Directions in which a candidate changes the whitened residuals, orthogonal to nominal and nuisance
+/// parameters.
 pub(super) struct Directions {
-    /// Changes by amplitudes all over the candidate's range, with the coordinates of its own parameters that make them.
+    /// Changes by amplitudes all over the candidate's range, with the coordinates of its own parameters that
+    /// make them.
     each: Vec<(Vec<f64>, DVector<f64>)>,
     /// Basis of small changes about the end of its fit, orthonormal there.
     about_end: Vec<DVector<f64>>,
@@ -77,9 +84,15 @@ impl Directions {
         let described = &hypothesis.machine.parameters;
         let first = objective.residuals(&coordinates_of(objective, end)).len();
         let known = objective.free().iter().filter(|i| described[**i].prior.is_some());
-        let its_own: Vec<usize> = known.enumerate().filter(|(_, i)| hypothesis.added.contains(i)).map(|(at, _)| first + at).collect();
-        let rows = |start: &Fitted| objective.rows(&coordinates_of(objective, start)).remove_rows_at(&its_own);
-        // The candidate's own end, with the nominal parameters of the base: the direction of its amplitude there.
+        let its_own: Vec<usize> = known
+            .enumerate()
+            .filter(|(_, i)| hypothesis.added.contains(i))
+            .map(|(at, _)| first + at)
+            .collect();
+        let rows =
+            |start: &Fitted| objective.rows(&coordinates_of(objective, start)).remove_rows_at(&its_own);
+        // The candidate's own end, with the nominal parameters of the base: the direction of its amplitude
+        // there.
         let at_end: Vec<f64> = hypothesis.added.iter().map(|i| end.units[*i]).collect();
         let mut each: Vec<(Vec<f64>, DVector<f64>)> = Vec::new();
         let own: Vec<&Parameter> = hypothesis.added.iter().map(|i| &described[*i]).collect();
@@ -90,7 +103,8 @@ impl Directions {
                 each.push((added, direction));
             }
         }
-        let about_end = about_end(objective, hypothesis, end, &its_own).iter().map(|d| projection.apply(d)).collect();
+        let about_end =
+            about_end(objective, hypothesis, end, &its_own).iter().map(|d| projection.apply(d)).collect();
         Directions { each, about_end }
     }
 
@@ -107,7 +121,8 @@ impl Directions {
         self.each.iter().map(|(_, d)| d).chain(&self.about_end)
     }
 
-    /// Returns the largest reduction of χ² along one direction, or by all small changes jointly, from the products of residuals and directions.
+    /// Returns the largest reduction of χ² along one direction, or by all small changes jointly, from the
+    /// products of residuals and directions.
     fn gain(&self, products: &[f64]) -> f64 {
         let (each, about_end) = products.split_at(self.each.len());
         each.iter().map(|x| x * x).fold(about_end.iter().map(|x| x * x).sum(), f64::max)
@@ -118,26 +133,37 @@ impl Directions {
         self.gain(&self.all().map(|d| d.dot(residuals)).collect::<Vec<f64>>())
     }
 
-    /// Returns the coordinates of the candidate's own parameters along whose directions the reduction of χ² is largest, the best first.
+    /// Returns the coordinates of the candidate's own parameters along whose directions the reduction of χ²
+    /// is largest, the best first.
     pub fn best(&self, residuals: &DVector<f64>, most: usize) -> Vec<&[f64]> {
-        let mut found: Vec<(f64, &[f64])> = self.each.iter().map(|(added, d)| (d.dot(residuals).abs(), added.as_slice())).collect();
+        let mut found: Vec<(f64, &[f64])> =
+            self.each.iter().map(|(added, d)| (d.dot(residuals).abs(), added.as_slice())).collect();
         found.sort_by(|a, b| b.0.total_cmp(&a.0));
         found.into_iter().take(most).map(|(_, added)| added).collect()
     }
 }
 
-/// Returns the unit direction of a change orthogonal to nominal and nuisance parameters; `None` where these produce the change as well.
+/// Returns the unit direction of a change orthogonal to nominal and nuisance parameters; `None` where these
+/// produce the change as well.
 fn independent(projection: &Projection, change: &DVector<f64>) -> Option<DVector<f64>> {
     let projected = projection.apply(change);
     let (size, left) = (change.norm(), projected.norm());
     (size > 1e-9 && left > LEAST_INDEPENDENT * size).then(|| projected / left)
 }
 
-/// Returns an orthonormal basis of the changes by a candidate's own parameters about the end of its fit, orthogonal to all other parameters there.
-/// Near that end a shift of a resonance by less than its width is linear. A small effect reduces χ² also by relieving the priors of other parameters.
-fn about_end(objective: &DomainObjective<'_>, hypothesis: &Hypothesis, end: &Fitted, its_own: &[usize]) -> Vec<DVector<f64>> {
+/// Returns an orthonormal basis of the changes by a candidate's own parameters about the end of its fit,
+/// orthogonal to all other parameters there. Near that end a shift of a resonance by less than its width is
+/// linear. A small effect reduces χ² also by relieving the priors of other parameters.
+fn about_end(
+    objective: &DomainObjective<'_>,
+    hypothesis: &Hypothesis,
+    end: &Fitted,
+    its_own: &[usize],
+) -> Vec<DVector<f64>> {
     let slopes = objective.slopes(&coordinates_of(objective, end)).remove_rows_at(its_own);
-    let added: Vec<usize> = (0..objective.free().len()).filter(|column| hypothesis.added.contains(&objective.free()[*column])).collect();
+    let added: Vec<usize> = (0..objective.free().len())
+        .filter(|column| hypothesis.added.contains(&objective.free()[*column]))
+        .collect();
     let others = Projection::of(slopes.clone().remove_columns_at(&added));
     let mut span: Vec<DVector<f64>> = Vec::new();
     for column in added {
@@ -151,13 +177,15 @@ fn about_end(objective: &DomainObjective<'_>, hypothesis: &Hypothesis, end: &Fit
     span
 }
 
-/// Returns the random numbers of a draw: each has its own, so that draws do not depend on the order in which they are made.
+/// Returns the random numbers of a draw: each has its own, so that draws do not depend on the order in which
+/// they are made.
 pub(crate) fn generator(seed: u64, draw: usize) -> Xoshiro256PlusPlus {
     Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(0x9E37_79B9).wrapping_add(draw as u64))
 }
 
-/// Returns the reduction of χ² by each candidate on linear draws. `noise` is the standard deviation of each whitened residual, priors included;
-/// `discrepancies` are the changes of the residuals over the whole range of each discrepancy, which is uniform.
+/// Returns the reduction of χ² by each candidate on linear draws. `noise` is the standard deviation of each
+/// whitened residual, priors included; `discrepancies` are the changes of the residuals over the whole range
+/// of each discrepancy, which is uniform.
 pub(super) fn linear_draws(
     directions: &[Directions],
     noise: &DVector<f64>,
@@ -174,7 +202,10 @@ pub(super) fn linear_draws(
     let largest = covariance.diagonal().max();
     (0..all.len()).for_each(|d| covariance[(d, d)] += REGULARISATION * largest);
     let Some(factor) = covariance.cholesky().map(|c| c.l()) else { return Vec::new() };
-    let shifts: Vec<DVector<f64>> = discrepancies.iter().map(|c| DVector::from_iterator(all.len(), all.iter().map(|d| d.dot(c)))).collect();
+    let shifts: Vec<DVector<f64>> = discrepancies
+        .iter()
+        .map(|c| DVector::from_iterator(all.len(), all.iter().map(|d| d.dot(c))))
+        .collect();
     let batch = |from: usize| {
         let mut random = generator(seed, from);
         let count = BATCH.min(draws - from);
@@ -200,24 +231,32 @@ pub(super) fn linear_draws(
 mod tests {
     use super::*;
 
-    /// A number that lines determine far better than its tolerance, changed by an effect: the effect relieves its prior, and nothing else. An effect
-    /// that does what a number without a tolerance does has no direction.
+    /// A number that lines determine far better than its tolerance, changed by an effect: the effect relieves
+    /// its prior, and nothing else. An effect that does what a number without a tolerance does has no
+    /// direction.
     #[test]
     fn limit_a_change_of_a_number_with_a_tolerance_relieves_its_prior() {
         let lines = 100_000;
-        let change = |prior: f64| DVector::from_fn(lines + 1, |row, _| if row < lines { 1.0 + (row as f64).sin() } else { prior });
+        let change = |prior: f64| {
+            DVector::from_fn(lines + 1, |row, _| if row < lines { 1.0 + (row as f64).sin() } else { prior })
+        };
         let projection = Projection::of(DMatrix::from_columns(&[change(1.0)]));
         let direction = independent(&projection, &change(0.0)).unwrap();
         assert!(direction[lines].abs() > 0.999, "{}", direction[lines]);
         assert!(independent(&Projection::of(DMatrix::from_columns(&[change(0.0)])), &change(0.0)).is_none());
     }
 
-    /// Gains of linear draws are those of draws written out: each direction's is the square of a normal number, jointly with all others.
+    /// Gains of linear draws are those of draws written out: each direction's is the square of a normal
+    /// number, jointly with all others.
     #[test]
     fn limit_linear_draws_have_the_law_of_projected_noise() {
         let rows = 40;
-        let direction = |phase: f64| DVector::from_fn(rows, |row, _| (0.3 * row as f64 + phase).sin()).normalize();
-        let one = Directions { each: vec![(vec![0.0], direction(0.0)), (vec![1.0], direction(0.4))], about_end: Vec::new() };
+        let direction =
+            |phase: f64| DVector::from_fn(rows, |row, _| (0.3 * row as f64 + phase).sin()).normalize();
+        let one = Directions {
+            each: vec![(vec![0.0], direction(0.0)), (vec![1.0], direction(0.4))],
+            about_end: Vec::new(),
+        };
         let other = Directions { each: Vec::new(), about_end: vec![direction(0.2), direction(1.5)] };
         let noise = DVector::from_fn(rows, |row, _| 0.5 + 0.02 * row as f64);
         let change = 4.0 * direction(0.7);
@@ -226,16 +265,22 @@ mod tests {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
         let written_out: Vec<Vec<f64>> = (0..draws)
             .map(|_| {
-                let left = DVector::from_fn(rows, |row, _| noise[row] * normal(&mut random)) + &change * random.random_range(-0.5..0.5);
+                let left = DVector::from_fn(rows, |row, _| noise[row] * normal(&mut random))
+                    + &change * random.random_range(-0.5..0.5);
                 directions.iter().map(|d| d.reduction(&left)).collect()
             })
             .collect();
         let linear = linear_draws(&directions, &noise, &[change], draws, 1);
         for candidate in 0..2 {
             for level in [0.5, 0.9, 0.99] {
-                let of = |all: &[Vec<f64>]| numeric::statistics::quantile(all.iter().map(|gains| gains[candidate]), level).unwrap();
+                let of = |all: &[Vec<f64>]| {
+                    numeric::statistics::quantile(all.iter().map(|gains| gains[candidate]), level).unwrap()
+                };
                 let (found, expected) = (of(&linear), of(&written_out));
-                assert!((found / expected - 1.0).abs() < 0.08, "{candidate} at {level}: {found} instead of {expected}");
+                assert!(
+                    (found / expected - 1.0).abs() < 0.08,
+                    "{candidate} at {level}: {found} instead of {expected}"
+                );
             }
         }
     }

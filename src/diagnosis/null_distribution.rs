@@ -1,9 +1,11 @@
 //! Null distribution of the reduction of χ²: simulated data of the machine itself, with tolerances and noise.
 //!
-//! Each draw has small discrepancies from the description (journals of other lengths, every nuisance parameter off by its standard deviation) and the
-//! noise of the lines. Most draws are linear about the nominal fit: residuals are projected on the directions that each candidate can explain. In a
-//! few, the nominal machine and the leading candidate are fitted in full. The largest statistic over all candidates has the distribution of a correct
-//! verdict «none», so that its share of larger draws is a p-value corrected for the number of candidates.
+//! Each draw has small discrepancies from the description (journals of other lengths, every nuisance
+//! parameter off by its standard deviation) and the noise of the lines. Most draws are linear about the
+//! nominal fit: residuals are projected on the directions that each candidate can explain. In a few, the
+//! nominal machine and the leading candidate are fitted in full. The largest statistic over all candidates
+//! has the distribution of a correct verdict «none», so that its share of larger draws is a p-value corrected
+//! for the number of candidates.
 
 use nalgebra::DVector;
 use num_complex::Complex64;
@@ -34,15 +36,19 @@ const STEPS: (u64, f64) = (30, 1e-3);
 const LINES: usize = 100;
 /// Directions of the leading candidate of a draw whose amplitudes are compared as starts of its fit.
 const FOLLOWED: usize = 5;
-/// Restarts of a draw that fits badly, and their standard deviation about the drawn coordinates in the unit interval of a parameter.
+/// Restarts of a draw that fits badly, and their standard deviation about the drawn coordinates in the unit
+/// interval of a parameter.
 const RESTARTS: usize = 12;
 const RESTART_SD: f64 = 0.08;
-/// Least scale of a reduction of χ², in units of that by noise alone per parameter; for modes per added parameter.
+/// Least scale of a reduction of χ², in units of that by noise alone per parameter; for modes per added
+/// parameter.
 pub(super) const LEAST_SCALE: f64 = 3.0;
-/// Factor of the squared number of added parameters in the least scale of FRFs. Null simulations are projected on single directions, while a fit
-/// searches all directions jointly and, with a frequency among them, the whole band.
+/// Factor of the squared number of added parameters in the least scale of FRFs. Null simulations are
+/// projected on single directions, while a fit searches all directions jointly and, with a frequency among
+/// them, the whole band.
 const SQUARED_SCALE: f64 = 0.6;
-/// Least and largest variance of the residuals of modes in a draw: their weights are a model error that is hardly known.
+/// Least and largest variance of the residuals of modes in a draw: their weights are a model error that is
+/// hardly known.
 const MODE_VARIANCE: (f64, f64) = (1.0, 2.5);
 
 /// Returns the least scale of a candidate with a number of added parameters.
@@ -54,7 +60,8 @@ pub(super) fn least_scale(objective: &DomainObjective<'_>, added: usize) -> f64 
     }
 }
 
-/// Returns the excess: a misfit over the median of those of null simulations, at least 1; 1 without simulations.
+/// Returns the excess: a misfit over the median of those of null simulations, at least 1; 1 without
+/// simulations.
 pub(crate) fn excess(misfit: f64, simulated: &[f64]) -> f64 {
     let usual = median(simulated.iter().copied()).unwrap_or(misfit);
     (misfit / usual).max(1.0)
@@ -67,19 +74,23 @@ pub struct NullDistribution {
     pub scales: Vec<(String, f64)>,
     /// Largest statistic (reduction of χ² over its scale) of each linear draw, in rising order.
     pub largest: Vec<f64>,
-    /// The same of each draw in which machine and leading candidate were fitted in full, in rising order; empty for modes.
+    /// The same of each draw in which machine and leading candidate were fitted in full, in rising order;
+    /// empty for modes.
     pub fitted: Vec<f64>,
     /// χ² per compared number of each draw with a fitted machine, in rising order.
     pub misfit: Vec<f64>,
 }
 
 impl NullDistribution {
-    /// Returns the distribution by χ² tables: as many degrees of freedom as each candidate adds, and the largest over all candidates.
+    /// Returns the distribution by χ² tables: as many degrees of freedom as each candidate adds, and the
+    /// largest over all candidates.
     pub(super) fn from_tables(candidates: &[(&Hypothesis, &Fitted)], seed: u64) -> Self {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
         let added: Vec<usize> = candidates.iter().map(|(h, _)| h.added.len().max(1)).collect();
-        let mut one = |count: usize| (0..count).map(|_| normal(&mut random).powi(2)).sum::<f64>() / count as f64;
-        let mut largest: Vec<f64> = (0..LINEAR_DRAWS).map(|_| added.iter().map(|count| one(*count)).fold(0.0, f64::max)).collect();
+        let mut one =
+            |count: usize| (0..count).map(|_| normal(&mut random).powi(2)).sum::<f64>() / count as f64;
+        let mut largest: Vec<f64> =
+            (0..LINEAR_DRAWS).map(|_| added.iter().map(|count| one(*count)).fold(0.0, f64::max)).collect();
         largest.sort_by(f64::total_cmp);
         let scales = candidates.iter().zip(&added).map(|((h, _), count)| (h.id(), *count as f64)).collect();
         NullDistribution { scales, largest, ..Default::default() }
@@ -100,7 +111,8 @@ impl NullDistribution {
         self.misfit.last().is_some_and(|largest| misfit > *largest)
     }
 
-    /// Returns the factor on linear draws: full fits may end in minima that linear draws do not have, and then reduce χ² more.
+    /// Returns the factor on linear draws: full fits may end in minima that linear draws do not have, and
+    /// then reduce χ² more.
     pub fn factor(&self) -> f64 {
         let [linear, fitted] = [&self.largest, &self.fitted].map(|all| median(all.iter().copied()));
         fitted.zip(linear).map_or(1.0, |(fitted, linear)| fitted / linear).max(1.0)
@@ -114,8 +126,8 @@ impl NullDistribution {
     }
 }
 
-/// Simulates the null distribution: linear draws around the nominal fit with the reduction of χ² by each candidate, and a number of draws that are
-/// fitted in full.
+/// Simulates the null distribution: linear draws around the nominal fit with the reduction of χ² by each
+/// candidate, and a number of draws that are fitted in full.
 ///
 /// # Errors  as [`DomainObjective::new`].
 pub fn simulate(
@@ -131,8 +143,13 @@ pub fn simulate(
     let place = coordinates_of(&objective, base);
     let here = objective.rows(&place);
     let projection = Projection::at(&objective, &place);
-    let objectives = candidates.iter().map(|(hypothesis, _)| fitter.objective(hypothesis)).collect::<Result<Vec<_>, _>>()?;
-    let of = |((hypothesis, end), objective): (&(&Hypothesis, &Fitted), &DomainObjective<'_>)| match control.stopped() {
+    let objectives = candidates
+        .iter()
+        .map(|(hypothesis, _)| fitter.objective(hypothesis))
+        .collect::<Result<Vec<_>, _>>()?;
+    let of = |((hypothesis, end), objective): (&(&Hypothesis, &Fitted), &DomainObjective<'_>)| match control
+        .stopped()
+    {
         true => Directions::none(),
         false => Directions::of(&projection, objective, hypothesis, base, end, &here),
     };
@@ -141,9 +158,12 @@ pub fn simulate(
         return Ok(NullDistribution::default());
     }
     let noise = noise_of(&objective, &here, place.len());
-    // Discrepancies change the machine with tolerances as stated, and tolerances absorb them there: a fit that lacks an effect may have moved them far.
+    // Discrepancies change the machine with tolerances as stated, and tolerances absorb them there: a fit
+    // that lacks an effect may have moved them far.
     let mut stated = place.clone();
-    for (unit, parameter) in stated.iter_mut().zip(objective.free().iter().map(|i| &nominal.machine.parameters[*i])) {
+    for (unit, parameter) in
+        stated.iter_mut().zip(objective.free().iter().map(|i| &nominal.machine.parameters[*i]))
+    {
         if parameter.prior.is_some() {
             *unit = parameter.to_unit(parameter.start);
         }
@@ -159,27 +179,41 @@ pub fn simulate(
         Ok(stated_projection.apply(&(rows(largest)? - rows(least)?)))
     };
     let discrepancies = match fitter.domain {
-        Domain::Frf(_) => extreme_discrepancies(&nominal.machine).into_par_iter().map(changes).or_first_error()?,
+        Domain::Frf(_) => {
+            extreme_discrepancies(&nominal.machine).into_par_iter().map(changes).or_first_error()?
+        }
         Domain::Modes(_) => Vec::new(),
     };
     let gains = linear_draws(&directions, &noise, &discrepancies, LINEAR_DRAWS, seed);
     let count = gains.len().max(1) as f64;
-    let means: Vec<f64> = (0..candidates.len()).map(|c| gains.iter().map(|g| g[c]).sum::<f64>() / count).collect();
+    let means: Vec<f64> =
+        (0..candidates.len()).map(|c| gains.iter().map(|g| g[c]).sum::<f64>() / count).collect();
     // Where the noise of lines is below their weights, the scales are smaller.
     let scales_at = |variance: f64| -> Vec<f64> {
-        let of =
-            |(mean, (hypothesis, _)): (&f64, &(&Hypothesis, &Fitted))| mean.max(variance * least_scale(&objective, hypothesis.added.len()));
+        let of = |(mean, (hypothesis, _)): (&f64, &(&Hypothesis, &Fitted))| {
+            mean.max(variance * least_scale(&objective, hypothesis.added.len()))
+        };
         means.iter().zip(candidates).map(of).collect()
     };
     let expected = scales_at(objective.noise_share().min(1.0));
-    let full = FullFits { fitter, nominal, base, candidates, objectives: &objectives, directions: &directions, scales: &expected };
+    let full = FullFits {
+        fitter,
+        nominal,
+        base,
+        candidates,
+        objectives: &objectives,
+        directions: &directions,
+        scales: &expected,
+    };
     let step = control.steps("null simulations", draws);
     let ids: Vec<String> = candidates.iter().map(|(hypothesis, _)| hypothesis.id()).collect();
     let key = format!("{} {}", fitter.cache_key("null", nominal, std::slice::from_ref(base)), ids.join(" "));
     let one = |draw: usize| -> Option<(usize, f64, f64)> {
         let mut random = generator(seed, draw);
         match (&objective, fitter.domain) {
-            (DomainObjective::Frf(objective), Domain::Frf(settings)) => full.of(objective, settings, random, control),
+            (DomainObjective::Frf(objective), Domain::Frf(settings)) => {
+                full.of(objective, settings, random, control)
+            }
             _ => {
                 let left = projection.apply(&noise.map(|sd| sd * normal(&mut random)));
                 Some((0, 0.0, left.norm_squared() / objective.observations() as f64))
@@ -196,16 +230,20 @@ pub fn simulate(
     misfit.sort_by(f64::total_cmp);
     let freedom = objective.observations().saturating_sub(objective.unknowns(nominal)).max(1) as f64;
     let usual = median(misfit.iter().copied());
-    let scales = scales_at(usual.map_or(1.0, |median| median * objective.observations() as f64 / freedom).min(1.0));
-    let mut largest: Vec<f64> = gains.iter().map(|g| g.iter().zip(&scales).map(|(g, s)| g / s).fold(0.0, f64::max)).collect();
+    let scales =
+        scales_at(usual.map_or(1.0, |median| median * objective.observations() as f64 / freedom).min(1.0));
+    let mut largest: Vec<f64> =
+        gains.iter().map(|g| g.iter().zip(&scales).map(|(g, s)| g / s).fold(0.0, f64::max)).collect();
     largest.sort_by(f64::total_cmp);
     let is_frf = matches!(objective, DomainObjective::Frf(_)) && !candidates.is_empty();
-    let mut fitted: Vec<f64> = drawn.iter().filter(|_| is_frf).map(|(c, gain, _)| gain / scales[*c]).collect();
+    let mut fitted: Vec<f64> =
+        drawn.iter().filter(|_| is_frf).map(|(c, gain, _)| gain / scales[*c]).collect();
     fitted.sort_by(f64::total_cmp);
     Ok(NullDistribution { scales: ids.into_iter().zip(scales).collect(), largest, fitted, misfit })
 }
 
-/// Returns the standard deviation of each row of an objective in a draw, from the rows and the number of coordinates of the nominal fit.
+/// Returns the standard deviation of each row of an objective in a draw, from the rows and the number of
+/// coordinates of the nominal fit.
 fn noise_of(objective: &DomainObjective<'_>, here: &DVector<f64>, coordinates: usize) -> DVector<f64> {
     match objective {
         DomainObjective::Frf(objective) => {
@@ -235,7 +273,8 @@ struct FullFits<'f, 's> {
 }
 
 impl FullFits<'_, '_> {
-    /// Returns the leading candidate of a draw, its reduction of χ², and the misfit of the machine per compared number.
+    /// Returns the leading candidate of a draw, its reduction of χ², and the misfit of the machine per
+    /// compared number.
     fn of(
         &self,
         objective: &FrfObjective<'_>,
@@ -243,15 +282,23 @@ impl FullFits<'_, '_> {
         random: Xoshiro256PlusPlus,
         control: &Control,
     ) -> Option<(usize, f64, f64)> {
-        let (by, drawn) = redraw_machine(self.fitter, self.nominal, self.base, settings, &mut random.clone())?;
+        let (by, drawn) =
+            redraw_machine(self.fitter, self.nominal, self.base, settings, &mut random.clone())?;
         let data = objective.shifted(&by);
         let machine = fit_drawn(&data, &drawn, Some(random), control);
         let misfit = machine.normal.chi_square / data.observations() as f64;
         let place = Place(machine.place);
         let residuals = data.rows(&place);
-        let statistic: Vec<f64> = self.directions.iter().zip(self.scales).map(|(d, scale)| d.reduction(&residuals) / scale).collect();
+        let statistic: Vec<f64> = self
+            .directions
+            .iter()
+            .zip(self.scales)
+            .map(|(d, scale)| d.reduction(&residuals) / scale)
+            .collect();
         let leading = (0..statistic.len()).max_by(|a, b| statistic[*a].total_cmp(&statistic[*b]));
-        let Some((leading, DomainObjective::Frf(own))) = leading.and_then(|c| Some((c, self.objectives.get(c)?))) else {
+        let Some((leading, DomainObjective::Frf(own))) =
+            leading.and_then(|c| Some((c, self.objectives.get(c)?)))
+        else {
             return Some((0, 0.0, misfit));
         };
         let fitted = read_back(&DomainObjective::Frf(data), self.base, &place, machine.normal.chi_square);
@@ -259,24 +306,36 @@ impl FullFits<'_, '_> {
         let own = own.shifted(&by);
         let few = own.curvature_sampled(LINES);
         let starts = self.directions[leading].best(&residuals, FOLLOWED).into_iter();
-        let starts = starts.map(|added| coordinates_of(&self.objectives[leading], &start_of(hypothesis, &fitted, added)));
+        let starts = starts
+            .map(|added| coordinates_of(&self.objectives[leading], &start_of(hypothesis, &fitted, added)));
         let cost = |start: &Place| few.normal(start).cost_after_step(TRUST_RADIUS);
         let best = starts.map(|start| (cost(&start), start)).min_by(|a, b| a.0.total_cmp(&b.0));
-        let end = best.map_or(f64::INFINITY, |(_, start)| fit_drawn(&own, &start, None, control).normal.chi_square);
+        let end =
+            best.map_or(f64::INFINITY, |(_, start)| fit_drawn(&own, &start, None, control).normal.chi_square);
         Some((leading, (fitted.chi_square - end).max(0.0), misfit))
     }
 }
 
-/// Fits drawn data on few lines, then on all. With random numbers, a fit that ends high is restarted around the start.
-fn fit_drawn(data: &FrfObjective<'_>, start: &Place, random: Option<Xoshiro256PlusPlus>, control: &Control) -> Polished {
+/// Fits drawn data on few lines, then on all. With random numbers, a fit that ends high is restarted around
+/// the start.
+fn fit_drawn(
+    data: &FrfObjective<'_>,
+    start: &Place,
+    random: Option<Xoshiro256PlusPlus>,
+    control: &Control,
+) -> Polished {
     let few = data.curvature_sampled(LINES);
     let end = |from: &[f64]| least_squares_within(&few, from, &[], STEPS, control.stop());
     let mut best = end(start);
-    // A draw that fits worse than the weights of the lines allow may have ended outside its valley, which would look like a missing effect.
+    // A draw that fits worse than the weights of the lines allow may have ended outside its valley, which
+    // would look like a missing effect.
     if let Some(mut random) = random.filter(|_| best.normal.chi_square > few.observations() as f64) {
         let varied = data.free.len();
         for _ in 0..RESTARTS {
-            let near = start.iter().enumerate().map(|(at, x)| if at < varied { x + RESTART_SD * normal(&mut random) } else { *x });
+            let near = start
+                .iter()
+                .enumerate()
+                .map(|(at, x)| if at < varied { x + RESTART_SD * normal(&mut random) } else { *x });
             let other = end(&near.map(|x| x.clamp(0.0, 1.0)).collect::<Vec<f64>>());
             if other.normal.chi_square < best.normal.chi_square {
                 best = other;
@@ -286,8 +345,8 @@ fn fit_drawn(data: &FrfObjective<'_>, start: &Place, random: Option<Xoshiro256Pl
     least_squares_within(data, &best.place, &[], STEPS, control.stop())
 }
 
-/// Returns the changes of the logarithms of measured FRFs that simulate a machine with random discrepancies around a fit and the noise of the lines,
-/// and the drawn coordinates.
+/// Returns the changes of the logarithms of measured FRFs that simulate a machine with random discrepancies
+/// around a fit and the noise of the lines, and the drawn coordinates.
 fn redraw_machine(
     fitter: &Fitter<'_>,
     hypothesis: &Hypothesis,
@@ -301,14 +360,22 @@ fn redraw_machine(
             *unit = parameter.to_unit(value);
         }
     }
-    let discrepant = Hypothesis { machine: sample_discrepancy(&hypothesis.machine, random), ..hypothesis.clone() };
-    redraw_records(fitter.objective(&discrepant).ok()?, &drawn, settings, (usize::MAX, FrfRecord::noise), random)
+    let discrepant =
+        Hypothesis { machine: sample_discrepancy(&hypothesis.machine, random), ..hypothesis.clone() };
+    redraw_records(
+        fitter.objective(&discrepant).ok()?,
+        &drawn,
+        settings,
+        (usize::MAX, FrfRecord::noise),
+        random,
+    )
 }
 
-/// Returns the changes of the logarithms of measured FRFs that simulate a new measurement of a machine, and the coordinates of that measurement: nut
-/// positions and channels off by their standard deviations, and the noise of the lines. `lines` is the number of lines per record to which the
-/// objective is thinned, `usize::MAX` for all. `noise_of` returns the standard deviations of the lines of a record; one that is unknown is the model
-/// error.
+/// Returns the changes of the logarithms of measured FRFs that simulate a new measurement of a machine, and
+/// the coordinates of that measurement: nut positions and channels off by their standard deviations, and the
+/// noise of the lines. `lines` is the number of lines per record to which the objective is thinned,
+/// `usize::MAX` for all. `noise_of` returns the standard deviations of the lines of a record; one that is
+/// unknown is the model error.
 pub(super) fn redraw_records(
     machine: DomainObjective<'_>,
     fitted: &Fitted,
@@ -329,7 +396,10 @@ pub(super) fn redraw_records(
         .zip(simulated.records())
         .map(|(r, record)| {
             let mut noise = |sd: f64| Complex64::new(sd * normal(random), sd * normal(random));
-            r.iter().zip(noise_of(record)).map(|(r, sd)| -r + noise(sd.unwrap_or(settings.model_error))).collect()
+            r.iter()
+                .zip(noise_of(record))
+                .map(|(r, sd)| -r + noise(sd.unwrap_or(settings.model_error)))
+                .collect()
         })
         .collect();
     by.iter().flatten().all(|z| z.re.is_finite() && z.im.is_finite()).then_some((by, place))
@@ -346,7 +416,11 @@ mod tests {
         let mut null = NullDistribution { largest, fitted: vec![2.0; 40], ..Default::default() };
         // The median of full fits is below that of the linear draws, 5: these count as they are.
         for (statistic, p) in [(0.0, 1.0), (5.0, 0.501), (9.99, 0.002), (10.0, 0.001), (1e9, 0.001)] {
-            assert!((null.p_value(statistic) - p).abs() < 1e-12, "{statistic}: {} instead of {p}", null.p_value(statistic));
+            assert!(
+                (null.p_value(statistic) - p).abs() < 1e-12,
+                "{statistic}: {} instead of {p}",
+                null.p_value(statistic)
+            );
         }
         // Full fits that reduce χ² twice as much double all statistics of the linear draws.
         null.fitted = vec![10.0; 40];

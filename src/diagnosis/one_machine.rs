@@ -1,4 +1,5 @@
-//! Whether records belong to one passive machine, and to the described one. Where they do not, no effect explains them, however much it reduces χ².
+//! Whether records belong to one passive machine, and to the described one. Where they do not, no effect
+//! explains them, however much it reduces χ².
 
 use rayon::prelude::*;
 
@@ -9,12 +10,15 @@ use measurement::{Activity, Frf, MeasurementSet};
 
 /// Least number of records at different nut positions over which a mode can be regular.
 const LEAST_RECORDS: usize = 3;
-/// Least number of driving points that are active beyond errors of phase, and least share of all of them, that are no fault of single records.
+/// Least number of driving points that are active beyond errors of phase, and least share of all of them,
+/// that are no fault of single records.
 const ACTIVE_RECORDS: (usize, f64) = (2, 1.0 / 3.0);
 
-/// Deviation of a number of the machine, in standard deviations of its tolerance, with which it is another machine (1).
+/// Deviation of a number of the machine, in standard deviations of its tolerance, with which it is another
+/// machine (1).
 ///
-/// # Source  Chebyshev's inequality: whatever its law, a number exceeds ten standard deviations once in a hundred machines at most.
+/// # Source  Chebyshev's inequality: whatever its law, a number exceeds ten standard deviations once in a
+///   hundred machines at most.
 const IMPOSSIBLE: f64 = 10.0;
 
 /// A reason why records are not those of one passive machine.
@@ -39,7 +43,9 @@ impl Mismatch {
     pub fn text(self) -> (String, &'static str) {
         match self {
             Mismatch::NoRegularMode { records } => (
-                format!("the records do not belong to one machine: no mode continues over the nut positions of these {records} records"),
+                format!(
+                    "the records do not belong to one machine: no mode continues over the nut positions of these {records} records"
+                ),
                 "check to which machine and position each record belongs",
             ),
             Mismatch::ActiveDrivingPoints { active, all } => (
@@ -64,16 +70,21 @@ pub(super) fn mismatch(set: &MeasurementSet, frfs: &[usize]) -> Option<Mismatch>
     (regular_modes(set, &records)? == 0).then_some(Mismatch::NoRegularMode { records: records.len() })
 }
 
-/// Returns the number of the machine that a fit moves farthest beyond its tolerance, with its deviation in standard deviations; `None` where all are possible.
+/// Returns the number of the machine that a fit moves farthest beyond its tolerance, with its deviation in
+/// standard deviations; `None` where all are possible.
 pub(super) fn impossible_number((hypothesis, fitted): &(Hypothesis, Fitted)) -> Option<(String, f64)> {
     let values = values_of(hypothesis, fitted);
-    let numbers = hypothesis.machine.parameters.iter().zip(values).filter(|(parameter, _)| parameter.is_tolerance());
-    let deviations = numbers.filter_map(|(parameter, value)| Some((parameter.name(), parameter.prior?.deviation(parameter.start, value))));
+    let numbers =
+        hypothesis.machine.parameters.iter().zip(values).filter(|(parameter, _)| parameter.is_tolerance());
+    let deviations = numbers.filter_map(|(parameter, value)| {
+        Some((parameter.name(), parameter.prior?.deviation(parameter.start, value)))
+    });
     let (name, deviation) = deviations.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
     (deviation.abs() > IMPOSSIBLE).then(|| (name.to_string(), deviation))
 }
 
-/// Returns the number of modes that continue over the nut positions; `None` where there are too few records or one has too few lines.
+/// Returns the number of modes that continue over the nut positions; `None` where there are too few records
+/// or one has too few lines.
 fn regular_modes(set: &MeasurementSet, records: &[&Frf]) -> Option<usize> {
     let nut_m = |frf: &Frf| frf.position.and_then(|position| set.positions[position].nut_m);
     let mut nuts_m: Vec<f64> = records.iter().filter_map(|frf| nut_m(frf)).collect();
@@ -82,10 +93,13 @@ fn regular_modes(set: &MeasurementSet, records: &[&Frf]) -> Option<usize> {
     if nuts_m.len() < LEAST_RECORDS {
         return None;
     }
-    let fits: Option<Vec<ModalFit>> =
-        records.par_iter().map(|frf| with_curve_of(frf, |_| true, |curve| fit_curve(curve, &CurveOptions::default())).ok()).collect();
+    let fits: Option<Vec<ModalFit>> = records
+        .par_iter()
+        .map(|frf| with_curve_of(frf, |_| true, |curve| fit_curve(curve, &CurveOptions::default())).ok())
+        .collect();
     let fits = fits?;
-    let series: Vec<String> = records.iter().map(|frf| format!("{}/{}", frf.response, frf.excitation)).collect();
+    let series: Vec<String> =
+        records.iter().map(|frf| format!("{}/{}", frf.response, frf.excitation)).collect();
     let end_hz = |line: Option<&measurement::FrfLine>| line.map_or(0.0, |line| line.frequency_hz);
     let tracked: Vec<TrackRecord<'_>> = records
         .iter()
@@ -111,12 +125,18 @@ mod tests {
     use rand_xoshiro::Xoshiro256PlusPlus;
 
     /// Returns a set of six driving points, each with natural frequencies (Hz) and residues of its own.
-    fn set(random: &mut Xoshiro256PlusPlus, mut modes: impl FnMut(&mut Xoshiro256PlusPlus, usize) -> Vec<(f64, f64)>) -> MeasurementSet {
+    fn set(
+        random: &mut Xoshiro256PlusPlus,
+        mut modes: impl FnMut(&mut Xoshiro256PlusPlus, usize) -> Vec<(f64, f64)>,
+    ) -> MeasurementSet {
         let mut set = MeasurementSet::none();
         for at in 0..6 {
             let modes = modes(random, at);
             let mut value = |f: f64| {
-                let sum: Complex64 = modes.iter().map(|(hz, residue)| residue / Complex64::new(hz * hz - f * f, 0.04 * hz * f)).sum();
+                let sum: Complex64 = modes
+                    .iter()
+                    .map(|(hz, residue)| residue / Complex64::new(hz * hz - f * f, 0.04 * hz * f))
+                    .sum();
                 sum * (1.0 + 0.01 * Complex64::new(normal(random), normal(random)))
             };
             set.positions.push(Position { name: format!("l{at}"), nut_m: Some(0.2 * at as f64 + 0.2) });
@@ -129,7 +149,9 @@ mod tests {
                 condition: Condition::default(),
                 averages: None,
                 source: format!("l{at}.csv"),
-                lines: (10..800).map(|f| FrfLine { frequency_hz: f64::from(f), value: value(f64::from(f)), noise: None }).collect(),
+                lines: (10..800)
+                    .map(|f| FrfLine { frequency_hz: f64::from(f), value: value(f64::from(f)), noise: None })
+                    .collect(),
                 rejected: Vec::new(),
             });
         }
@@ -143,12 +165,20 @@ mod tests {
         let (rounds, mut found_unlike) = (10, 0);
         for _ in 0..rounds {
             // Modes that move with the nut.
-            let moving = |at: usize| vec![(50.0 + at as f64, 1.0), (210.0 - 3.0 * at as f64, 3.0), (540.0 + 8.0 * at as f64, 9.0)];
+            let moving = |at: usize| {
+                vec![(50.0 + at as f64, 1.0), (210.0 - 3.0 * at as f64, 3.0), (540.0 + 8.0 * at as f64, 9.0)]
+            };
             assert_eq!(mismatch(&set(&mut random, |_, at| moving(at)), &all), None);
             let unlike = |random: &mut Xoshiro256PlusPlus, _: usize| {
-                (0..3).map(|_| (15.0 * 50.0_f64.powf(random.random::<f64>()), 0.5 + 2.0 * random.random::<f64>())).collect()
+                (0..3)
+                    .map(|_| {
+                        (15.0 * 50.0_f64.powf(random.random::<f64>()), 0.5 + 2.0 * random.random::<f64>())
+                    })
+                    .collect()
             };
-            found_unlike += usize::from(mismatch(&set(&mut random, unlike), &all) == Some(Mismatch::NoRegularMode { records: 6 }));
+            found_unlike += usize::from(
+                mismatch(&set(&mut random, unlike), &all) == Some(Mismatch::NoRegularMode { records: 6 }),
+            );
             let signs = |random: &mut Xoshiro256PlusPlus, at: usize| {
                 let mut sign = || if random.random::<bool>() { 1.0 } else { -1.0 };
                 moving(at).into_iter().map(|(hz, residue)| (hz, sign() * residue)).collect()

@@ -15,8 +15,10 @@ use long_work::Control;
 use measurement::HoldOutSet;
 use numeric::parallel::OrFirstError;
 
-/// Returns the fault that all records were measured at one position: they agree with each other within their noise but for a factor, and at one of the
-/// positions with the nominal machine: better than at their own with the same factors, and as well as with any effect as they are. `rival`: χ² and number of parameters of the best significant effect.
+/// Returns the fault that all records were measured at one position: they agree with each other within their
+/// noise but for a factor, and at one of the positions with the nominal machine: better than at their own
+/// with the same factors, and as well as with any effect as they are. `rival`: χ² and number of parameters of
+/// the best significant effect.
 ///
 /// # Errors  as [`Fitter::objective`].
 pub(super) fn one_position(

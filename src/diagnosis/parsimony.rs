@@ -1,4 +1,5 @@
-//! Comparison of a named effect with generic impedances: where one of them explains as much with fewer parameters, no effect is named.
+//! Comparison of a named effect with generic impedances: where one of them explains as much with fewer
+//! parameters, no effect is named.
 
 use super::fit::Fitted;
 use super::hypothesis::Hypothesis;
@@ -6,8 +7,8 @@ use super::null_distribution::NullDistribution;
 use super::screening::Candidate;
 use super::thresholds::Thresholds;
 
-/// Largest number of parameters of a generic impedance. Second, the share of the reduction of χ² by which an effect with more parameters must be
-/// better.
+/// Largest number of parameters of a generic impedance. Second, the share of the reduction of χ² by which an
+/// effect with more parameters must be better.
 pub(super) const GENERIC_PARAMETERS: usize = 3;
 const LEAST_IMPROVEMENT: f64 = 0.01;
 /// Largest excess over null simulations with which a generic impedance explains the whole residual.
@@ -28,11 +29,13 @@ pub(super) struct NamedFit<'n> {
     pub margin: f64,
 }
 
-/// Returns the best generic impedance that matches or beats the fit to be named, and the words of the comparison.
+/// Returns the best generic impedance that matches or beats the fit to be named, and the words of the
+/// comparison.
 ///
-/// - Effects with more parameters than any generic impedance must fit better than each of them. None is named where a generic impedance explains the
-///   whole residual.
-/// - A single effect that explains the whole residual must fit as well as generic impedances with no more parameters.
+/// - Effects with more parameters than any generic impedance must fit better than each of them. None is named
+///   where a generic impedance explains the whole residual.
+/// - A single effect that explains the whole residual must fit as well as generic impedances with no more
+///   parameters.
 pub(super) fn more_parsimonious<'c>(
     named: &NamedFit<'_>,
     generic: &'c [Candidate],
@@ -43,13 +46,16 @@ pub(super) fn more_parsimonious<'c>(
     let NamedFit { hypothesis, fitted, effects, before, after, gain, margin } = *named;
     let parameters = hypothesis.added.len();
     let flexible = parameters > GENERIC_PARAMETERS && (limits.calibrated || effects == 1);
-    let reach = fitted.chi_square + margin + limits.margin(LEAST_IMPROVEMENT * gain, fitted.chi_square, after);
-    let explains_all =
-        |c: &Candidate| limits.calibrated && before > limits.large_excess && null.excess(c.chi_square() / count) <= EXPLAINED;
+    let reach =
+        fitted.chi_square + margin + limits.margin(LEAST_IMPROVEMENT * gain, fitted.chi_square, after);
+    let explains_all = |c: &Candidate| {
+        limits.calibrated && before > limits.large_excess && null.excess(c.chi_square() / count) <= EXPLAINED
+    };
     let single = limits.calibrated && effects == 1 && after <= limits.large_excess;
     let comparison = |c: &Candidate| {
         let generic_parameters = c.fitted.as_ref()?.0.added.len();
-        let better = single && generic_parameters <= parameters && c.chi_square() + margin < fitted.chi_square;
+        let better =
+            single && generic_parameters <= parameters && c.chi_square() + margin < fitted.chi_square;
         match (better, flexible && (c.chi_square() <= reach || explains_all(c))) {
             (true, _) => Some("fits better than"),
             (false, true) => Some("fits, with fewer parameters, as well as"),
@@ -60,9 +66,10 @@ pub(super) fn more_parsimonious<'c>(
     matching.min_by(|(a, _), (b, _)| a.chi_square().total_cmp(&b.chi_square()))
 }
 
-/// Whether a generic impedance accounts for what a further effect explains beside the first: with no more parameters than that effect adds it fits
-/// better, or it fits as well where each parameter that it saves counts as much as a difference that the data can tell (`margin`). What is missing
-/// beside the first effect then has a place, but no name.
+/// Whether a generic impedance accounts for what a further effect explains beside the first: with no more
+/// parameters than that effect adds it fits better, or it fits as well where each parameter that it saves
+/// counts as much as a difference that the data can tell (`margin`). What is missing beside the first effect
+/// then has a place, but no name.
 pub(super) fn is_located_only(added: usize, chi_square: f64, generic: &[Candidate], margin: f64) -> bool {
     let explains = |c: &Candidate| {
         let parameters = c.fitted.as_ref().map_or(usize::MAX, |(hypothesis, _)| hypothesis.added.len());

@@ -40,28 +40,39 @@ pub fn peak_errors(
         let (Some(m), Some(p)) = (highest(&measured), highest(&predicted)) else { continue };
         frequencies.push(lines_hz[p] / lines_hz[m] - 1.0);
         heights.push(predicted[p] / measured[m] - 1.0);
-        if let (Some(true_ratio), Some(ratio)) = (damping_ratio(&lines_hz, &measured, m), damping_ratio(&lines_hz, &predicted, p)) {
+        if let (Some(true_ratio), Some(ratio)) =
+            (damping_ratio(&lines_hz, &measured, m), damping_ratio(&lines_hz, &predicted, p))
+        {
             dampings.push(ratio / true_ratio - 1.0);
         }
     }
     let (damping, height) = (root_mean_square(dampings), root_mean_square(heights));
-    Ok(root_mean_square(frequencies).zip(height).map(|(frequency, height)| PeakErrors { frequency, damping, height }))
+    Ok(root_mean_square(frequencies).zip(height).map(|(frequency, height)| PeakErrors {
+        frequency,
+        damping,
+        height,
+    }))
 }
 
 /// Returns the index of the highest inner maximum that stands out on both sides.
 fn highest(magnitudes: &[f64]) -> Option<usize> {
     let stands_out = |at: usize| {
         let top = magnitudes[at];
-        let least = |side: &mut dyn Iterator<Item = &f64>| side.take_while(|h| **h <= top).fold(top, |low, h| low.min(*h));
-        let (left, right) = (least(&mut magnitudes[..at].iter().rev()), least(&mut magnitudes[at + 1..].iter()));
+        let least = |side: &mut dyn Iterator<Item = &f64>| {
+            side.take_while(|h| **h <= top).fold(top, |low, h| low.min(*h))
+        };
+        let (left, right) =
+            (least(&mut magnitudes[..at].iter().rev()), least(&mut magnitudes[at + 1..].iter()));
         top > STANDS_OUT * left.max(right)
     };
     let inner = 1..magnitudes.len().saturating_sub(1);
-    let maxima = inner.filter(|at| magnitudes[*at] >= magnitudes[at - 1] && magnitudes[*at] > magnitudes[at + 1]);
+    let maxima =
+        inner.filter(|at| magnitudes[*at] >= magnitudes[at - 1] && magnitudes[*at] > magnitudes[at + 1]);
     maxima.filter(|at| stands_out(*at)).max_by(|a, b| magnitudes[*a].total_cmp(&magnitudes[*b]))
 }
 
-/// Returns half of the half-power width over the frequency; `None` where a half-power point lies outside the band or beyond another peak.
+/// Returns half of the half-power width over the frequency; `None` where a half-power point lies outside the
+/// band or beyond another peak.
 ///
 /// # Source  Δω/(2·ω_n) at |H|/√2, for light damping: Ewins, "Modal Testing", ch. 4.
 fn damping_ratio(lines_hz: &[f64], magnitudes: &[f64], peak: usize) -> Option<f64> {
@@ -100,7 +111,8 @@ mod tests {
 
     #[test]
     fn a_falling_line_has_no_resonance() {
-        let falling: Vec<f64> = (1..100).map(|k| (1.0 + 0.01 * f64::from(k % 2)) / f64::from(k * k)).collect();
+        let falling: Vec<f64> =
+            (1..100).map(|k| (1.0 + 0.01 * f64::from(k % 2)) / f64::from(k * k)).collect();
         assert_eq!(highest(&falling), None);
     }
 }

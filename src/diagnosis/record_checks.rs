@@ -1,4 +1,5 @@
-//! Checks of records by themselves, without a model: signal, copies, resonances, and differences between positions.
+//! Checks of records by themselves, without a model: signal, copies, resonances, and differences between
+//! positions.
 
 use std::collections::BTreeSet;
 
@@ -16,13 +17,15 @@ use numeric::unit::omega_rad_s;
 const LEAST_LINES: usize = 20;
 /// Largest n·R² of phase steps that are unrelated: exceeded by one of a thousand records of noise.
 ///
-/// # Source  Rayleigh's test of uniformity, p = exp(−n·R²); Mardia and Jupp, Directional Statistics (2000), section 6.3.
+/// # Source  Rayleigh's test of uniformity, p = exp(−n·R²); Mardia and Jupp, Directional Statistics (2000),
+///   section 6.3.
 const UNRELATED: f64 = 6.9;
 /// Relative difference of values that are equal but for the rounding of a file (1).
 const ROUNDING: f64 = 1e-6;
 /// ln of the ratio of amplitudes at half of the power (1).
 const HALF_POWER: f64 = std::f64::consts::LN_2 / 2.0;
-/// Quantile of the normal distribution beyond which a series is no noise: one of 30,000 of equal noise is (1).
+/// Quantile of the normal distribution beyond which a series is no noise: one of 30,000 of equal noise is
+/// (1).
 const NO_NOISE: f64 = 4.0;
 
 /// Returns a fault that the records show by themselves: no signal, a copy of another record, or no resonance.
@@ -35,8 +38,9 @@ pub(super) fn fault_of_records(fitter: &Fitter<'_>, held_out: &HoldOutSet<'_>) -
         return Some(if noise.len() == all.len() { Fault::NoSignal } else { Fault::Noise(noise[0]) });
     }
     let equal = |(a, b): &(usize, usize)| {
-        let line =
-            |(a, b): (&FrfLine, &FrfLine)| a.frequency_hz == b.frequency_hz && (a.value - b.value).norm() <= ROUNDING * a.value.norm();
+        let line = |(a, b): (&FrfLine, &FrfLine)| {
+            a.frequency_hz == b.frequency_hz && (a.value - b.value).norm() <= ROUNDING * a.value.norm()
+        };
         let (a, b) = (&set.frfs[*a].lines, &set.frfs[*b].lines);
         a.len() == b.len() && a.iter().zip(b).all(line)
     };
@@ -45,61 +49,88 @@ pub(super) fn fault_of_records(fitter: &Fitter<'_>, held_out: &HoldOutSet<'_>) -
     copied.or(is_without_resonance.then_some(Fault::NoResonance))
 }
 
-/// Whether a record holds no signal: the steps of its phase from line to line are uniform over the circle. Those of a structure are mostly small.
+/// Whether a record holds no signal: the steps of its phase from line to line are uniform over the circle.
+/// Those of a structure are mostly small.
 fn is_noise(frf: &Frf) -> bool {
-    let steps = frf.lines.windows(2).map(|pair| pair[1].value * pair[0].value.conj()).filter(|step| step.norm() > 0.0);
-    let (count, sum) = steps.fold((0, Complex64::ZERO), |(count, sum), step| (count + 1, sum + step / step.norm()));
+    let steps = frf
+        .lines
+        .windows(2)
+        .map(|pair| pair[1].value * pair[0].value.conj())
+        .filter(|step| step.norm() > 0.0);
+    let (count, sum) =
+        steps.fold((0, Complex64::ZERO), |(count, sum), step| (count + 1, sum + step / step.norm()));
     count >= LEAST_LINES && sum.norm_sqr() / f64::from(u32::try_from(count).unwrap_or(u32::MAX)) < UNRELATED
 }
 
-/// Whether a record follows a power of the frequency, possibly delayed, but for noise, as those of a mass, spring or damper do: ln|H| is linear in ln ω, and
-/// the phase in ω. Few lines of resonances may look like noise, but are farther from it than half of the power.
+/// Whether a record follows a power of the frequency, possibly delayed, but for noise, as those of a mass,
+/// spring or damper do: ln|H| is linear in ln ω, and the phase in ω. Few lines of resonances may look like
+/// noise, but are farther from it than half of the power.
 fn follows_a_power(frf: &Frf) -> bool {
     if frf.lines.len() < LEAST_LINES {
         return false;
     }
     let omegas: Vec<f64> = frf.lines.iter().map(|line| omega_rad_s(line.frequency_hz)).collect();
     // The factors iω of the quantity change ln|H| by a line, too, and the phase by a constant.
-    let (magnitudes, phases): (Vec<f64>, Vec<f64>) = frf.logarithms().iter().map(|log| (log.re, log.im)).unzip();
+    let (magnitudes, phases): (Vec<f64>, Vec<f64>) =
+        frf.logarithms().iter().map(|log| (log.re, log.im)).unzip();
     let log_omegas: Vec<f64> = omegas.iter().map(|omega| omega.ln()).collect();
     let (re, im) = (beyond_a_line(&log_omegas, &magnitudes), beyond_a_line(&omegas, &phases));
     let residuals: Vec<Complex64> = re.zip(im).map(|(re, im)| Complex64::new(re, im)).collect();
-    is_noise_about_zero(&residuals) && root_mean_square(residuals.iter().map(|r| r.norm())).is_some_and(|rms| rms < HALF_POWER)
+    is_noise_about_zero(&residuals)
+        && root_mean_square(residuals.iter().map(|r| r.norm())).is_some_and(|rms| rms < HALF_POWER)
 }
 
 /// Computes the residuals of the line through points that fits best.
 fn beyond_a_line<'v>(x: &'v [f64], y: &'v [f64]) -> impl Iterator<Item = f64> + 'v {
     let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
     let (x_mean, y_mean) = (mean(x), mean(y));
-    let (xy, xx) = x.iter().zip(y).fold((0.0, 0.0), |(xy, xx), (x, y)| (xy + (x - x_mean) * (y - y_mean), xx + (x - x_mean).powi(2)));
+    let (xy, xx) = x
+        .iter()
+        .zip(y)
+        .fold((0.0, 0.0), |(xy, xx), (x, y)| (xy + (x - x_mean) * (y - y_mean), xx + (x - x_mean).powi(2)));
     x.iter().zip(y).map(move |(x, y)| y - y_mean - xy / xx * (x - x_mean))
 }
 
-/// Returns for each record the factor by which it exceeds the median of its channel, where the records of each channel differ by noise and such factors
-/// alone, and those of one are from at least three positions; `None` where they differ by more. Records of other lines are not compared.
+/// Returns for each record the factor by which it exceeds the median of its channel, where the records of
+/// each channel differ by noise and such factors alone, and those of one are from at least three positions;
+/// `None` where they differ by more. Records of other lines are not compared.
 pub(super) fn factors_of_alike(set: &MeasurementSet, frfs: &[usize]) -> Option<Vec<(usize, f64)>> {
-    let of_channel = |frf: usize| frfs.iter().copied().filter(move |other| channel(set, *other) == channel(set, frf));
-    let positions = |frf: usize| of_channel(frf).filter_map(|other| set.frfs[other].position).collect::<BTreeSet<usize>>().len();
+    let of_channel =
+        |frf: usize| frfs.iter().copied().filter(move |other| channel(set, *other) == channel(set, frf));
+    let positions = |frf: usize| {
+        of_channel(frf).filter_map(|other| set.frfs[other].position).collect::<BTreeSet<usize>>().len()
+    };
     if frfs.iter().all(|frf| positions(*frf) < 3) {
         return None;
     }
     let log_factor = |frf: &usize| {
         let (own, first) = (&set.frfs[*frf].lines, &set.frfs[of_channel(*frf).next()?].lines);
-        let is_one_grid = own.len() == first.len() && own.iter().zip(first).all(|(a, b)| a.frequency_hz == b.frequency_hz);
-        let logarithms: Vec<Complex64> = own.iter().zip(first).map(|(own, first)| (own.value / first.value).ln()).collect();
+        let is_one_grid =
+            own.len() == first.len() && own.iter().zip(first).all(|(a, b)| a.frequency_hz == b.frequency_hz);
+        let logarithms: Vec<Complex64> =
+            own.iter().zip(first).map(|(own, first)| (own.value / first.value).ln()).collect();
         let log_factor = median(logarithms.iter().map(|log| log.re))?;
         let rest: Vec<Complex64> = logarithms.iter().map(|log| log - log_factor).collect();
         (is_one_grid && own.len() >= LEAST_LINES && is_noise_about_zero(&rest)).then_some((*frf, log_factor))
     };
     let factors: Vec<(usize, f64)> = frfs.iter().map(log_factor).collect::<Option<_>>()?;
-    let middle = |frf: usize| median(factors.iter().filter(|(other, _)| channel(set, *other) == channel(set, frf)).map(|(_, log)| *log));
+    let middle = |frf: usize| {
+        median(
+            factors
+                .iter()
+                .filter(|(other, _)| channel(set, *other) == channel(set, frf))
+                .map(|(_, log)| *log),
+        )
+    };
     factors.iter().map(|(frf, log)| Some((*frf, (log - middle(*frf)?).exp()))).collect()
 }
 
-/// Whether a series is independent noise about zero: it is no larger than the differences of its neighbours say, or than rounding. Noise of neighbouring lines
-/// that correlates, by a window for example, is not recognised.
+/// Whether a series is independent noise about zero: it is no larger than the differences of its neighbours
+/// say, or than rounding. Noise of neighbouring lines that correlates, by a window for example, is not
+/// recognised.
 ///
-/// # Source  von Neumann, Ann. Math. Stat. 12 (1941) 367–395: of equal noise, Σ(xₖ₊₁ − xₖ)²/Σxₖ² of n numbers has mean 2 and standard deviation 2/√n;
+/// # Source  von Neumann, Ann. Math. Stat. 12 (1941) 367–395: of equal noise, Σ(xₖ₊₁ − xₖ)²/Σxₖ² of n numbers
+///   has mean 2 and standard deviation 2/√n;
 /// here n is twice the number of lines.
 fn is_noise_about_zero(series: &[Complex64]) -> bool {
     let squares: f64 = series.iter().map(Complex64::norm_sqr).sum();
@@ -140,16 +171,22 @@ mod tests {
         let mut noise = || Complex64::new(normal(&mut random), normal(&mut random));
         for step_hz in [0.5, 5.0, 20.0] {
             for _ in 0..20 {
-                let modes =
-                    |f: f64| [(45.0, 1.0), (230.0, -0.3), (610.0, 0.1)].map(|(hz, a)| a / Complex64::new(hz * hz - f * f, 0.02 * hz * f));
-                assert!(!is_noise(&frf(|f| modes(f).iter().sum::<Complex64>() * (1.0 + 0.1 * noise()), step_hz)));
+                let modes = |f: f64| {
+                    [(45.0, 1.0), (230.0, -0.3), (610.0, 0.1)]
+                        .map(|(hz, a)| a / Complex64::new(hz * hz - f * f, 0.02 * hz * f))
+                };
+                assert!(!is_noise(&frf(
+                    |f| modes(f).iter().sum::<Complex64>() * (1.0 + 0.1 * noise()),
+                    step_hz
+                )));
             }
             let unrelated = (0..100).filter(|_| is_noise(&frf(|_| noise(), step_hz))).count();
             assert!(unrelated >= 98, "{unrelated} at {step_hz} Hz");
         }
     }
 
-    /// A mass, a spring, a damper and a delay hold no resonance; a well damped mode does, and one above the band.
+    /// A mass, a spring, a damper and a delay hold no resonance; a well damped mode does, and one above the
+    /// band.
     #[test]
     fn limit_single_elements_hold_no_resonance() {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
@@ -171,7 +208,12 @@ mod tests {
     #[test]
     fn limit_coarse_lines_of_many_modes_hold_resonances() {
         let modes = |f: f64| -> Complex64 {
-            let mode = |at: u32| 1.0 / Complex64::new(1.0 - (f / (90.0 * f64::from(at))).powi(2), 0.03 * f / (90.0 * f64::from(at)));
+            let mode = |at: u32| {
+                1.0 / Complex64::new(
+                    1.0 - (f / (90.0 * f64::from(at))).powi(2),
+                    0.03 * f / (90.0 * f64::from(at)),
+                )
+            };
             (1..=8).map(mode).sum()
         };
         for step_hz in [20.0, 27.0, 40.0] {
@@ -179,7 +221,8 @@ mod tests {
         }
     }
 
-    /// Records of different positions are alike if one record with fresh noise, scaled or not, but not if a mode moves by its fortieth with a twentieth of noise.
+    /// Records of different positions are alike if one record with fresh noise, scaled or not, but not if a
+    /// mode moves by its fortieth with a twentieth of noise.
     #[test]
     fn limit_records_alike_differ_by_noise_alone() {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(6);
@@ -198,7 +241,13 @@ mod tests {
             let mut alike = set(0.01, 0.0, &mut random);
             alike.frfs[0].lines.iter_mut().for_each(|line| line.value *= 1.3);
             let found = factors_of_alike(&alike, &[0, 1, 2, 3]).unwrap();
-            assert!(found.iter().zip([1.3, 1.0, 1.0, 1.0]).all(|((_, factor), exact)| (factor / exact - 1.0).abs() < 0.005), "{found:?}");
+            assert!(
+                found
+                    .iter()
+                    .zip([1.3, 1.0, 1.0, 1.0])
+                    .all(|((_, factor), exact)| (factor / exact - 1.0).abs() < 0.005),
+                "{found:?}"
+            );
             assert_eq!(factors_of_alike(&set(0.05, 0.025, &mut random), &[0, 1, 2, 3]), None);
         }
     }

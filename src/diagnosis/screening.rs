@@ -19,7 +19,8 @@ pub enum Status {
     Tried,
     /// Its fit failed: it is neither accepted nor rejected.
     Failed(String),
-    /// The machine lacks something the effect needs, or already contains the effect, or the data cannot show it.
+    /// The machine lacks something the effect needs, or already contains the effect, or the data cannot show
+    /// it.
     NotApplicable(String),
 }
 
@@ -34,7 +35,8 @@ pub struct Candidate {
     pub fitted: Option<(Hypothesis, Fitted)>,
     /// Reduction of χ² of the fitted data.
     pub gain: f64,
-    /// Cross-validation loss: −2 ln of the predictive density of each left-out fit position, summed (χ² for modes). `None` where it was not computed.
+    /// Cross-validation loss: −2 ln of the predictive density of each left-out fit position, summed (χ² for
+    /// modes). `None` where it was not computed.
     pub left_out: Option<f64>,
     /// Whether its fit is hardly different from that of another effect ([`relaxes_within`] is false).
     pub is_limit: bool,
@@ -62,7 +64,8 @@ pub struct Screening {
     pub candidates: Vec<Candidate>,
 }
 
-/// Steps of the nominal fits and the relative decrease of χ² at which they end: for FRFs, which have long and well defined valleys, and for modes.
+/// Steps of the nominal fits and the relative decrease of χ² at which they end: for FRFs, which have long and
+/// well defined valleys, and for modes.
 const NOMINAL_STEPS: [(u64, f64); 2] = [(400, 1e-7), (120, 1e-4)];
 /// Lines of all FRFs together on which the nominal machine is searched, and least and largest number per FRF.
 const SEARCHED_LINES: (usize, usize, usize) = (360, 40, 120);
@@ -70,23 +73,28 @@ const SEARCHED_LINES: (usize, usize, usize) = (360, 40, 120);
 const NOMINAL_MULTISTART: (usize, usize) = (48, 4);
 /// Least distance of a power of iω from 0 that counts as another measured quantity.
 const LEAST_POWER: f64 = 0.6;
-/// Range of lever arms, in lengths of the arm at which the nut takes part in a motion. Where both arms are below it, the fit is a resonator in the
-/// path of the force. No table has a longer arm: a mass that hardly rocks stands for another effect.
+/// Range of lever arms, in lengths of the arm at which the nut takes part in a motion. Where both arms are
+/// below it, the fit is a resonator in the path of the force. No table has a longer arm: a mass that hardly
+/// rocks stands for another effect.
 const ARMS: (f64, f64) = (0.3, 8.0);
 
-/// Returns the fitter of a diagnosis. For FRFs nut positions and the gains and delays of channels have priors, and the error of the model is a share
-/// of the level around a line.
+/// Returns the fitter of a diagnosis. For FRFs nut positions and the gains and delays of channels have
+/// priors, and the error of the model is a share of the level around a line.
 pub fn fitter<'s>(fit: &FitSet<'s>, domain: Domain, frozen: &[String], ablated: &[Ablation]) -> Fitter<'s> {
     let domain = match domain {
-        Domain::Frf(settings) if ablated.contains(&Ablation::NoNuisances) => Domain::Frf(FrfSettings { of_level: true, ..settings }),
-        Domain::Frf(settings) => Domain::Frf(FrfSettings { of_level: true, ..settings.with_tolerances(&fit.set().tolerance) }),
+        Domain::Frf(settings) if ablated.contains(&Ablation::NoNuisances) => {
+            Domain::Frf(FrfSettings { of_level: true, ..settings })
+        }
+        Domain::Frf(settings) => {
+            Domain::Frf(FrfSettings { of_level: true, ..settings.with_tolerances(&fit.set().tolerance) })
+        }
         modes @ Domain::Modes(_) => modes,
     };
     Fitter { fit: fit.clone(), domain, frozen: frozen.to_vec(), ablated: ablated.to_vec() }
 }
 
-/// Returns the machine a diagnosis starts from: for FRFs with its nuisance parameters. Modes are too few for them; the model error of modes covers
-/// them.
+/// Returns the machine a diagnosis starts from: for FRFs with its nuisance parameters. Modes are too few for
+/// them; the model error of modes covers them.
 ///
 /// # Errors  as [`Machine::with_tolerances`].
 pub fn nominal(machine: &Machine, fitter: &Fitter<'_>) -> Result<Hypothesis, ObjectiveError> {
@@ -100,13 +108,19 @@ pub fn nominal(machine: &Machine, fitter: &Fitter<'_>) -> Result<Hypothesis, Obj
 /// Fits the nominal machine from global searches and from its start values; best first.
 ///
 /// # Errors  as [`Fitter::objective`].
-pub fn nominal_fits(fitter: &Fitter<'_>, nominal: &Hypothesis, seed: u64, control: &Control) -> Result<Vec<Fitted>, ObjectiveError> {
+pub fn nominal_fits(
+    fitter: &Fitter<'_>,
+    nominal: &Hypothesis,
+    seed: u64,
+    control: &Control,
+) -> Result<Vec<Fitted>, ObjectiveError> {
     let objective = fitter.objective(nominal)?;
     let start = at_start(nominal);
     let mut starts = match &objective {
         DomainObjective::Frf(frfs) => {
             let few = frfs.thinned(fitter.lines_of_one(SEARCHED_LINES));
-            let minima = frf_search_minima(&few, seed, &control.within(&fitter.cache_key("nominal", nominal, &[])));
+            let minima =
+                frf_search_minima(&few, seed, &control.within(&fitter.cache_key("nominal", nominal, &[])));
             minima.iter().map(|place| read_back(&objective, &start, place, f64::INFINITY)).collect()
         }
         DomainObjective::Modes(_) => vec![fitter.search_globally(nominal, &start, (seed, 0), control)?],
@@ -114,7 +128,8 @@ pub fn nominal_fits(fitter: &Fitter<'_>, nominal: &Hypothesis, seed: u64, contro
     starts.push(start);
     let mut fits = fitter.minima(&objective, &starts, control);
     if matches!(objective, DomainObjective::Frf(_)) {
-        // Basins that are indistinguishable on few lines are distinct on all. An error here would look like a missing effect.
+        // Basins that are indistinguishable on few lines are distinct on all. An error here would look like a
+        // missing effect.
         let ends = fitter.multistart_ends(&objective, nominal, &fits[0], (NOMINAL_MULTISTART, 0), control);
         fits.extend(fitter.minima(&objective, &ends, control));
         fits.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
@@ -123,17 +138,21 @@ pub fn nominal_fits(fitter: &Fitter<'_>, nominal: &Hypothesis, seed: u64, contro
     Ok(distinct_minima(&objective, fits))
 }
 
-/// Returns the number of fits, in rising order of χ², that ended near the best one: others are no start for candidates.
+/// Returns the number of fits, in rising order of χ², that ended near the best one: others are no start for
+/// candidates.
 fn near_least(fits: &[Fitted]) -> usize {
     fits.iter().take_while(|fit| fit.chi_square <= 1.5 * fits[0].chi_square + 10.0).count()
 }
 
 impl Fitter<'_> {
-    /// Returns the minima of a nominal machine to which some starts lead on few lines, refined on all where they ended near the best one; best first.
+    /// Returns the minima of a nominal machine to which some starts lead on few lines, refined on all where
+    /// they ended near the best one; best first.
     fn minima(&self, objective: &DomainObjective<'_>, starts: &[Fitted], control: &Control) -> Vec<Fitted> {
         let coarse = self.coarse(objective);
         let mut near: Vec<Fitted> = match &coarse {
-            Some(few) => starts.par_iter().map(|start| self.descend(few, start, COARSE_STEPS, control)).collect(),
+            Some(few) => {
+                starts.par_iter().map(|start| self.descend(few, start, COARSE_STEPS, control)).collect()
+            }
             None => starts.to_vec(),
         };
         if let Some(few) = &coarse {
@@ -141,19 +160,31 @@ impl Fitter<'_> {
             near.truncate(near_least(&near));
             near = distinct_minima(few, near);
         }
-        let mut fits: Vec<Fitted> = near.par_iter().map(|start| descend_to_minimum(self, objective, start, control)).collect();
+        let mut fits: Vec<Fitted> =
+            near.par_iter().map(|start| descend_to_minimum(self, objective, start, control)).collect();
         fits.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
         fits
     }
 }
 
 /// Minimises χ² of a nominal machine from given coordinates.
-pub(super) fn descend_to_minimum(fitter: &Fitter<'_>, objective: &DomainObjective<'_>, from: &Fitted, control: &Control) -> Fitted {
+pub(super) fn descend_to_minimum(
+    fitter: &Fitter<'_>,
+    objective: &DomainObjective<'_>,
+    from: &Fitted,
+    control: &Control,
+) -> Fitted {
     let [frf, modes] = NOMINAL_STEPS;
-    fitter.descend_until(objective, from, if matches!(fitter.domain, Domain::Frf(_)) { frf } else { modes }, control)
+    fitter.descend_until(
+        objective,
+        from,
+        if matches!(fitter.domain, Domain::Frf(_)) { frf } else { modes },
+        control,
+    )
 }
 
-/// Returns the hypotheses of all applicable effects and of released frozen parameters, and the candidates that do not apply.
+/// Returns the hypotheses of all applicable effects and of released frozen parameters, and the candidates
+/// that do not apply.
 pub fn hypotheses(
     fitter: &Fitter<'_>,
     machine: &Machine,
@@ -170,10 +201,13 @@ pub fn hypotheses(
         let applied = match obstacle {
             Some(why) => Err(why),
             None => nominal.with(effect).map_err(|error| error.to_string()).and_then(|hypothesis| {
-                let (open, closed) = (hypothesis.machine.linear_parameters(), hypothesis.machine.closed_loop_parameters());
+                let (open, closed) =
+                    (hypothesis.machine.linear_parameters(), hypothesis.machine.closed_loop_parameters());
                 // Those before belong to effects that are already included.
                 let acts = (nominal.machine.parameters.len()..open.len()).any(|own| open[own] || closed[own]);
-                acts.then_some(hypothesis).ok_or_else(|| "frequency responses of this machine do not depend on what it changes".to_string())
+                acts.then_some(hypothesis).ok_or_else(|| {
+                    "frequency responses of this machine do not depend on what it changes".to_string()
+                })
             }),
         };
         match applied {
@@ -185,14 +219,16 @@ pub fn hypotheses(
     (apply, others)
 }
 
-/// Whether a fit agrees with the meaning of its effect. A changed quantity is another power of iω, not a slight slope. Lever arms lie at the sensor
-/// or the hammer and are as long as those of a table. No part of an inertia exceeds the whole. A loss factor does not end at its largest value.
+/// Whether a fit agrees with the meaning of its effect. A changed quantity is another power of iω, not a
+/// slight slope. Lever arms lie at the sensor or the hammer and are as long as those of a table. No part of
+/// an inertia exceeds the whole. A loss factor does not end at its largest value.
 #[must_use]
 pub fn is_plausible(hypothesis: &Hypothesis, fitted: &Fitted) -> bool {
     let values = values_of(hypothesis, fitted);
     // Only dimensionless parameters have an absolute size.
-    let dimensionless =
-        |index: usize| hypothesis.added.contains(&index) && hypothesis.machine.parameters[index].mechanism.is_dimensionless();
+    let dimensionless = |index: usize| {
+        hypothesis.added.contains(&index) && hypothesis.machine.parameters[index].mechanism.is_dimensionless()
+    };
     let added = |value: &Value| match value.base {
         Base::Parameter(index) if dimensionless(index) => Some(values[index].abs()),
         _ => None,
@@ -203,35 +239,48 @@ pub fn is_plausible(hypothesis: &Hypothesis, fitted: &Fitted) -> bool {
         longest.is_none_or(|arm| arm > ARMS.0 && arm < ARMS.1)
     };
     let operating = Operating::default();
-    let exhausted = hypothesis.machine.points.iter().any(|point| point.inertia.is_over_subtracted(&values, &operating));
+    let exhausted =
+        hypothesis.machine.points.iter().any(|point| point.inertia.is_over_subtracted(&values, &operating));
     !exhausted
         && largest_loss_factor(hypothesis, fitted).is_none()
         && added(&chain.power).is_none_or(|power| power > LEAST_POWER)
         && chain.levers.iter().all(in_range)
 }
 
-/// Whether each damper in series with a spring that the addition brings changes from the one into the other within a band (Hz). Below its corner it is
-/// mostly a damper, above it mostly a spring: where the corner is outside the band, its fit is hardly different from that of another effect.
+/// Whether each damper in series with a spring that the addition brings changes from the one into the other
+/// within a band (Hz). Below its corner it is mostly a damper, above it mostly a spring: where the corner is
+/// outside the band, its fit is hardly different from that of another effect.
 #[must_use]
 pub fn relaxes_within(hypothesis: &Hypothesis, fitted: &Fitted, (from_hz, to_hz): (f64, f64)) -> bool {
     let values = values_of(hypothesis, fitted);
     let operating = Operating::default();
-    let is_added = |value: &Value| matches!(value.base, Base::Parameter(index) if hypothesis.added.contains(&index));
+    let is_added =
+        |value: &Value| matches!(value.base, Base::Parameter(index) if hypothesis.added.contains(&index));
     let corner_hz = |joint: &Joint| {
-        let spring = joint.relaxation_stiffness.as_ref().filter(|spring| is_added(spring) && is_added(&joint.damping))?;
+        let spring = joint
+            .relaxation_stiffness
+            .as_ref()
+            .filter(|spring| is_added(spring) && is_added(&joint.damping))?;
         Some(frequency_hz(spring.at(&values, &operating) / joint.damping.at(&values, &operating)))
     };
-    hypothesis.machine.joints.iter().filter_map(corner_hz).all(|corner_hz| (from_hz..=to_hz).contains(&corner_hz))
+    hypothesis
+        .machine
+        .joints
+        .iter()
+        .filter_map(corner_hz)
+        .all(|corner_hz| (from_hz..=to_hz).contains(&corner_hz))
 }
 
-/// Returns a loss factor of the addition that ends at the largest value of its range. Such an addition takes up a change that another effect makes: the
-/// damping of no part is that large.
+/// Returns a loss factor of the addition that ends at the largest value of its range. Such an addition takes
+/// up a change that another effect makes: the damping of no part is that large.
 #[must_use]
 pub fn largest_loss_factor<'h>(hypothesis: &'h Hypothesis, fitted: &Fitted) -> Option<&'h Parameter> {
     let values = values_of(hypothesis, fitted);
     let ends = |index: &usize| {
         let parameter = &hypothesis.machine.parameters[*index];
-        parameter.mechanism == Mechanism::LossFactor && parameter.is_at_bound(values[*index]) && values[*index] > parameter.start
+        parameter.mechanism == Mechanism::LossFactor
+            && parameter.is_at_bound(values[*index])
+            && values[*index] > parameter.start
     };
     hypothesis.added.iter().copied().find(ends).map(|index| &hypothesis.machine.parameters[index])
 }

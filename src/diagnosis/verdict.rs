@@ -47,7 +47,8 @@ pub struct Verdict {
     pub effects: Vec<EffectIds>,
     /// Ids of faults of the measuring chain, `id@record` where one record is concerned.
     pub faults: Vec<String>,
-    /// Whether held-out data speak for the named explanation for certain, `false` also where that leaves none; `None` where nothing is named or held out.
+    /// Whether held-out data speak for the named explanation for certain, `false` also where that leaves
+    /// none; `None` where nothing is named or held out.
     pub confirmed: Option<bool>,
     /// Reason, in one or two sentences.
     pub reason: String,
@@ -66,29 +67,38 @@ impl Verdict {
         Verdict::new(VerdictKind::WrongParameter, reason, Some(format!("identify without freezing {id}")))
     }
 
-    /// Returns the verdict «effect» on one explanation, «ambiguous» on several, for a reason. `ids` are those of the first effects of each; the next
-    /// measurement is that of the first of them that the library has.
+    /// Returns the verdict «effect» on one explanation, «ambiguous» on several, for a reason. `ids` are those
+    /// of the first effects of each; the next measurement is that of the first of them that the library has.
     pub(super) fn naming<'i>(
         explanations: Vec<EffectIds>,
         reason: String,
         library: &[Effect],
         mut ids: impl Iterator<Item = &'i str>,
     ) -> Verdict {
-        let [_, others @ ..] = explanations.as_slice() else { return Verdict::new(VerdictKind::Unknown, reason, None) };
+        let [_, others @ ..] = explanations.as_slice() else {
+            return Verdict::new(VerdictKind::Unknown, reason, None);
+        };
         if others.is_empty() {
             return Verdict { effects: explanations, ..Verdict::new(VerdictKind::Effect, reason, None) };
         }
         let others: Vec<String> = others.iter().map(EffectIds::to_string).collect();
         let reason = format!("{reason}; these data cannot distinguish it from {}", others.join(", "));
-        let next = ids.find_map(|id| library.iter().find(|e| e.id == id)).and_then(|e| e.discriminating_test.clone());
+        let next = ids
+            .find_map(|id| library.iter().find(|e| e.id == id))
+            .and_then(|e| e.discriminating_test.clone());
         Verdict { effects: explanations, ..Verdict::new(VerdictKind::Ambiguous, reason, next) }
     }
 
-    /// Returns the verdict with whether held-out data speak for its effects for certain. Where they do not, no effect is named, be it one or a set of which
-    /// one is missing: the verdict is «unknown», for a reason.
+    /// Returns the verdict with whether held-out data speak for its effects for certain. Where they do not,
+    /// no effect is named, be it one or a set of which one is missing: the verdict is «unknown», for a
+    /// reason.
     pub(super) fn judged_by_held_out(self, is_certain: bool, reason: &str) -> Verdict {
         let is_kept = is_certain || !self.kind.names_effects();
-        let verdict = if is_kept { self } else { self.unnamed(reason, "measure at more positions, or with less noise") };
+        let verdict = if is_kept {
+            self
+        } else {
+            self.unnamed(reason, "measure at more positions, or with less noise")
+        };
         Verdict { confirmed: Some(is_certain), ..verdict }
     }
 
@@ -104,20 +114,31 @@ impl Verdict {
         }
     }
 
-    /// Returns the verdict «ambiguous» where something else explains as much as the named effects: its id, a reason and the next measurement. Where no
-    /// effect is named, the reason of «unknown» states it.
+    /// Returns the verdict «ambiguous» where something else explains as much as the named effects: its id, a
+    /// reason and the next measurement. Where no effect is named, the reason of «unknown» states it.
     pub(super) fn or_else(self, other: Option<(String, (String, String))>) -> Verdict {
         let Some((id, (text, next))) = other else { return self };
         if self.kind.names_effects() {
             let effects = self.effects.into_iter().chain([EffectIds::single(&id)]).collect();
-            let reason = format!("{}; these data cannot distinguish it from another cause: {text}", self.reason);
-            return Verdict { kind: VerdictKind::Ambiguous, effects, reason, next_measurement: Some(next), ..self };
+            let reason =
+                format!("{}; these data cannot distinguish it from another cause: {text}", self.reason);
+            return Verdict {
+                kind: VerdictKind::Ambiguous,
+                effects,
+                reason,
+                next_measurement: Some(next),
+                ..self
+            };
         }
         if self.kind != VerdictKind::Unknown {
             return self;
         }
         let next = self.next_measurement.map_or(next.clone(), |own| format!("{own}; or {next}"));
-        Verdict { reason: format!("{}; a possible cause: {text}", self.reason), next_measurement: Some(next), ..self }
+        Verdict {
+            reason: format!("{}; a possible cause: {text}", self.reason),
+            next_measurement: Some(next),
+            ..self
+        }
     }
 
     /// Returns the first effect that the verdict names.
@@ -161,32 +182,54 @@ pub(crate) fn percent_text(percent: f64) -> String {
 mod tests {
     use super::*;
 
-    /// One name or a set: held-out data that do not speak for it leave none. A released parameter is no effect, and its verdict stays.
+    /// One name or a set: held-out data that do not speak for it leave none. A released parameter is no
+    /// effect, and its verdict stays.
     #[test]
     fn what_held_out_data_do_not_confirm_is_not_named() {
         let of = |kind, ids: &[&str]| Verdict {
             effects: ids.iter().copied().map(EffectIds::single).collect(),
             ..Verdict::new(kind, "it reduces χ² by 1 %".into(), None)
         };
-        for (kind, ids) in [(VerdictKind::Effect, &["screw-lead"][..]), (VerdictKind::Ambiguous, &["screw-lead", "frf-gain"])] {
+        for (kind, ids) in [
+            (VerdictKind::Effect, &["screw-lead"][..]),
+            (VerdictKind::Ambiguous, &["screw-lead", "frf-gain"]),
+        ] {
             let named = of(kind, ids).judged_by_held_out(true, "no");
             assert_eq!((named.kind, named.effects.len(), named.confirmed), (kind, ids.len(), Some(true)));
             let unnamed = of(kind, ids).judged_by_held_out(false, "no");
-            assert_eq!((unnamed.kind, unnamed.effects.len(), unnamed.confirmed), (VerdictKind::Unknown, 0, Some(false)));
+            assert_eq!(
+                (unnamed.kind, unnamed.effects.len(), unnamed.confirmed),
+                (VerdictKind::Unknown, 0, Some(false))
+            );
             assert_eq!(unnamed.reason, "no (it reduces χ² by 1 %)");
         }
-        assert_eq!(of(VerdictKind::Effect, &["screw-lead"]).judged_by_held_out(true, "no").unnamed("no", "measure").confirmed, None);
+        assert_eq!(
+            of(VerdictKind::Effect, &["screw-lead"])
+                .judged_by_held_out(true, "no")
+                .unnamed("no", "measure")
+                .confirmed,
+            None
+        );
         let released = of(VerdictKind::WrongParameter, &[]).judged_by_held_out(false, "no");
         assert_eq!((released.kind, released.next_measurement), (VerdictKind::WrongParameter, None));
     }
 
-    /// A fault of the measuring chain that explains as much as an effect is a second name beside one, and stated where none is named.
+    /// A fault of the measuring chain that explains as much as an effect is a second name beside one, and
+    /// stated where none is named.
     #[test]
     fn another_cause_is_stated_whether_an_effect_is_named_or_not() {
-        let other = || Some(("low-pass".to_string(), ("low pass at 5 kHz".to_string(), "measure one record again".to_string())));
+        let other = || {
+            Some((
+                "low-pass".to_string(),
+                ("low pass at 5 kHz".to_string(), "measure one record again".to_string()),
+            ))
+        };
         let of = |kind, effects| Verdict { effects, ..Verdict::new(kind, "it is so".into(), None) };
         let named = of(VerdictKind::Effect, vec![EffectIds::single("screw-lead")]).or_else(other());
-        assert_eq!((named.kind, named.effects.len(), named.reason.contains("low pass at 5 kHz")), (VerdictKind::Ambiguous, 2, true));
+        assert_eq!(
+            (named.kind, named.effects.len(), named.reason.contains("low pass at 5 kHz")),
+            (VerdictKind::Ambiguous, 2, true)
+        );
         let unnamed = of(VerdictKind::Unknown, Vec::new()).or_else(other());
         assert_eq!(
             (unnamed.kind, unnamed.effects.len(), unnamed.next_measurement.as_deref()),

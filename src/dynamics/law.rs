@@ -1,4 +1,5 @@
-//! Waves over the travel and friction laws with numbers in place of parameters, for motion in time and for inverse dynamics.
+//! Waves over the travel and friction laws with numbers in place of parameters, for motion in time and for
+//! inverse dynamics.
 
 use machine::{Friction, FrictionTable, Value, Wave};
 
@@ -18,7 +19,11 @@ impl TravelWave {
         if !(period > 0.0) {
             return TravelWave::default();
         }
-        TravelWave { cosine: number(&wave.cosine), sine: number(&wave.sine), rate: std::f64::consts::TAU / period }
+        TravelWave {
+            cosine: number(&wave.cosine),
+            sine: number(&wave.sine),
+            rate: std::f64::consts::TAU / period,
+        }
     }
 
     pub fn is_flat(&self) -> bool {

@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 /// Number of names tried for a new file before the creation fails.
 const ATTEMPTS: u32 = 1000;
 
-/// Creates a new file next to `path`, named after it: `.NAME.PROCESS` or, where that exists, with a further number. Returns it with its path.
+/// Creates a new file next to `path`, named after it: `.NAME.PROCESS` or, where that exists, with a further
+/// number. Returns it with its path.
 ///
 /// An existing file, or a link of that name, is never opened.
 ///
@@ -29,7 +30,8 @@ pub fn create_exclusive(path: &Path) -> io::Result<(File, PathBuf)> {
 
 /// Opens the file of a lock for reading and writing, and creates it where it does not exist.
 ///
-/// # Errors  as [`create_exclusive`]; the name is that of a link, of a file with a second name, or of no regular file ([`ErrorKind::InvalidInput`]).
+/// # Errors  as [`create_exclusive`]; the name is that of a link, of a file with a second name, or of no
+///   regular file ([`ErrorKind::InvalidInput`]).
 pub fn open_lock(path: &Path) -> io::Result<File> {
     match OpenOptions::new().read(true).write(true).create_new(true).open(path) {
         Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
@@ -50,7 +52,8 @@ fn refused(what: &str) -> io::Error {
     io::Error::new(ErrorKind::InvalidInput, format!("{what}; remove it"))
 }
 
-/// Whether a file found by its name is the opened one and has no further name: a link may have taken the name meanwhile.
+/// Whether a file found by its name is the opened one and has no further name: a link may have taken the name
+/// meanwhile.
 #[cfg(unix)]
 fn is_same(named: &fs::Metadata, opened: &fs::Metadata) -> bool {
     use std::os::unix::fs::MetadataExt;

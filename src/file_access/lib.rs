@@ -1,4 +1,5 @@
-//! Access to files and text from outside: bounded reading, creation of files that follows no link, escaping of hidden characters.
+//! Access to files and text from outside: bounded reading, creation of files that follows no link, escaping
+//! of hidden characters.
 
 mod create;
 mod number;
@@ -9,6 +10,6 @@ pub use create::{create_exclusive, open_lock};
 pub use number::{LARGEST_NUMBER, SMALLEST_NUMBER, is_physical, unfilled};
 pub use printable::{escape_json, is_hidden, one_line, printable, shortened};
 pub use read::{
-    MOST_DOCUMENT_BYTES, MOST_STREAM_BYTES, MOST_TABLE_BYTES, MOST_TEXT_BYTES, ReadFault, is_inside, open_file, read_file, read_text,
-    read_unchanged,
+    MOST_DOCUMENT_BYTES, MOST_STREAM_BYTES, MOST_TABLE_BYTES, MOST_TEXT_BYTES, ReadFault, is_inside,
+    open_file, read_file, read_text, read_unchanged,
 };

@@ -1,7 +1,7 @@
 //! Text from outside, escaped for terminals, messages and pages.
 
-/// Whether a character moves the cursor, changes the direction of text or is invisible: control characters, direction marks and overrides, line
-/// and paragraph separators, zero-width characters, tags.
+/// Whether a character moves the cursor, changes the direction of text or is invisible: control characters,
+/// direction marks and overrides, line and paragraph separators, zero-width characters, tags.
 pub fn is_hidden(c: char) -> bool {
     c.is_control()
         || matches!(
@@ -72,7 +72,10 @@ mod tests {
     #[test]
     fn hidden_characters_are_escaped_and_others_kept() {
         assert_eq!(printable("µm · «Führung» 軸 é\n"), "µm · «Führung» 軸 é\n");
-        assert_eq!(one_line("a\u{1b}[31mb\u{202e}c\r\nd\te\u{9b}"), "a\\u{1b}[31mb\\u{202e}c\\r\\nd e\\u{9b}");
+        assert_eq!(
+            one_line("a\u{1b}[31mb\u{202e}c\r\nd\te\u{9b}"),
+            "a\\u{1b}[31mb\\u{202e}c\\r\\nd e\\u{9b}"
+        );
         assert_eq!(shortened("abcdef", 3), "abc…");
         let json = format!("{{\"a\": \"{}\u{e0041}\"}}\n", "\u{202e}\u{7f}");
         assert_eq!(escape_json(json), "{\"a\": \"\\u202e\\u007f\\udb40\\udc41\"}\n");

@@ -52,15 +52,21 @@ impl fmt::Display for ReadFault {
             ReadFault::Io(error) => match error.kind() {
                 ErrorKind::NotFound => write!(f, "there is no such file"),
                 ErrorKind::PermissionDenied => write!(f, "reading it is not permitted"),
-                ErrorKind::InvalidInput | ErrorKind::InvalidFilename => write!(f, "is no valid name of a file"),
+                ErrorKind::InvalidInput | ErrorKind::InvalidFilename => {
+                    write!(f, "is no valid name of a file")
+                }
                 _ => write!(f, "cannot be read: {error}"),
             },
             ReadFault::Folder => write!(f, "is a folder; name a file"),
-            ReadFault::Special(what) => write!(f, "is a {what}; only regular files are read, write its content to a file"),
+            ReadFault::Special(what) => {
+                write!(f, "is a {what}; only regular files are read, write its content to a file")
+            }
             ReadFault::TooLarge { most_bytes } => {
                 write!(f, "is larger than {} MiB, the limit for files of this kind", most_bytes >> 20)
             }
-            ReadFault::Changed => write!(f, "the file changed while it was read; read it again when it is complete"),
+            ReadFault::Changed => {
+                write!(f, "the file changed while it was read; read it again when it is complete")
+            }
             ReadFault::NoText => write!(f, "is not text in UTF-8; save it as UTF-8"),
         }
     }
@@ -114,7 +120,8 @@ pub fn read_file(path: &Path, most_bytes: u64) -> Result<Vec<u8>, ReadFault> {
     Ok(bytes)
 }
 
-/// Opens a regular file of at most `most_bytes` and has it read; one that is still being written would otherwise be read in part without notice.
+/// Opens a regular file of at most `most_bytes` and has it read; one that is still being written would
+/// otherwise be read in part without notice.
 ///
 /// # Errors  as [`open_file`]; the file changes meanwhile.
 pub fn read_unchanged<T>(path: &Path, most_bytes: u64, read: impl FnOnce(File) -> T) -> Result<T, ReadFault> {
@@ -159,7 +166,8 @@ fn special(_: FileType) -> &'static str {
     "device"
 }
 
-/// Whether a file named in a folder's list stays inside the folder, links resolved. A file that does not exist is judged by its name.
+/// Whether a file named in a folder's list stays inside the folder, links resolved. A file that does not
+/// exist is judged by its name.
 pub fn is_inside(folder: &Path, name: &str) -> bool {
     if !Path::new(name).components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir)) {
         return false;

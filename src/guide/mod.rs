@@ -1,6 +1,7 @@
 //! The user's guide: each page answers one question.
 //!
-//! Use: [own_machine], [own_frfs], [motion], [python], [mistakes]. Results: [results], [prediction], [verdicts], [own_effect]. Background: [models], [validation],
+//! Use: [own_machine], [own_frfs], [motion], [python], [mistakes]. Results: [results], [prediction],
+//! [verdicts], [own_effect]. Background: [models], [validation],
 //! [speed], [published], [papers]. Source code: [crates].
 
 #[doc = include_str!("own-machine.md")]

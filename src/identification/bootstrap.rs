@@ -33,7 +33,12 @@ pub struct Bootstrap {
 /// Draws one sample with replacement and returns how often each row occurs.
 ///
 /// Lines are drawn in runs of `run`, since residuals of neighbouring lines may be correlated.
-pub(super) fn draw(drawn: Drawn, blocks: &[(usize, usize)], run: usize, generator: &mut Xoshiro256PlusPlus) -> Vec<Vec<f64>> {
+pub(super) fn draw(
+    drawn: Drawn,
+    blocks: &[(usize, usize)],
+    run: usize,
+    generator: &mut Xoshiro256PlusPlus,
+) -> Vec<Vec<f64>> {
     match drawn {
         Drawn::Lines => blocks
             .iter()
@@ -60,16 +65,33 @@ fn groups(blocks: &[(usize, usize)]) -> usize {
     blocks.iter().map(|(_, group)| group + 1).max().unwrap_or(0)
 }
 
-/// Returns the spread over both units of resampling, as far as they can be drawn: `samples` of each from a seed.
-pub fn bootstraps<P: Problem>(problem: &P, best: &Place, (samples, seed): (usize, u64), control: &Control) -> Vec<Bootstrap> {
-    [Drawn::Lines, Drawn::Positions].into_iter().filter_map(|drawn| bootstrap(problem, best, drawn, (samples, seed), control)).collect()
+/// Returns the spread over both units of resampling, as far as they can be drawn: `samples` of each from a
+/// seed.
+pub fn bootstraps<P: Problem>(
+    problem: &P,
+    best: &Place,
+    (samples, seed): (usize, u64),
+    control: &Control,
+) -> Vec<Bootstrap> {
+    [Drawn::Lines, Drawn::Positions]
+        .into_iter()
+        .filter_map(|drawn| bootstrap(problem, best, drawn, (samples, seed), control))
+        .collect()
 }
 
-/// Fits samples drawn with replacement, each from the best coordinates. `None` if stopped, or with fewer than two positions to draw.
+/// Fits samples drawn with replacement, each from the best coordinates. `None` if stopped, or with fewer than
+/// two positions to draw.
 ///
-/// # Source  Efron and Tibshirani, An Introduction to the Bootstrap, 1993, ch. 13 (percentile interval); runs of lines: Künsch,
+/// # Source  Efron and Tibshirani, An Introduction to the Bootstrap, 1993, ch. 13 (percentile interval); runs
+///   of lines: Künsch,
 /// Ann. Stat. 17 (1989) 1217–1241.
-fn bootstrap<P: Problem>(problem: &P, best: &Place, drawn: Drawn, (samples, seed): (usize, u64), control: &Control) -> Option<Bootstrap> {
+fn bootstrap<P: Problem>(
+    problem: &P,
+    best: &Place,
+    drawn: Drawn,
+    (samples, seed): (usize, u64),
+    control: &Control,
+) -> Option<Bootstrap> {
     let blocks = problem.blocks();
     if samples == 0 || (drawn == Drawn::Positions && groups(&blocks) < 2) {
         return None;
@@ -86,7 +108,9 @@ fn bootstrap<P: Problem>(problem: &P, best: &Place, drawn: Drawn, (samples, seed
             }
             let place = control.cached(&format!("{drawn:?} {seed}"), || {
                 let counts = draw(drawn, &blocks, run, &mut Xoshiro256PlusPlus::seed_from_u64(*seed));
-                problem.squares(Some(&counts), |squares| least_squares(squares, best, &[], 40, control.stop()).place)
+                problem.squares(Some(&counts), |squares| {
+                    least_squares(squares, best, &[], 40, control.stop()).place
+                })
             });
             step();
             Some(place)
@@ -97,5 +121,9 @@ fn bootstrap<P: Problem>(problem: &P, best: &Place, drawn: Drawn, (samples, seed
         let end = |share| quantile(places.iter().map(|p| p[d]), share).unwrap_or(best[d]);
         (end(0.025), end(0.975))
     };
-    (!control.stopped()).then(|| Bootstrap { drawn, samples, interval95: (0..best.len()).map(spread).collect() })
+    (!control.stopped()).then(|| Bootstrap {
+        drawn,
+        samples,
+        interval95: (0..best.len()).map(spread).collect(),
+    })
 }

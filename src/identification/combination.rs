@@ -40,23 +40,29 @@ const MAX_SD: f64 = 0.25;
 /// Moves along a valley of χ², tried from the largest, as shares of a parameter's unit interval.
 const MOVES: [f64; 3] = [0.5, 0.25, 0.1];
 
-/// Finds the determined combinations among the parameters of the columns, in the order of rising standard deviation. `known` marks the parameters whose
-/// values the data determine to first order.
+/// Finds the determined combinations among the parameters of the columns, in the order of rising standard
+/// deviation. `known` marks the parameters whose values the data determine to first order.
 ///
-/// `valley(column, by)` moves a column by a share of its unit interval, re-optimises the others and returns the values of all columns.
-/// It returns `None` where χ² rises too much.
+/// `valley(column, by)` moves a column by a share of its unit interval, re-optimises the others and returns
+/// the values of all columns. It returns `None` where χ² rises too much.
 pub fn combinations(
     parameters: &[&Parameter],
     values: &[f64],
     (certainty, known): (&Certainty, &[bool]),
     valley: impl Fn(usize, f64) -> Option<Vec<f64>> + Sync,
 ) -> Vec<Combination> {
-    let is_candidate =
-        |&(j, i): &(usize, usize)| !(known[i] && known[j]) && [i, j].iter().all(|k| parameters[*k].scale == Scale::Logarithmic);
-    let pairs: Vec<(usize, usize)> = (0..parameters.len()).flat_map(|i| (0..i).map(move |j| (j, i))).filter(is_candidate).collect();
+    let is_candidate = |&(j, i): &(usize, usize)| {
+        !(known[i] && known[j]) && [i, j].iter().all(|k| parameters[*k].scale == Scale::Logarithmic)
+    };
+    let pairs: Vec<(usize, usize)> =
+        (0..parameters.len()).flat_map(|i| (0..i).map(move |j| (j, i))).filter(is_candidate).collect();
     let of_pair = |&(j, i): &(usize, usize)| {
-        // In a strongly curved valley correlations mean nothing, for example if one of two springs in series is nearly rigid.
-        let kind = parameters[i].is_like(parameters[j]).then(|| constant_sum((j, i), values, certainty, &valley)).flatten();
+        // In a strongly curved valley correlations mean nothing, for example if one of two springs in series
+        // is nearly rigid.
+        let kind = parameters[i]
+            .is_like(parameters[j])
+            .then(|| constant_sum((j, i), values, certainty, &valley))
+            .flatten();
         let is_reported = kind.is_some() || certainty.correlation[i][j].abs() >= CORRELATED;
         is_reported.then(|| combination(parameters, values, certainty, (j, i), kind))
     };
@@ -71,10 +77,11 @@ fn sums(a: f64, b: f64) -> (f64, f64) {
     (a + b, a * b / (a + b))
 }
 
-/// Determines whether the sum or the harmonic sum stays constant along the valley, and its remaining relative change.
+/// Determines whether the sum or the harmonic sum stays constant along the valley, and its remaining relative
+/// change.
 ///
-/// The change is at most a fifth of that of the values, and at most a quarter of that of the other sum. For equal values both sums agree to
-/// first order, so that only a finite move distinguishes them.
+/// The change is at most a fifth of that of the values, and at most a quarter of that of the other sum. For
+/// equal values both sums agree to first order, so that only a finite move distinguishes them.
 fn constant_sum(
     (i, j): (usize, usize),
     values: &[f64],
@@ -116,7 +123,8 @@ fn combination(
     let (a, b) = (values[i], values[j]);
     // Relative standard deviation of wᵢ·ln a + wⱼ·ln b.
     let spread_of = |wi: f64, wj: f64| (wi * wi * vi + wj * wj * vj + 2.0 * wi * wj * cij).max(0.0).sqrt();
-    let (kind, change) = constant.unwrap_or((if correlation > 0.0 { CombinationKind::Ratio } else { CombinationKind::Opposite }, 0.0));
+    let (kind, change) = constant
+        .unwrap_or((if correlation > 0.0 { CombinationKind::Ratio } else { CombinationKind::Opposite }, 0.0));
     let sd = match kind {
         CombinationKind::Series => spread_of(b / (a + b), a / (a + b)),
         CombinationKind::Parallel => spread_of(a / (a + b), b / (a + b)),
@@ -136,10 +144,15 @@ fn combination(
             a * b / (a + b)
         ),
         CombinationKind::Parallel => {
-            format!("the data determine the sum {p} + {q} = {:.4e} {unit} ± {percent:.1} %, not its parts", a + b)
+            format!(
+                "the data determine the sum {p} + {q} = {:.4e} {unit} ± {percent:.1} %, not its parts",
+                a + b
+            )
         }
         CombinationKind::Ratio => {
-            format!("{p} and {q} can rise together (correlation {correlation:.2}): the data determine their ratio better than either value")
+            format!(
+                "{p} and {q} can rise together (correlation {correlation:.2}): the data determine their ratio better than either value"
+            )
         }
         CombinationKind::Opposite => {
             format!(
@@ -213,7 +226,12 @@ mod tests {
             );
             assert!(series.len() == 1 && series[0].kind == CombinationKind::Series, "{series:?}");
             assert!((series[0].sd - 0.01).abs() < 2e-3, "{series:?}");
-            let parallel = combinations(&[&a, &b], &values, (&certainty_of(shares), &OPEN), valley_of(values, CombinationKind::Parallel));
+            let parallel = combinations(
+                &[&a, &b],
+                &values,
+                (&certainty_of(shares), &OPEN),
+                valley_of(values, CombinationKind::Parallel),
+            );
             assert_eq!(parallel[0].kind, CombinationKind::Parallel, "{parallel:?}");
         }
         let ratio = combinations(

@@ -24,13 +24,15 @@ const CONTINUED: usize = 12;
 /// Largest distance from an end of the unit interval at which a parameter counts as lying at its bound.
 const AT_BOUND: f64 = 1e-3;
 
-/// A problem with more free parameters and uncertainties, on which the intervals are computed, and its starts.
+/// A problem with more free parameters and uncertainties, on which the intervals are computed, and its
+/// starts.
 pub(super) type Wider<P> = Option<(P, Vec<Place>)>;
 
-/// Fits a problem and computes intervals and identifiability: for FRFs on the problem itself, for modes on a wider one about the minimum.
+/// Fits a problem and computes intervals and identifiability: for FRFs on the problem itself, for modes on a
+/// wider one about the minimum.
 ///
-/// Without a free parameter it evaluates the objective at the start values. Predictions, derived quantities and estimates of tolerances are left to the
-/// caller.
+/// Without a free parameter it evaluates the objective at the start values. Predictions, derived quantities
+/// and estimates of tolerances are left to the caller.
 ///
 /// # Errors  those of `wider`.
 pub(super) fn estimate<P: Problem>(
@@ -71,8 +73,10 @@ pub(super) fn estimate<P: Problem>(
     let wider = if profiled { wider(&place)? } else { None };
     let wide = match &wider {
         Some((wider, from)) => {
-            let starts = from.iter().map(|place| Basin { place: place.clone(), cost: 0.0, starts: 1 }).collect();
-            basins = control.cached("wider", || refined_basins(wider, starts, CHI_SQUARE_95 * inflation, control));
+            let starts =
+                from.iter().map(|place| Basin { place: place.clone(), cost: 0.0, starts: 1 }).collect();
+            basins =
+                control.cached("wider", || refined_basins(wider, starts, CHI_SQUARE_95 * inflation, control));
             wider
         }
         None => inflated.as_ref().unwrap_or(problem),
@@ -85,8 +89,11 @@ pub(super) fn estimate<P: Problem>(
         place = basins[0].place.clone();
     }
     let (chi_square, misfit, correlation_factor) = if inflated.is_some() { misfit_at(&place) } else { first };
-    let combinations =
-        if profiled { combined(wide, machine, (&basins[0], &whole, &regions[..free.len()]), inflation, control) } else { Vec::new() };
+    let combinations = if profiled {
+        combined(wide, machine, (&basins[0], &whole, &regions[..free.len()]), inflation, control)
+    } else {
+        Vec::new()
+    };
     if wider.is_some() {
         // The estimate is that of the fit with the parameters that modes hardly determine held fixed.
         let own = (0..free.len()).chain(problem.gain_column()).map(|at| place[at]);
@@ -96,19 +103,23 @@ pub(super) fn estimate<P: Problem>(
     let bootstraps = bootstraps(problem, &place, (plan.bootstrap, plan.seed), control);
     let mut warnings = shortage(problem.observations(), best.len());
     let kind = (has_intervals, misfit * correlation_factor);
-    let (estimates, at_bounds) = parameter_estimates(machine, &free, &place, &problem.values(&place), &regions, &certainty, kind);
+    let (estimates, at_bounds) =
+        parameter_estimates(machine, &free, &place, &problem.values(&place), &regions, &certainty, kind);
     warnings.extend(at_bounds);
     let gain_column = problem.gain_column();
     let gain_interval95 = gain_column.filter(|_| has_intervals).map(|_| gain_interval(&regions[free.len()]));
-    warnings.extend(has_intervals.then(|| widened(chi_square, freedom, misfit, correlation_factor)).into_iter().flatten());
+    warnings.extend(
+        has_intervals.then(|| widened(chi_square, freedom, misfit, correlation_factor)).into_iter().flatten(),
+    );
     warnings.extend(gain_column.and_then(|at| gain_at_end(place[at])));
     let complete = !control.stopped() && repeats.iter().all(|r| r.found.complete);
     let agree = (complete && plan.near.is_none() && effort.required > 1).then(|| effort.is_enough());
     warnings.extend((agree == Some(false)).then(|| seldom_found(effort)));
     Ok(Identification {
-        gain_identifiable: gain_column
-            .filter(|_| has_intervals)
-            .map(|at| is_narrow(&regions[free.len()], narrow_logarithmic_width(GAIN_RANGE)) && gain_at_end(place[at]).is_none()),
+        gain_identifiable: gain_column.filter(|_| has_intervals).map(|at| {
+            is_narrow(&regions[free.len()], narrow_logarithmic_width(GAIN_RANGE))
+                && gain_at_end(place[at]).is_none()
+        }),
         estimates,
         gain_interval95,
         // A profile may have met a deeper minimum.
@@ -156,7 +167,9 @@ fn intervals<P: Problem>(
         control.begin("intervals");
     }
     let (basins, regions) = match profiled {
-        true => control.cached("profiles", || confidence_regions(problem, basins, columns, inflation, control)),
+        true => {
+            control.cached("profiles", || confidence_regions(problem, basins, columns, inflation, control))
+        }
         false => (basins, None),
     };
     let information = problem.squares(None, |squares| squares.normal(&basins[0].place).information);
@@ -171,10 +184,12 @@ fn intervals<P: Problem>(
 
 /// Refines minima and returns the distinct ones within a rise of χ² above the least, in rising order.
 ///
-/// The data variance of the problem covers the model error, so that priors keep their weight against the data.
+/// The data variance of the problem covers the model error, so that priors keep their weight against the
+/// data.
 fn refined_basins<P: Problem>(problem: &P, basins: Vec<Basin>, rise: f64, control: &Control) -> Vec<Basin> {
     let settle = |basin: Basin, end: (u64, f64)| {
-        let polished = problem.squares(None, |squares| least_squares_within(squares, &basin.place, &[], end, control.stop()));
+        let polished = problem
+            .squares(None, |squares| least_squares_within(squares, &basin.place, &[], end, control.stop()));
         Basin { place: Place(polished.place), cost: polished.normal.chi_square, ..basin }
     };
     let all = |basins: Vec<Basin>, end: (u64, f64)| {
@@ -190,14 +205,16 @@ fn refined_basins<P: Problem>(problem: &P, basins: Vec<Basin>, rise: f64, contro
     let mut distinct: Vec<(Basin, Surroundings)> = Vec::new();
     for end in ends.into_iter().filter(|end| end.cost - least <= rise) {
         if !distinct.iter().any(|(_, around)| around.hold(&end.place, rise)) {
-            let around = Surroundings { place: end.place.clone(), information: problem.information(&end.place) };
+            let around =
+                Surroundings { place: end.place.clone(), information: problem.information(&end.place) };
             distinct.push((end, around));
         }
     }
     distinct.into_iter().map(|(basin, _)| basin).collect()
 }
 
-/// Finds the combinations of parameters that the data determine about a minimum. `regions` are those of the first parameters.
+/// Finds the combinations of parameters that the data determine about a minimum. `regions` are those of the
+/// first parameters.
 fn combined<P: Problem>(
     problem: &P,
     machine: &Machine,
@@ -215,15 +232,22 @@ fn combined<P: Problem>(
         let mut moved = here.place.clone();
         moved[column] = (moved[column] + by).clamp(0.0, 1.0);
         // Outside the region of the profile χ² rises too much, whatever the others do.
-        if regions.get(column).is_some_and(|region| region.iter().all(|(low, high)| !(*low..=*high).contains(&moved[column]))) {
+        if regions
+            .get(column)
+            .is_some_and(|region| region.iter().all(|(low, high)| !(*low..=*high).contains(&moved[column])))
+        {
             return None;
         }
         let held: Vec<bool> = (0..moved.len()).map(|i| i == column).collect();
-        let polished = problem.squares(None, |squares| least_squares(squares, &moved, &held, POLISH, control.stop()));
-        (polished.normal.chi_square - here.cost < CHI_SQUARE_95 * inflation).then(|| of(&Place(polished.place)))
+        let polished =
+            problem.squares(None, |squares| least_squares(squares, &moved, &held, POLISH, control.stop()));
+        (polished.normal.chi_square - here.cost < CHI_SQUARE_95 * inflation)
+            .then(|| of(&Place(polished.place)))
     };
     let values = problem.values(&here.place);
-    let is_known = |(column, at): (usize, &usize)| 2.0 * 1.96 * certainty.sd[column] <= narrow_width(&machine.parameters, &values, *at);
+    let is_known = |(column, at): (usize, &usize)| {
+        2.0 * 1.96 * certainty.sd[column] <= narrow_width(&machine.parameters, &values, *at)
+    };
     let known: Vec<bool> = free.iter().enumerate().map(is_known).collect();
     let mut found = combinations(&described, &of(&here.place), (certainty, &known), valley);
     found.iter_mut().for_each(|c| c.parameters = (free[c.parameters.0], free[c.parameters.1]));
@@ -233,8 +257,8 @@ fn combined<P: Problem>(
 /// Number of times that the profiles start again from a deeper minimum.
 const DEEPER: usize = 4;
 
-/// Computes the confidence regions of some coordinates by profiles from all basins; `None` if stopped. Returns also the basins, with deeper ones that
-/// the profiles have met.
+/// Computes the confidence regions of some coordinates by profiles from all basins; `None` if stopped.
+/// Returns also the basins, with deeper ones that the profiles have met.
 fn confidence_regions<P: Problem>(
     problem: &P,
     mut basins: Vec<Basin>,
@@ -256,9 +280,20 @@ fn confidence_regions<P: Problem>(
     (basins, None)
 }
 
-fn profiles(squares: &dyn LeastSquares, basins: &[Basin], columns: &[usize], inflation: f64, control: &Control) -> Profiles {
+fn profiles(
+    squares: &dyn LeastSquares,
+    basins: &[Basin],
+    columns: &[usize],
+    inflation: f64,
+    control: &Control,
+) -> Profiles {
     let start = |basin: &Basin| {
-        let minimum = Polished { place: basin.place.0.clone(), normal: squares.normal(&basin.place), evaluations: 0, converged: true };
+        let minimum = Polished {
+            place: basin.place.0.clone(),
+            normal: squares.normal(&basin.place),
+            evaluations: 0,
+            converged: true,
+        };
         ProfileStart { certainty: certainty(&minimum.normal.information, inflation), minimum }
     };
     let minima: Vec<ProfileStart> = basins.iter().map(start).collect();
@@ -273,11 +308,14 @@ fn is_narrow(region: &Region, widest: f64) -> bool {
 
 /// Returns the hull of a region.
 fn hull(region: &Region) -> (f64, f64) {
-    region.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |hull, part| (hull.0.min(part.0), hull.1.max(part.1)))
+    region
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |hull, part| (hull.0.min(part.0), hull.1.max(part.1)))
 }
 
-/// Variance by misfit over that by the stated uncertainty (1) above which values depend on what the model lacks: intervals are more than twice as wide
-/// as those by noise and tolerances, so that they consist of misfit for the larger part. Model error is no noise, so that its part is no probability.
+/// Variance by misfit over that by the stated uncertainty (1) above which values depend on what the model
+/// lacks: intervals are more than twice as wide as those by noise and tolerances, so that they consist of
+/// misfit for the larger part. Model error is no noise, so that its part is no probability.
 const EXCESS: f64 = 4.0;
 
 /// Returns the result of an objective evaluated at coordinates with these values and gain, without a fit.
@@ -316,7 +354,9 @@ fn evaluated<P: Problem>(problem: &P, machine: &Machine, place: Place) -> Identi
         observations: problem.observations(),
         sd: Vec::new(),
         complete: true,
-        warnings: vec!["no parameter is free: the objective and all errors are those of the start values".into()],
+        warnings: vec![
+            "no parameter is free: the objective and all errors are those of the start values".into(),
+        ],
         values,
         place,
     }
@@ -334,7 +374,11 @@ fn widened(chi_square: f64, freedom: usize, misfit: f64, correlation_factor: f64
             "residuals of neighbouring lines are correlated, so they are not noise: the model lacks an effect; intervals are widened by √{correlation_factor:.1}; run diagnose to find it"
         )
     };
-    (misfit > 2.0).then(misfit_warning).into_iter().chain((correlation_factor > 2.0).then(correlation_warning)).collect()
+    (misfit > 2.0)
+        .then(misfit_warning)
+        .into_iter()
+        .chain((correlation_factor > 2.0).then(correlation_warning))
+        .collect()
 }
 
 /// Warns of an estimated gain at an end of its range.
@@ -375,8 +419,9 @@ fn parameter_estimates(
     (has_intervals, excess): (bool, f64),
 ) -> (Vec<Estimate>, Vec<String>) {
     let mut warnings = Vec::new();
-    let mut estimates: Vec<Estimate> =
-        (0..machine.parameters.len()).map(|parameter| Estimate::without_interval(parameter, values[parameter], None)).collect();
+    let mut estimates: Vec<Estimate> = (0..machine.parameters.len())
+        .map(|parameter| Estimate::without_interval(parameter, values[parameter], None))
+        .collect();
     for (column, &parameter) in free.iter().enumerate() {
         let (u, (low, high)) = (place[column], hull(&regions[column]));
         let description = &machine.parameters[parameter];
@@ -388,7 +433,11 @@ fn parameter_estimates(
             parameter,
             value: values[parameter],
             interval95: has_intervals.then(|| (end(low), end(high))),
-            intervals95: regions[column].iter().filter(|_| has_intervals).map(|(low, high)| (end(*low), end(*high))).collect(),
+            intervals95: regions[column]
+                .iter()
+                .filter(|_| has_intervals)
+                .map(|(low, high)| (end(*low), end(*high)))
+                .collect(),
             identifiable: has_intervals.then_some(narrow && !at_bound),
             depends_on_discrepancy: false,
             at_bound,
@@ -401,8 +450,10 @@ fn parameter_estimates(
             } else {
                 "the data do not determine it; run plan to find a measurement that does"
             };
-            warnings
-                .push(format!("{} lies at the {} end of its range, {:e} {}: {remedy}", description.id, which.0, which.1, description.unit));
+            warnings.push(format!(
+                "{} lies at the {} end of its range, {:e} {}: {remedy}",
+                description.id, which.0, which.1, description.unit
+            ));
         }
     }
     (estimates, warnings)

@@ -1,4 +1,5 @@
-//! Identifies machine parameters from measurements: repeated global searches, least squares, intervals and identifiability.
+//! Identifies machine parameters from measurements: repeated global searches, least squares, intervals and
+//! identifiability.
 
 mod bootstrap;
 mod combination;

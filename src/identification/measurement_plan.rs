@@ -5,7 +5,9 @@ use std::sync::Arc;
 use nalgebra::DMatrix;
 
 use super::uncertainty::{RANGE_SD, certainty, narrow_width};
-use crate::objective::{FrfObjective, FrfSettings, ModeObjective, ModeSettings, ModeSquares, ObjectiveError, VISIBLE};
+use crate::objective::{
+    FrfObjective, FrfSettings, ModeObjective, ModeSettings, ModeSquares, ObjectiveError, VISIBLE,
+};
 use dynamics::model::{PeakSearch, Structure, peaks};
 use machine::{Chain, Machine, Operating, ParameterValues, State};
 use measurement::{Condition, Frf, FrfLine, FrfNoise, MeasurementSet, ModeObservation, ModeTable, Quantity};
@@ -21,7 +23,8 @@ pub struct PlannedMeasurement {
     pub channel: (String, String),
     /// Operating state.
     pub state: State,
-    /// Information JᵀJ that it adds, in the unit intervals of the free parameters and, last, of an unknown gain.
+    /// Information JᵀJ that it adds, in the unit intervals of the free parameters and, last, of an unknown
+    /// gain.
     pub information: DMatrix<f64>,
 }
 
@@ -32,9 +35,11 @@ pub struct Choice {
     pub candidates: Vec<usize>,
     /// Standard deviation of each free parameter in its unit interval, with the plausible range as prior.
     pub sd: Vec<f64>,
-    /// Geometric mean over the parameters of posterior over prior standard deviation (1); 1 if the measurements add no information.
+    /// Geometric mean over the parameters of posterior over prior standard deviation (1); 1 if the
+    /// measurements add no information.
     pub score: f64,
-    /// Root mean square of the relative standard deviations of the numbers to predict (1); `None` where nothing is to be predicted.
+    /// Root mean square of the relative standard deviations of the numbers to predict (1); `None` where
+    /// nothing is to be predicted.
     pub prediction_sd: Option<f64>,
 }
 
@@ -49,7 +54,8 @@ pub struct PlanDesign {
     pub prior_information: Vec<f64>,
     /// Width of the widest 95 % interval with which each of them is identifiable, in its unit interval.
     pub narrow_widths: Vec<f64>,
-    /// Numbers to predict: derivatives of their logarithms with respect to the unit intervals of the parameters. Empty: the parameters alone count.
+    /// Numbers to predict: derivatives of their logarithms with respect to the unit intervals of the
+    /// parameters. Empty: the parameters alone count.
     pub predicted: Vec<Vec<f64>>,
 }
 
@@ -65,7 +71,8 @@ pub struct FrfPlan {
 }
 
 impl PlanDesign {
-    /// Plans FRFs of the given channels at all positions of a set and in the given states, predicted by the machine with the given parameter values.
+    /// Plans FRFs of the given channels at all positions of a set and in the given states, predicted by the
+    /// machine with the given parameter values.
     ///
     /// # Errors  as [`FrfObjective::new`]; the machine has no such state.
     pub fn of_frfs(
@@ -87,7 +94,10 @@ impl PlanDesign {
             let place = coordinates_of(machine, &objective.free, values, objective.estimates_gain());
             let prior = prior_information(machine, &objective.free, values);
             let normal = objective.normal(&place);
-            found.push((NormalEquations { information: without_prior(normal.information, &prior), ..normal }, objective.free.clone()));
+            found.push((
+                NormalEquations { information: without_prior(normal.information, &prior), ..normal },
+                objective.free.clone(),
+            ));
         }
         // A state may leave a parameter without effect, which is then no coordinate of its objective.
         design.free = union(found.iter().map(|(_, free)| &free[..]));
@@ -132,7 +142,9 @@ impl PlanDesign {
             machine.check_operating(&format!("{}: position {}", set.path, place.name), &operating)?;
             let mut model = structure.empty_model();
             model.update(machine, values, &operating);
-            let visible = peaks(&model, search, &mut structure.workspace()).into_iter().filter(|p| p.prominence >= least);
+            let visible = peaks(&model, search, &mut structure.workspace())
+                .into_iter()
+                .filter(|p| p.prominence >= least);
             let observed = |(order, p): (usize, dynamics::model::Peak)| ModeObservation {
                 order: order as u32 + 1,
                 frequency_hz: Some(p.frequency_hz),
@@ -149,7 +161,10 @@ impl PlanDesign {
             let place = objective.extended(&coordinates_of(machine, &objective.free, values, false));
             design.free.clone_from(&objective.free);
             design.state_parameters(machine, values);
-            let information = without_prior(ModeSquares::new(&objective, None).normal(&place).information, &design.prior_information);
+            let information = without_prior(
+                ModeSquares::new(&objective, None).normal(&place).information,
+                &design.prior_information,
+            );
             design.candidates.push(PlannedMeasurement {
                 position: Some(position),
                 channel: channel.clone(),
@@ -163,7 +178,8 @@ impl PlanDesign {
     /// Notes prior information and narrow widths of the free parameters.
     fn state_parameters(&mut self, machine: &Machine, values: &ParameterValues) {
         self.prior_information = prior_information(machine, &self.free, values);
-        self.narrow_widths = self.free.iter().map(|i| narrow_width(&machine.parameters, values, *i)).collect();
+        self.narrow_widths =
+            self.free.iter().map(|i| narrow_width(&machine.parameters, values, *i)).collect();
     }
 
     /// Whether a choice would make the parameter of a column identifiable.
@@ -176,21 +192,35 @@ impl PlanDesign {
         let size = self.candidates.first().map_or(0, |c| c.information.nrows());
         let mut information = DMatrix::zeros(size, size);
         which.iter().for_each(|i| information += &self.candidates[*i].information);
-        self.prior_information.iter().enumerate().for_each(|(column, prior)| information[(column, column)] += prior);
+        self.prior_information
+            .iter()
+            .enumerate()
+            .for_each(|(column, prior)| information[(column, column)] += prior);
         let found = certainty(&information, 1.0);
         let variance = |slopes: &Vec<f64>| -> f64 {
-            let term =
-                |(row, a): (usize, &f64)| slopes.iter().enumerate().map(|(column, b)| a * b * found.covariance[(row, column)]).sum::<f64>();
+            let term = |(row, a): (usize, &f64)| {
+                slopes
+                    .iter()
+                    .enumerate()
+                    .map(|(column, b)| a * b * found.covariance[(row, column)])
+                    .sum::<f64>()
+            };
             slopes.iter().enumerate().map(term).sum()
         };
         let mean = self.predicted.iter().map(variance).sum::<f64>() / self.predicted.len() as f64;
         let sd: Vec<f64> = found.sd.into_iter().take(self.free.len()).collect();
         let score = (sd.iter().map(|s| (s / RANGE_SD).ln()).sum::<f64>() / sd.len().max(1) as f64).exp();
-        Choice { candidates: which.to_vec(), sd, score, prediction_sd: (!self.predicted.is_empty()).then(|| mean.max(0.0).sqrt()) }
+        Choice {
+            candidates: which.to_vec(),
+            sd,
+            score,
+            prediction_sd: (!self.predicted.is_empty()).then(|| mean.max(0.0).sqrt()),
+        }
     }
 
-    /// Ranks all choices of `count` candidates in addition to the measurements `made`. The least remaining uncertainty comes first: that of the numbers
-    /// to predict, where there are any, else that of the parameters.
+    /// Ranks all choices of `count` candidates in addition to the measurements `made`. The least remaining
+    /// uncertainty comes first: that of the numbers to predict, where there are any, else that of the
+    /// parameters.
     pub fn ranking(&self, made: &[usize], count: usize) -> Vec<Choice> {
         let open: Vec<usize> = (0..self.candidates.len()).filter(|i| !made.contains(i)).collect();
         let mut choices: Vec<Choice> = subsets(&open, count)
@@ -227,16 +257,23 @@ pub(super) fn union<'f>(all: impl Iterator<Item = &'f [usize]>) -> Vec<usize> {
     all.flatten().copied().collect::<std::collections::BTreeSet<usize>>().into_iter().collect()
 }
 
-/// Returns normal equations of some parameters, and of a gain where there is one, as those of more parameters. The gain stays last.
+/// Returns normal equations of some parameters, and of a gain where there is one, as those of more
+/// parameters. The gain stays last.
 pub(super) fn embedded(normal: &NormalEquations, own: &[usize], all: &[usize]) -> NormalEquations {
     let gains = normal.gradient.len() - own.len();
-    let columns: Vec<usize> =
-        own.iter().map(|index| all.partition_point(|other| other < index)).chain(all.len()..all.len() + gains).collect();
+    let columns: Vec<usize> = own
+        .iter()
+        .map(|index| all.partition_point(|other| other < index))
+        .chain(all.len()..all.len() + gains)
+        .collect();
     let mut whole = NormalEquations::zero(all.len() + gains);
     whole.chi_square = normal.chi_square;
     for (row, i) in columns.iter().enumerate() {
         whole.gradient[*i] = normal.gradient[row];
-        columns.iter().enumerate().for_each(|(column, j)| whole.information[(*i, *j)] = normal.information[(row, column)]);
+        columns
+            .iter()
+            .enumerate()
+            .for_each(|(column, j)| whole.information[(*i, *j)] = normal.information[(row, column)]);
     }
     whole
 }
@@ -245,28 +282,39 @@ pub(super) fn embedded(normal: &NormalEquations, own: &[usize], all: &[usize]) -
 pub(super) fn prior_information(machine: &Machine, free: &[usize], values: &ParameterValues) -> Vec<f64> {
     let of = |i: &usize| {
         let parameter = &machine.parameters[*i];
-        parameter.prior.map_or(0.0, |prior| (parameter.unit_slope(values[*i]) * prior.slope(values[*i])).powi(2))
+        parameter
+            .prior
+            .map_or(0.0, |prior| (parameter.unit_slope(values[*i]) * prior.slope(values[*i])).powi(2))
     };
     free.iter().map(of).collect()
 }
 
-/// Subtracts the prior information from that of a measurement: the prior counts once per plan, not once per measurement.
+/// Subtracts the prior information from that of a measurement: the prior counts once per plan, not once per
+/// measurement.
 fn without_prior(mut information: DMatrix<f64>, prior: &[f64]) -> DMatrix<f64> {
     prior.iter().enumerate().for_each(|(column, prior)| information[(column, column)] -= prior);
     information
 }
 
-fn structure(machine: &Machine, channel: &(String, String), rods: dynamics::model::RodModel) -> Result<Arc<Structure>, ObjectiveError> {
+fn structure(
+    machine: &Machine,
+    channel: &(String, String),
+    rods: dynamics::model::RodModel,
+) -> Result<Arc<Structure>, ObjectiveError> {
     let named = |name: &String| {
         machine.point(name).ok_or_else(|| {
             let known: Vec<&str> = machine.points.iter().map(|p| p.name.as_str()).collect();
-            ObjectiveError::Data(format!("the machine has no point «{name}»; its points are {}", known.join(", ")))
+            ObjectiveError::Data(format!(
+                "the machine has no point «{name}»; its points are {}",
+                known.join(", ")
+            ))
         })
     };
     Ok(Arc::new(Structure::new(machine, named(&channel.0)?, named(&channel.1)?, rods)?))
 }
 
-/// Returns the set with the FRFs of all positions, channels and states as predicted, the states innermost; and each state with its machine.
+/// Returns the set with the FRFs of all positions, channels and states as predicted, the states innermost;
+/// and each state with its machine.
 pub(super) fn planned_frfs(
     machine: &Machine,
     values: &ParameterValues,
@@ -277,15 +325,25 @@ pub(super) fn planned_frfs(
     let mut made = set.clone();
     made.frfs.clear();
     made.split = None;
-    let mut places: Vec<(Option<usize>, Option<f64>)> = set.positions.iter().enumerate().map(|(at, p)| (Some(at), p.nut_m)).collect();
+    let mut places: Vec<(Option<usize>, Option<f64>)> =
+        set.positions.iter().enumerate().map(|(at, p)| (Some(at), p.nut_m)).collect();
     if places.is_empty() {
         places.push((None, None));
     }
-    let in_states = states.iter().map(|state| Ok((*state, machine.in_state(*state)?))).collect::<Result<Vec<_>, ObjectiveError>>()?;
+    let in_states = states
+        .iter()
+        .map(|state| Ok((*state, machine.in_state(*state)?)))
+        .collect::<Result<Vec<_>, ObjectiveError>>()?;
     for place in places {
         for (response, excitation) in channels {
             for (state, machine) in &in_states {
-                made.frfs.push(predicted_frf(machine, values, (place, *state), (response, excitation), plan)?);
+                made.frfs.push(predicted_frf(
+                    machine,
+                    values,
+                    (place, *state),
+                    (response, excitation),
+                    plan,
+                )?);
             }
         }
     }
@@ -299,7 +357,8 @@ fn predicted_frf(
     (response, excitation): (&String, &String),
     plan: FrfPlan,
 ) -> Result<Frf, ObjectiveError> {
-    let structure = structure(machine, &(response.clone(), excitation.clone()), dynamics::model::RodModel::Exact)?;
+    let structure =
+        structure(machine, &(response.clone(), excitation.clone()), dynamics::model::RodModel::Exact)?;
     let operating = Operating { nut_m, level_n: state.level_n(), ..Operating::default() };
     machine.check_operating("plan", &operating)?;
     let (mut model, mut work) = (structure.empty_model(), structure.workspace());
@@ -329,7 +388,12 @@ fn predicted_frf(
 }
 
 /// Returns the unit-cube coordinates of parameter values, with an unknown gain in the middle of its range.
-pub(super) fn coordinates_of(machine: &Machine, free: &[usize], values: &ParameterValues, gain: bool) -> Vec<f64> {
+pub(super) fn coordinates_of(
+    machine: &Machine,
+    free: &[usize],
+    values: &ParameterValues,
+    gain: bool,
+) -> Vec<f64> {
     let mut place: Vec<f64> = free.iter().map(|i| machine.parameters[*i].to_unit(values[*i])).collect();
     place.extend(gain.then_some(0.5));
     place
@@ -397,7 +461,10 @@ mod tests {
         assert_eq!(union([&[1, 5][..], &[2, 5]].into_iter()), [1, 2, 5]);
         let whole = embedded(&own, &[1, 5], &[1, 2, 5]);
         assert_eq!((whole.chi_square, whole.gradient.as_slice()), (7.0, &[1.0, 0.0, 2.0, 3.0][..]));
-        assert_eq!((whole.information[(3, 2)], whole.information[(2, 0)], whole.information[(1, 1)]), (21.0, 10.0, 0.0));
+        assert_eq!(
+            (whole.information[(3, 2)], whole.information[(2, 0)], whole.information[(1, 1)]),
+            (21.0, 10.0, 0.0)
+        );
     }
 
     #[test]

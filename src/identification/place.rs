@@ -26,8 +26,8 @@ use serde::{Deserialize, Serialize};
 #[serde(transparent)]
 pub struct Place(pub Vec<f64>);
 
-/// Coordinates of the unknowns of the data, which follow those of the free parameters: an unknown gain, nut positions, and the gains and delays of
-/// channels.
+/// Coordinates of the unknowns of the data, which follow those of the free parameters: an unknown gain, nut
+/// positions, and the gains and delays of channels.
 #[derive(Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Tail(pub Vec<f64>);

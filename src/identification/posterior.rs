@@ -1,11 +1,14 @@
-//! Posterior: minima and covariance of all fitted coordinates, tolerances included, and draws of the parameters that the data leave possible.
+//! Posterior: minima and covariance of all fitted coordinates, tolerances included, and draws of the
+//! parameters that the data leave possible.
 //!
-//! A draw is the minimum of χ² after data, priors and ranges have been redrawn within their uncertainty. For a linear model the draws have exactly the
-//! posterior distribution. For a nonlinear one they follow curved valleys of χ², which a normal distribution about the minimum leaves: two springs in
-//! series whose sum of compliances is known to 0.1 % may each be known to a factor of two. A first-order (delta) interval has the same fault, and a
-//! profile of every predicted number at every line takes a search each.
+//! A draw is the minimum of χ² after data, priors and ranges have been redrawn within their uncertainty. For
+//! a linear model the draws have exactly the posterior distribution. For a nonlinear one they follow curved
+//! valleys of χ², which a normal distribution about the minimum leaves: two springs in series whose sum of
+//! compliances is known to 0.1 % may each be known to a factor of two. A first-order (delta) interval has the
+//! same fault, and a profile of every predicted number at every line takes a search each.
 //!
-//! # Source  randomised maximum likelihood: Oliver, He and Reynolds, Proc. 5th ECMOR, 1996; Bardsley et al., SIAM J. Sci. Comput. 36 (2014)
+//! # Source  randomised maximum likelihood: Oliver, He and Reynolds, Proc. 5th ECMOR, 1996; Bardsley et al.,
+//!   SIAM J. Sci. Comput. 36 (2014)
 //! A1895–A1910.
 
 use nalgebra::{DMatrix, DVector};
@@ -30,9 +33,11 @@ use optimizer::{LeastSquares, least_squares_within};
 pub struct Coordinate {
     /// Id of the parameter, or name of the tolerance.
     pub name: String,
-    /// Whether it belongs to the machine, whatever is measured on it; otherwise to the measurement: gain, delay, nut position.
+    /// Whether it belongs to the machine, whatever is measured on it; otherwise to the measurement: gain,
+    /// delay, nut position.
     pub of_machine: bool,
-    /// Standard deviation of its prior in the unit interval, and the centre of the prior; `None` without a prior.
+    /// Standard deviation of its prior in the unit interval, and the centre of the prior; `None` without a
+    /// prior.
     pub prior: Option<(f64, f64)>,
 }
 
@@ -77,7 +82,8 @@ pub enum Drawing {
     /// From the posterior.
     #[default]
     Posterior,
-    /// By a bootstrap over the lines of FRFs, for comparison: it leaves out what tolerances and ranges leave possible.
+    /// By a bootstrap over the lines of FRFs, for comparison: it leaves out what tolerances and ranges leave
+    /// possible.
     Lines,
 }
 
@@ -95,13 +101,16 @@ enum Objective<'m> {
     Modes(Box<ModePosterior<'m>>),
 }
 
-/// A mode objective in which tolerances correlate the residuals. They follow from the minimum, to first order.
+/// A mode objective in which tolerances correlate the residuals. They follow from the minimum, to first
+/// order.
 struct ModePosterior<'m> {
     objective: ModeObjective<'m>,
     whitened: DMatrix<f64>,
-    /// The machine with its tolerances as parameters, equal to that as described where they have their start values.
+    /// The machine with its tolerances as parameters, equal to that as described where they have their start
+    /// values.
     fitted: Machine,
-    /// Tolerance of each column: index of its parameter, coordinate, and change of the parameter by one standard deviation; 0 for one that is held.
+    /// Tolerance of each column: index of its parameter, coordinate, and change of the parameter by one
+    /// standard deviation; 0 for one that is held.
     tolerances: Vec<(usize, Coordinate, f64)>,
     /// Fitted nut positions with a tolerance: name, position (m).
     nuts: Vec<(String, f64)>,
@@ -110,29 +119,58 @@ struct ModePosterior<'m> {
 }
 
 /// Returns the machine with the tolerances that a fit varies.
-fn fitted_machine(machine: &Machine, fit: &FitSet<'_>, plan: &IdentificationSettings) -> Result<Machine, ObjectiveError> {
+fn fitted_machine(
+    machine: &Machine,
+    fit: &FitSet<'_>,
+    plan: &IdentificationSettings,
+) -> Result<Machine, ObjectiveError> {
     Ok(if plan.tolerances { machine.with_tolerances(&fit.set().nuts_m())? } else { machine.clone() })
 }
 
 impl<'m> ModePosterior<'m> {
     /// Builds the objective about an estimate of the parameters as described.
-    fn new(machine: &'m Machine, fit: &FitSet<'_>, plan: &IdentificationSettings, estimate: &[f64]) -> Result<Self, ObjectiveError> {
+    fn new(
+        machine: &'m Machine,
+        fit: &FitSet<'_>,
+        plan: &IdentificationSettings,
+        estimate: &[f64],
+    ) -> Result<Self, ObjectiveError> {
         let mut fitted = fitted_machine(machine, fit, plan)?;
         let tolerances = neutral_tolerances(&mut fitted, machine.parameters.len());
         let narrow = ModeObjective::new(machine, fit, plan.settings, &plan.frozen)?;
-        let own: Vec<f64> = narrow.free.iter().map(|i| machine.parameters[*i].to_unit(estimate[*i]).clamp(0.0, 1.0)).collect();
-        let columns = if plan.tolerances { mode_columns(machine, fit, plan, (&narrow, &narrow.extended(&own)))? } else { Vec::new() };
+        let own: Vec<f64> = narrow
+            .free
+            .iter()
+            .map(|i| machine.parameters[*i].to_unit(estimate[*i]).clamp(0.0, 1.0))
+            .collect();
+        let columns = if plan.tolerances {
+            mode_columns(machine, fit, plan, (&narrow, &narrow.extended(&own)))?
+        } else {
+            Vec::new()
+        };
         let objective = match plan.tolerances {
-            true => ModeObjective::with_all_free(machine, fit, plan.settings, &plan.frozen, &narrow.free)?.correlated(&columns),
+            true => ModeObjective::with_all_free(machine, fit, plan.settings, &plan.frozen, &narrow.free)?
+                .correlated(&columns),
             false => narrow,
         };
         let set = fit.set();
         let position = |p: &usize| Some((set.positions[*p].name.clone(), set.positions[*p].nut_m?));
-        let nuts: Vec<(String, f64)> =
-            if columns.len() > tolerances.len() { fit.positions().iter().filter_map(position).collect() } else { Vec::new() };
+        let nuts: Vec<(String, f64)> = if columns.len() > tolerances.len() {
+            fit.positions().iter().filter_map(position).collect()
+        } else {
+            Vec::new()
+        };
         let whitened = objective.whitened(&columns);
         let described = machine.parameters.len();
-        Ok(ModePosterior { objective, whitened, fitted, tolerances, nuts, nut_sd_m: set.tolerance.nut_m, described })
+        Ok(ModePosterior {
+            objective,
+            whitened,
+            fitted,
+            tolerances,
+            nuts,
+            nut_sd_m: set.tolerance.nut_m,
+            described,
+        })
     }
 
     /// Returns the number of coordinates that least squares varies.
@@ -140,20 +178,31 @@ impl<'m> ModePosterior<'m> {
         self.objective.free.len() + usize::from(self.objective.estimates_gain())
     }
 
-    /// Returns the machine at coordinates of the objective, with deviations of the tolerances in prior standard deviations.
+    /// Returns the machine at coordinates of the objective, with deviations of the tolerances in prior
+    /// standard deviations.
     fn draw(&self, place: &Place, deviations: &[f64]) -> PosteriorDraw {
         let own = self.objective.parameters(place);
-        let mut values: Vec<f64> = own.iter().copied().chain(self.fitted.parameters.iter().skip(self.described).map(|p| p.start)).collect();
+        let mut values: Vec<f64> = own
+            .iter()
+            .copied()
+            .chain(self.fitted.parameters.iter().skip(self.described).map(|p| p.start))
+            .collect();
         let mut left = deviations.iter();
         for ((index, _, sd), deviation) in self.tolerances.iter().zip(&mut left) {
             let parameter = &self.fitted.parameters[*index];
             values[*index] = (parameter.start + sd * deviation).clamp(parameter.lower, parameter.upper);
         }
-        let nut_shifts_m = self.nuts.iter().zip(left).map(|((_, nut_m), deviation)| (*nut_m, deviation * self.nut_sd_m)).collect();
+        let nut_shifts_m = self
+            .nuts
+            .iter()
+            .zip(left)
+            .map(|((_, nut_m), deviation)| (*nut_m, deviation * self.nut_sd_m))
+            .collect();
         PosteriorDraw { values: ParameterValues(values), nut_shifts_m }
     }
 
-    /// Returns the weighted, independent residuals at a place without those of the priors, and their derivatives.
+    /// Returns the weighted, independent residuals at a place without those of the priors, and their
+    /// derivatives.
     fn linearised(&self, place: &Place) -> (DVector<f64>, DMatrix<f64>) {
         let rows = self.whitened.nrows();
         let (residuals, slopes) = self.objective.linearised_at(place);
@@ -165,28 +214,36 @@ impl<'m> ModePosterior<'m> {
         let own = self.objective.free.iter().map(|i| parameter_coordinate(&machine.parameters[*i]));
         let gain = self.objective.estimates_gain().then(|| of_measurement("gain".into(), None));
         let tolerances = self.tolerances.iter().map(|(_, coordinate, _)| coordinate.clone());
-        let nuts = self.nuts.iter().map(|(name, _)| of_measurement(format!("nut position of {name}"), Some((NUT_SD, 0.5))));
+        let nuts = self
+            .nuts
+            .iter()
+            .map(|(name, _)| of_measurement(format!("nut position of {name}"), Some((NUT_SD, 0.5))));
         own.chain(gain).chain(tolerances).chain(nuts).collect()
     }
 
     /// Returns the posterior of some minima.
     ///
-    /// Given the parameters, tolerances have the mean −Gᵀ·r and the covariance 1 − Gᵀ·G, with the whitened residuals r and columns G.
+    /// Given the parameters, tolerances have the mean −Gᵀ·r and the covariance 1 − Gᵀ·G, with the whitened
+    /// residuals r and columns G.
     fn posterior(&self, machine: &Machine, minima: &[Place], variance: f64) -> Posterior {
         let coordinates = self.coordinates(machine);
         let (dimension, columns) = (self.dimension(), &self.whitened);
         let (_, slopes) = self.linearised(&minima[0]);
         let mut information = slopes.transpose() * &slopes / variance;
-        for (column, (sd, _)) in coordinates.iter().take(dimension).enumerate().filter_map(|(column, c)| Some((column, c.prior?))) {
+        for (column, (sd, _)) in
+            coordinates.iter().take(dimension).enumerate().filter_map(|(column, c)| Some((column, c.prior?)))
+        {
             information[(column, column)] += 1.0 / (sd * sd);
         }
         let own = certainty(&information, 1.0).covariance;
         let follow = columns.transpose() * &slopes;
         let count = columns.ncols();
         let cross = -(&own * follow.transpose());
-        let rest = DMatrix::identity(count, count) - columns.transpose() * columns + &follow * &own * follow.transpose();
+        let rest = DMatrix::identity(count, count) - columns.transpose() * columns
+            + &follow * &own * follow.transpose();
         // Tolerances in prior standard deviations become coordinates of their unit intervals.
-        let unit: Vec<f64> = coordinates.iter().skip(dimension).map(|c| c.prior.map_or(0.0, |(sd, _)| sd)).collect();
+        let unit: Vec<f64> =
+            coordinates.iter().skip(dimension).map(|c| c.prior.map_or(0.0, |(sd, _)| sd)).collect();
         let covariance = DMatrix::from_fn(dimension + count, dimension + count, |row, column| {
             match (row.checked_sub(dimension), column.checked_sub(dimension)) {
                 (None, None) => own[(row, column)],
@@ -199,19 +256,25 @@ impl<'m> ModePosterior<'m> {
             let (residuals, _) = self.linearised(minimum);
             let deviations = -(columns.transpose() * residuals);
             let tolerances = coordinates.iter().skip(dimension).zip(deviations.iter());
-            let tolerances = tolerances.filter_map(|(c, t)| c.prior.map(|(sd, centre)| (centre + sd * t).clamp(0.0, 1.0)));
+            let tolerances =
+                tolerances.filter_map(|(c, t)| c.prior.map(|(sd, centre)| (centre + sd * t).clamp(0.0, 1.0)));
             Place(minimum.iter().copied().chain(tolerances).collect())
         };
         Posterior { minima: minima.iter().map(whole).collect(), coordinates, covariance, variance }
     }
 }
 
-/// Sets the tolerances of a machine to the values that leave it as described, since modes are fitted without them. Returns the tolerances.
+/// Sets the tolerances of a machine to the values that leave it as described, since modes are fitted without
+/// them. Returns the tolerances.
 ///
-/// Such a value is 0. A nut without length and joints without loss are only approached: these tolerances stay at the lower end of their range, and with
-/// them the load centre of the nut.
+/// Such a value is 0. A nut without length and joints without loss are only approached: these tolerances stay
+/// at the lower end of their range, and with them the load centre of the nut.
 fn neutral_tolerances(fitted: &mut Machine, described: usize) -> Vec<(usize, Coordinate, f64)> {
-    let offsets: Vec<usize> = fitted.shafts.iter().flat_map(|shaft| shaft.nut_support_offset.depends_on().collect::<Vec<_>>()).collect();
+    let offsets: Vec<usize> = fitted
+        .shafts
+        .iter()
+        .flat_map(|shaft| shaft.nut_support_offset.depends_on().collect::<Vec<_>>())
+        .collect();
     let mut tolerances = Vec::new();
     for (index, parameter) in fitted.parameters.iter_mut().enumerate().skip(described) {
         let Some(prior) = parameter.prior else { continue };
@@ -242,17 +305,22 @@ fn of_measurement(name: String, prior: Option<(f64, f64)>) -> Coordinate {
 /// Returns the coordinates of whole FRFs.
 fn frf_coordinates(objective: &FrfObjective<'_>, fit: &FitSet<'_>) -> Vec<Coordinate> {
     let machine = objective.machine();
-    let mut all: Vec<Coordinate> = objective.free.iter().map(|i| parameter_coordinate(&machine.parameters[*i])).collect();
+    let mut all: Vec<Coordinate> =
+        objective.free.iter().map(|i| parameter_coordinate(&machine.parameters[*i])).collect();
     all.extend(objective.estimates_gain().then(|| of_measurement("gain".into(), None)));
     let prior = Some((1.0 / objective.span(), 0.5));
     let middle = Place(vec![0.5; LeastSquares::dimension(objective)]);
     for (nut_m, _) in objective.nuts_at(&middle) {
         let name = fit.set().positions.iter().find(|p| p.nut_m == Some(nut_m)).map(|p| p.name.clone());
-        all.push(of_measurement(format!("nut position of {}", name.unwrap_or_else(|| format!("{nut_m} m"))), prior));
+        all.push(of_measurement(
+            format!("nut position of {}", name.unwrap_or_else(|| format!("{nut_m} m"))),
+            prior,
+        ));
     }
     for (at, channel) in objective.channels_at(&middle).iter().enumerate() {
         if objective.nut_coordinates().end + 2 * at < middle.len() {
-            let channel = format!("{}/{}", machine.points[channel.response].name, channel.excitation.name(machine));
+            let channel =
+                format!("{}/{}", machine.points[channel.response].name, channel.excitation.name(machine));
             all.extend(["gain", "delay"].map(|what| of_measurement(format!("{what} of {channel}"), prior)));
         }
     }
@@ -260,7 +328,12 @@ fn frf_coordinates(objective: &FrfObjective<'_>, fit: &FitSet<'_>) -> Vec<Coordi
 }
 
 /// Builds the posterior of a fit of whole FRFs: its minima, and the covariance about the best of them.
-pub(super) fn of_frfs(objective: &FrfObjective<'_>, fit: &FitSet<'_>, minima: Vec<Place>, (misfit, correlation): (f64, f64)) -> Posterior {
+pub(super) fn of_frfs(
+    objective: &FrfObjective<'_>,
+    fit: &FitSet<'_>,
+    minima: Vec<Place>,
+    (misfit, correlation): (f64, f64),
+) -> Posterior {
     let variance = misfit.max(1.0) * correlation.max(1.0);
     let inflated = objective.with_inflated_variance(variance);
     let information = LeastSquares::normal(inflated.as_ref().unwrap_or(objective), &minima[0]).information;
@@ -268,7 +341,8 @@ pub(super) fn of_frfs(objective: &FrfObjective<'_>, fit: &FitSet<'_>, minima: Ve
     Posterior { coordinates: frf_coordinates(objective, fit), minima, covariance, variance }
 }
 
-/// Builds the posterior of a fit of modes from its minima, coordinates of the objective on which its intervals are computed.
+/// Builds the posterior of a fit of modes from its minima, coordinates of the objective on which its
+/// intervals are computed.
 ///
 /// # Errors  as [`ModeObjective::new`].
 pub(super) fn of_modes(
@@ -281,9 +355,11 @@ pub(super) fn of_modes(
     Ok(ModePosterior::new(machine, fit, plan, estimate)?.posterior(machine, minima, misfit.max(1.0)))
 }
 
-/// Draws `count` machines about each minimum of a posterior. The seed alone decides the draws, not the number of threads.
+/// Draws `count` machines about each minimum of a posterior. The seed alone decides the draws, not the number
+/// of threads.
 ///
-/// `estimate` are the identified values of the parameters as described. With modes the best machine has tolerances as described, as its fit.
+/// `estimate` are the identified values of the parameters as described. With modes the best machine has
+/// tolerances as described, as its fit.
 ///
 /// # Errors  as [`FrfObjective::new`] and [`ModeObjective::new`]; the posterior is that of other data.
 pub fn draw_posterior(
@@ -297,42 +373,59 @@ pub fn draw_posterior(
     let fitted = fitted_machine(machine, fit, plan)?;
     let objective = match plan.frf {
         Some(settings) => {
-            let settings = if plan.tolerances { settings.with_tolerances(&fit.set().tolerance) } else { settings };
+            let settings =
+                if plan.tolerances { settings.with_tolerances(&fit.set().tolerance) } else { settings };
             Objective::Frfs(Box::new(FrfObjective::new(&fitted, fit, settings, &plan.frozen)?))
         }
         None => Objective::Modes(Box::new(ModePosterior::new(machine, fit, plan, estimate)?)),
     };
     let (dimension, whole) = match &objective {
-        Objective::Frfs(own) => (LeastSquares::dimension(own.as_ref()), LeastSquares::dimension(own.as_ref())),
+        Objective::Frfs(own) => {
+            (LeastSquares::dimension(own.as_ref()), LeastSquares::dimension(own.as_ref()))
+        }
         Objective::Modes(own) => (own.dimension(), own.dimension() + own.whitened.ncols()),
     };
     if minima.is_empty() || minima.iter().any(|minimum| minimum.len() != whole) {
-        return Err(ObjectiveError::Data("the posterior of the result is that of other data or of another machine; identify again".into()));
+        return Err(ObjectiveError::Data(
+            "the posterior of the result is that of other data or of another machine; identify again".into(),
+        ));
     }
     let best = match &objective {
-        Objective::Frfs(own) => PosteriorDraw { values: own.parameters(&minima[0]), nut_shifts_m: own.nuts_at(&minima[0]) },
+        Objective::Frfs(own) => {
+            PosteriorDraw { values: own.parameters(&minima[0]), nut_shifts_m: own.nuts_at(&minima[0]) }
+        }
         Objective::Modes(own) => {
             let added = own.fitted.parameters.iter().skip(own.described).map(|p| p.start);
-            PosteriorDraw { values: ParameterValues(estimate.iter().copied().chain(added).collect()), nut_shifts_m: Vec::new() }
+            PosteriorDraw {
+                values: ParameterValues(estimate.iter().copied().chain(added).collect()),
+                nut_shifts_m: Vec::new(),
+            }
         }
     };
     let lines = match (&objective, drawing) {
         (_, Drawing::Posterior) => None,
-        (Objective::Frfs(own), Drawing::Lines) => Some((own.blocks(), own.correlation_factor(&minima[0]).ceil() as usize)),
-        (Objective::Modes(_), Drawing::Lines) => return Err(ObjectiveError::Data("a bootstrap draws the lines of FRFs, not modes".into())),
+        (Objective::Frfs(own), Drawing::Lines) => {
+            Some((own.blocks(), own.correlation_factor(&minima[0]).ceil() as usize))
+        }
+        (Objective::Modes(_), Drawing::Lines) => {
+            return Err(ObjectiveError::Data("a bootstrap draws the lines of FRFs, not modes".into()));
+        }
     };
     let objective = match objective {
-        // Without priors the weights of the lines alone carry the variance. A bootstrap repeats the fit as it was.
+        // Without priors the weights of the lines alone carry the variance. A bootstrap repeats the fit as it
+        // was.
         Objective::Frfs(own) if variance > 1.0 && lines.is_none() => {
             Objective::Frfs(Box::new(own.with_inflated_variance(variance).unwrap_or_else(|| {
-                let weights: Vec<Vec<f64>> = own.lines().iter().map(|lines| vec![1.0 / variance; *lines]).collect();
+                let weights: Vec<Vec<f64>> =
+                    own.lines().iter().map(|lines| vec![1.0 / variance; *lines]).collect();
                 own.resampled(&weights)
             })))
         }
         other => other,
     };
     let mut generator = Xoshiro256PlusPlus::seed_from_u64(seed);
-    let seeds: Vec<Vec<u64>> = minima.iter().map(|_| (0..count).map(|_| generator.random()).collect()).collect();
+    let seeds: Vec<Vec<u64>> =
+        minima.iter().map(|_| (0..count).map(|_| generator.random()).collect()).collect();
     let step = control.steps("draws", count * minima.len());
     let draw = |minimum: &[f64], seed: u64| {
         if control.stopped() {
@@ -342,7 +435,9 @@ pub fn draw_posterior(
         let drawn = match &objective {
             Objective::Frfs(own) => {
                 let place = match &lines {
-                    None => least_squares_within(&own.redrawn(generator), minimum, &[], END, control.stop()).place,
+                    None => {
+                        least_squares_within(&own.redrawn(generator), minimum, &[], END, control.stop()).place
+                    }
                     Some((blocks, run)) => {
                         let sample = own.resampled(&draw_sample(Drawn::Lines, blocks, *run, generator));
                         least_squares_within(&sample, minimum, &[], END, control.stop()).place
@@ -353,7 +448,8 @@ pub fn draw_posterior(
             }
             Objective::Modes(own) => {
                 let squares = own.objective.redrawn(variance.sqrt(), &own.whitened, generator);
-                let place = Place(least_squares_within(&squares, minimum, &[], MODES_END, control.stop()).place);
+                let place =
+                    Place(least_squares_within(&squares, minimum, &[], MODES_END, control.stop()).place);
                 own.draw(&place, &squares.tolerances_at(&own.objective, &place))
             }
         };
@@ -363,7 +459,9 @@ pub fn draw_posterior(
     let draws: Vec<Vec<PosteriorDraw>> = minima
         .iter()
         .zip(&seeds)
-        .map(|(minimum, seeds)| seeds.par_iter().filter_map(|seed| draw(&minimum[..dimension], *seed)).collect())
+        .map(|(minimum, seeds)| {
+            seeds.par_iter().filter_map(|seed| draw(&minimum[..dimension], *seed)).collect()
+        })
         .collect();
     let machine = match &objective {
         Objective::Frfs(_) => fitted.clone(),

@@ -1,4 +1,5 @@
-//! Defines what an identification needs of its data: a coarse cost to search, a sum of squares to refine, blocks to resample.
+//! Defines what an identification needs of its data: a coarse cost to search, a sum of squares to refine,
+//! blocks to resample.
 
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
@@ -12,7 +13,10 @@ use crate::objective::{FrfObjective, ModeObjective, ModeSquares};
 use long_work::Control;
 use machine::ParameterValues;
 use numeric::random::latin_hypercube;
-use optimizer::{Cost, LeastSquares, Polished, SearchSettings, Strategy, least_squares, least_squares_within, search, simplex};
+use optimizer::{
+    Cost, LeastSquares, Polished, SearchSettings, Strategy, least_squares, least_squares_within, search,
+    simplex,
+};
 
 /// Coarse simplex: edge length in the unit cube, and relative spread of the costs at which it stops.
 const COARSE_SIMPLEX: (f64, f64) = (0.02, 1e-6);
@@ -20,7 +24,8 @@ const COARSE_SIMPLEX: (f64, f64) = (0.02, 1e-6);
 const FINAL_SIMPLEX: (f64, f64) = (0.002, 1e-12);
 /// Least-squares steps on coarse lines from every start, and the relative reduction of χ² at which they end.
 const FIRST: (u64, f64) = (100, 1e-4);
-/// Largest number of minima on coarse lines, those of the least χ², that are continued with the weights of the data.
+/// Largest number of minima on coarse lines, those of the least χ², that are continued with the weights of
+/// the data.
 const CONTINUED: usize = 13;
 /// Largest number of further steps on thinned lines, and the relative reduction of χ² at which they end.
 const THIN: (u64, f64) = (80, 1e-6);
@@ -53,7 +58,8 @@ pub struct Round {
     pub complete: bool,
 }
 
-/// The misfit between data and a machine as a function of unit-cube coordinates: free parameters, tolerances and, if unknown, the gain.
+/// The misfit between data and a machine as a function of unit-cube coordinates: free parameters, tolerances
+/// and, if unknown, the gain.
 pub trait Problem: Sync {
     /// Number of starts in a round.
     const STARTS: usize;
@@ -76,12 +82,14 @@ pub trait Problem: Sync {
     fn refined(&self, end: &Basin, control: &Control) -> (Basin, u64);
     /// Returns χ² per degree of freedom, at least 1, of a cost of the rounds.
     fn coarse_misfit(&self, cost: f64) -> f64;
-    /// Returns the information JᵀJ about an end of a round, on its data; `None` where the cost is no likelihood.
+    /// Returns the information JᵀJ about an end of a round, on its data; `None` where the cost is no
+    /// likelihood.
     fn coarse_information(&self, place: &Place) -> Option<DMatrix<f64>>;
     /// Returns a start from coordinates of other data of the same set.
     /// Free parameters and tolerances of the description are kept; the data's own coordinates restart.
     fn start_near(&self, near: &Place) -> Place;
-    /// Returns the problem with the variance of the data multiplied by a factor and priors unchanged; `None` without priors.
+    /// Returns the problem with the variance of the data multiplied by a factor and priors unchanged; `None`
+    /// without priors.
     fn with_inflated_variance(&self, variance: f64) -> Option<Self>
     where
         Self: Sized;
@@ -119,7 +127,9 @@ pub trait Problem: Sync {
     where
         Self: Sized,
     {
-        let found = self.squares(None, |squares| least_squares(squares, &self.start_near(near), &[], POLISH, control.stop()));
+        let found = self.squares(None, |squares| {
+            least_squares(squares, &self.start_near(near), &[], POLISH, control.stop())
+        });
         (Basin { place: Place(found.place), cost: found.normal.chi_square, starts: 1 }, found.evaluations)
     }
 }
@@ -134,7 +144,8 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// Smallest coordinate difference in the unit cube at which two points belong to different minima, where the cost is no likelihood.
+/// Smallest coordinate difference in the unit cube at which two points belong to different minima, where the
+/// cost is no likelihood.
 const MIN_DISTANCE: f64 = 0.02;
 
 /// The surroundings of a minimum, which tell whether another point belongs to it.
@@ -146,8 +157,9 @@ pub struct Surroundings {
 }
 
 impl Surroundings {
-    /// Whether the parabola about the minimum rises by at most `rise` to another point. Coordinates that the data do not determine thus do not separate
-    /// minima. Where the cost is no likelihood, the point has to be near.
+    /// Whether the parabola about the minimum rises by at most `rise` to another point. Coordinates that the
+    /// data do not determine thus do not separate minima. Where the cost is no likelihood, the point has to
+    /// be near.
     pub fn hold(&self, other: &[f64], rise: f64) -> bool {
         let Some(information) = &self.information else { return distance(&self.place, other) < MIN_DISTANCE };
         let by = DVector::from_iterator(other.len(), self.place.iter().zip(other).map(|(a, b)| b - a));
@@ -188,14 +200,16 @@ impl Problem for ModeObjective<'_> {
     fn gain_at(&self, place: &Place) -> f64 {
         self.gain(place)
     }
-    /// Runs a differential evolution, a coarse simplex from its best member, then least squares. A cost that is no sum of squares gets a second
-    /// simplex instead.
+    /// Runs a differential evolution, a coarse simplex from its best member, then least squares. A cost that
+    /// is no sum of squares gets a second simplex instead.
     fn round(&self, seed: u64, strategy: Strategy, control: &Control) -> Round {
         let settings = SearchSettings { strategy, ..SearchSettings::for_dimension(self.free.len(), seed) };
         let found = search(self, settings, control);
         let (place, cost, spent) = simplex(self, (&found.place, found.cost), COARSE_SIMPLEX, control);
         let (end, last) = if self.is_likelihood() {
-            let last = self.squares(None, |squares| least_squares(squares, &self.extended(&place), &[], STEPS, control.stop()));
+            let last = self.squares(None, |squares| {
+                least_squares(squares, &self.extended(&place), &[], STEPS, control.stop())
+            });
             let better = Cost::at(self, &last.place[..self.free.len()]);
             let end = if better <= cost {
                 Basin { place: Place(last.place), cost: better, starts: 1 }
@@ -262,11 +276,13 @@ impl Problem for FrfObjective<'_> {
     fn gain_at(&self, place: &Place) -> f64 {
         self.gain(place)
     }
-    /// Runs least squares from a Latin hypercube of starts: first on coarse lines, where all lines have one weight and tolerances are held, so that
-    /// valleys are wide and a step is cheap; then, from the best of them, on thinned lines with the weights of the data.
+    /// Runs least squares from a Latin hypercube of starts: first on coarse lines, where all lines have one
+    /// weight and tolerances are held, so that valleys are wide and a step is cheap; then, from the best of
+    /// them, on thinned lines with the weights of the data.
     fn round(&self, seed: u64, _strategy: Strategy, control: &Control) -> Round {
         let (coarse, thin) = (self.coarse(), self.thin());
-        let starts = latin_hypercube(Self::STARTS, self.own_count, &mut Xoshiro256PlusPlus::seed_from_u64(seed));
+        let starts =
+            latin_hypercube(Self::STARTS, self.own_count, &mut Xoshiro256PlusPlus::seed_from_u64(seed));
         let step = control.steps("starts", starts.len());
         let mut near: Vec<Polished> = starts
             .par_iter()
@@ -292,7 +308,14 @@ impl Problem for FrfObjective<'_> {
                 None if minima.len() < CONTINUED => {
                     let freedom = coarse.observations().saturating_sub(found.place.len()).max(1) as f64;
                     let rise = CHI_SQUARE_95 * (found.normal.chi_square / freedom);
-                    minima.push((Surroundings { place: Place(found.place), information: Some(found.normal.information) }, rise, 1));
+                    minima.push((
+                        Surroundings {
+                            place: Place(found.place),
+                            information: Some(found.normal.information),
+                        },
+                        rise,
+                        1,
+                    ));
                 }
                 None => {}
             }
@@ -301,9 +324,18 @@ impl Problem for FrfObjective<'_> {
         let further: Vec<(Basin, u64)> = minima
             .par_iter()
             .map(|(minimum, _, starts)| {
-                let found = least_squares_within(thin, &thin.extended(&minimum.place[..self.own_count]), &[], THIN, control.stop());
+                let found = least_squares_within(
+                    thin,
+                    &thin.extended(&minimum.place[..self.own_count]),
+                    &[],
+                    THIN,
+                    control.stop(),
+                );
                 step();
-                (Basin { place: Place(found.place), cost: found.normal.chi_square, starts: *starts }, found.evaluations)
+                (
+                    Basin { place: Place(found.place), cost: found.normal.chi_square, starts: *starts },
+                    found.evaluations,
+                )
             })
             .collect();
         let evaluations = first + further.iter().map(|f| f.1).sum::<u64>();
@@ -312,7 +344,10 @@ impl Problem for FrfObjective<'_> {
     }
     fn refined(&self, end: &Basin, control: &Control) -> (Basin, u64) {
         let found = least_squares(self, &end.place, &[], STEPS, control.stop());
-        (Basin { place: Place(found.place), cost: found.normal.chi_square, starts: end.starts }, found.evaluations)
+        (
+            Basin { place: Place(found.place), cost: found.normal.chi_square, starts: end.starts },
+            found.evaluations,
+        )
     }
     fn coarse_misfit(&self, cost: f64) -> f64 {
         per_freedom(cost, self.thin().observations(), self.own_count)

@@ -8,20 +8,23 @@ use super::uncertainty::Certainty;
 use long_work::Control;
 use optimizer::{LeastSquares, Polished, least_squares_within};
 
-/// Rise of χ² at the ends of a 95 % interval of one parameter: the 95 % quantile of χ² with one degree of freedom.
+/// Rise of χ² at the ends of a 95 % interval of one parameter: the 95 % quantile of χ² with one degree of
+/// freedom.
 pub const CHI_SQUARE_95: f64 = 3.841_458_820_694_124;
 /// Largest number of least-squares steps at one value of the profiled parameter.
 const ITERATIONS: u64 = 40;
 /// Accuracy of the minimum of χ² over the other coordinates, as a share of the rise.
 const ACCURACY: f64 = 1e-3;
-/// χ² below that of the best minimum, as a share of the rise, at which a point is deeper and not merely within the accuracy.
+/// χ² below that of the best minimum, as a share of the rise, at which a point is deeper and not merely
+/// within the accuracy.
 const DEEPER: f64 = 0.02;
 /// Accuracy of an end of an interval, as a share of its distance from the minimum.
 const END_ACCURACY: f64 = 0.01;
 /// Largest number of evaluations of a profile to find an end of an interval.
 const EVALUATIONS: usize = 25;
 
-/// Values of a unit-cube coordinate that the data do not reject: intervals in rising order that do not touch. An end at 0 or 1 is that of the range.
+/// Values of a unit-cube coordinate that the data do not reject: intervals in rising order that do not touch.
+/// An end at 0 or 1 is that of the range.
 pub type Region = Vec<(f64, f64)>;
 
 /// A minimum about which a profile starts, and the first-order uncertainty there.
@@ -55,14 +58,17 @@ pub struct Profiler<'p> {
 }
 
 impl Profiler<'_> {
-    /// Finds the values of some coordinates at which χ², with all other coordinates re-optimised, rises by less than [`Profiler::rise`].
+    /// Finds the values of some coordinates at which χ², with all other coordinates re-optimised, rises by
+    /// less than [`Profiler::rise`].
     ///
-    /// The profile starts from every minimum. Before a value is rejected the others are re-optimised from every minimum, too.
+    /// The profile starts from every minimum. Before a value is rejected the others are re-optimised from
+    /// every minimum, too.
     ///
     /// # Source  Raue et al., Bioinformatics 25 (2009) 1923–1929, Eq. 6–7.
     pub fn regions(&self, coordinates: &[usize]) -> Profiles {
         let deeper = Mutex::new(None);
-        let regions: Vec<Region> = coordinates.par_iter().map(|coordinate| self.region(*coordinate, &deeper)).collect();
+        let regions: Vec<Region> =
+            coordinates.par_iter().map(|coordinate| self.region(*coordinate, &deeper)).collect();
         if self.control.stopped() {
             return Profiles::Stopped;
         }
@@ -79,7 +85,10 @@ impl Profiler<'_> {
             if self.control.stopped() || region.iter().any(|(low, high)| (*low..=*high).contains(&here)) {
                 continue;
             }
-            let (low, high) = rayon::join(|| self.end(start, (coordinate, 0.0), deeper), || self.end(start, (coordinate, 1.0), deeper));
+            let (low, high) = rayon::join(
+                || self.end(start, (coordinate, 0.0), deeper),
+                || self.end(start, (coordinate, 1.0), deeper),
+            );
             region = joined(region, (low.min(here), high.max(here)));
         }
         region
@@ -91,7 +100,8 @@ impl Profiler<'_> {
         let held: Vec<bool> = (0..place.len()).map(|i| i == coordinate).collect();
         let least = self.minima[0].minimum.normal.chi_square;
         let tolerance = (ACCURACY * self.rise / least.max(f64::MIN_POSITIVE)).clamp(1e-9, 1e-3);
-        let found = least_squares_within(self.squares, &place, &held, (ITERATIONS, tolerance), self.control.stop());
+        let found =
+            least_squares_within(self.squares, &place, &held, (ITERATIONS, tolerance), self.control.stop());
         let chi_square = found.normal.chi_square;
         if chi_square < least - DEEPER * self.rise
             && let Ok(mut best) = deeper.lock()
@@ -118,12 +128,14 @@ impl Profiler<'_> {
         if start == edge {
             return edge;
         }
-        let (mut inside, mut outside): ((f64, f64), Option<(f64, f64)>) = ((start, self.height(from.minimum.normal.chi_square)), None);
+        let (mut inside, mut outside): ((f64, f64), Option<(f64, f64)>) =
+            ((start, self.height(from.minimum.normal.chi_square)), None);
         let mut warm = from.minimum.place.clone();
         let mut next = clamp(start + toward * reach.max(1e-6));
         // Where the first-order end is, unless the range or the least step moves it.
         let first = start + toward * reach;
-        // Which bracket the last evaluation replaced, to halve the ordinate of the one that stays (Illinois rule).
+        // Which bracket the last evaluation replaced, to halve the ordinate of the one that stays (Illinois
+        // rule).
         let mut stayed = 0_i8;
         for _ in 0..EVALUATIONS {
             if self.control.stopped() || (next - inside.0).abs() < 1e-9 {
@@ -150,7 +162,8 @@ impl Profiler<'_> {
                 return next;
             }
             if inside == (start, -1.0) && next == first && height.powi(2) < END_ACCURACY {
-                // √Δχ² departs from the straight line to first order by the share `height` here: a straight line to its end leaves the square of it.
+                // √Δχ² departs from the straight line to first order by the share `height` here: a straight
+                // line to its end leaves the square of it.
                 return clamp(start + (next - start) / (1.0 + height));
             }
             if height < 0.0 {
@@ -218,13 +231,20 @@ mod tests {
 
     /// Returns the hulls of the regions about one minimum.
     fn ends(squares: &dyn LeastSquares, best: Polished, coordinates: &[usize]) -> Vec<(f64, f64)> {
-        regions(squares, vec![best], coordinates).iter().map(|region| (region[0].0, region[region.len() - 1].1)).collect()
+        regions(squares, vec![best], coordinates)
+            .iter()
+            .map(|region| (region[0].0, region[region.len() - 1].1))
+            .collect()
     }
 
     fn regions(squares: &dyn LeastSquares, minima: Vec<Polished>, coordinates: &[usize]) -> Vec<Region> {
-        let start = |minimum: Polished| ProfileStart { certainty: certainty(&minimum.normal.information, 1.0), minimum };
+        let start = |minimum: Polished| ProfileStart {
+            certainty: certainty(&minimum.normal.information, 1.0),
+            minimum,
+        };
         let minima: Vec<ProfileStart> = minima.into_iter().map(start).collect();
-        let profiler = Profiler { squares, minima: &minima, rise: CHI_SQUARE_95, control: &Control::default() };
+        let profiler =
+            Profiler { squares, minima: &minima, rise: CHI_SQUARE_95, control: &Control::default() };
         match profiler.regions(coordinates) {
             Profiles::Regions(regions) => regions,
             Profiles::Deeper(place) => panic!("deeper at {place:?}"),
@@ -257,7 +277,10 @@ mod tests {
         let ends = ends(&TwoParameters, best, &[0, 1]);
         let half = 1.96 * f64::hypot(0.05, 0.01);
         assert!((ends[0].0 - (0.5 - 0.098)).abs() < 2e-3 && (ends[0].1 - 0.598).abs() < 2e-3, "{ends:?}");
-        assert!((ends[1].0 - (0.5 - half)).abs() < 2e-3 && (ends[1].1 - (0.5 + half)).abs() < 2e-3, "{ends:?}");
+        assert!(
+            (ends[1].0 - (0.5 - half)).abs() < 2e-3 && (ends[1].1 - (0.5 + half)).abs() < 2e-3,
+            "{ends:?}"
+        );
     }
 
     /// χ² is flat above 0.8: the interval ends at the end of the range.
@@ -337,7 +360,8 @@ mod tests {
         assert!(ends[0].1 == 1.0 && (ends[0].0 - (0.8 - 0.196)).abs() < 4e-3, "{ends:?}");
     }
 
-    /// Two minima of equal χ² at x = 0.25 and 0.75, with a barrier of 100 between them: r = (x − 0.25)(x − 0.75)/0.00625.
+    /// Two minima of equal χ² at x = 0.25 and 0.75, with a barrier of 100 between them: r = (x − 0.25)(x −
+    /// 0.75)/0.00625.
     struct TwoMinima;
 
     impl LeastSquares for TwoMinima {
@@ -362,12 +386,15 @@ mod tests {
         let inner = (0.0625 - 0.00625 * CHI_SQUARE_95.sqrt()).sqrt();
         let outer = (0.0625 + 0.00625 * CHI_SQUARE_95.sqrt()).sqrt();
         assert_eq!(found[0].len(), 2, "{found:?}");
-        for ((low, high), exact) in found[0].iter().zip([(0.5 - outer, 0.5 - inner), (0.5 + inner, 0.5 + outer)]) {
+        for ((low, high), exact) in
+            found[0].iter().zip([(0.5 - outer, 0.5 - inner), (0.5 + inner, 0.5 + outer)])
+        {
             assert!((low - exact.0).abs() < 1e-3 && (high - exact.1).abs() < 1e-3, "{found:?}, {exact:?}");
         }
     }
 
-    /// χ² of x and y has its least value, 0, at y = 0.9; a profile from the shallower minimum at y = 0.1 must say so.
+    /// χ² of x and y has its least value, 0, at y = 0.9; a profile from the shallower minimum at y = 0.1 must
+    /// say so.
     struct Shallow;
 
     impl LeastSquares for Shallow {
@@ -382,7 +409,11 @@ mod tests {
             // The barrier between the minima of y vanishes as x leaves 0.5.
             let bend = 1.0 - 20.0 * (x[0] - 0.5).abs();
             normal.add(1.0, (x[0] - 0.5) / 0.1, &[10.0, 0.0]);
-            normal.add(1.0, 10.0 * (0.9 - x[1]) - bend.max(0.0) * 30.0 * (-((x[1] - 0.1) / 0.2).powi(2)).exp(), &[0.0, -10.0]);
+            normal.add(
+                1.0,
+                10.0 * (0.9 - x[1]) - bend.max(0.0) * 30.0 * (-((x[1] - 0.1) / 0.2).powi(2)).exp(),
+                &[0.0, -10.0],
+            );
             normal.mirror();
             normal
         }
@@ -390,9 +421,19 @@ mod tests {
 
     #[test]
     fn a_deeper_minimum_met_by_a_profile_is_returned() {
-        let minimum = Polished { place: vec![0.5, 0.1], normal: Shallow.normal(&[0.5, 0.1]), evaluations: 0, converged: true };
+        let minimum = Polished {
+            place: vec![0.5, 0.1],
+            normal: Shallow.normal(&[0.5, 0.1]),
+            evaluations: 0,
+            converged: true,
+        };
         let start = ProfileStart { certainty: certainty(&minimum.normal.information, 1.0), minimum };
-        let profiler = Profiler { squares: &Shallow, minima: &[start], rise: CHI_SQUARE_95, control: &Control::default() };
+        let profiler = Profiler {
+            squares: &Shallow,
+            minima: &[start],
+            rise: CHI_SQUARE_95,
+            control: &Control::default(),
+        };
         let Profiles::Deeper(place) = profiler.regions(&[0]) else { panic!("no deeper minimum") };
         assert!(Shallow.chi_square(&place) < 100.0, "{place:?}");
     }

@@ -49,7 +49,8 @@ pub struct Identification {
     pub repeats: Vec<Repeat>,
     /// How far the search went.
     pub effort: SearchEffort,
-    /// Whether the best minimum was found as often as required; `None` where it had to be found once, or the search was stopped.
+    /// Whether the best minimum was found as often as required; `None` where it had to be found once, or the
+    /// search was stopped.
     pub agree: Option<bool>,
     /// Sum of the squared weighted residuals.
     pub chi_square: f64,
@@ -128,11 +129,18 @@ pub(super) fn derived_estimates(found: &Identification) -> Vec<DerivedEstimate> 
         .enumerate()
         .filter_map(|(at, quantity)| {
             let value = here[at]?;
-            let slopes: Option<Vec<f64>> = low.iter().zip(&high).map(|(low, high)| Some((high[at]? - low[at]?) / (2.0 * STEP))).collect();
+            let slopes: Option<Vec<f64>> = low
+                .iter()
+                .zip(&high)
+                .map(|(low, high)| Some((high[at]? - low[at]?) / (2.0 * STEP)))
+                .collect();
             let interval95 = slopes.filter(|_| has_intervals).map(|slopes| {
                 let covariance = &found.certainty.covariance;
-                let variance: f64 =
-                    (0..slopes.len()).map(|i| (0..slopes.len()).map(|j| slopes[i] * covariance[(i, j)] * slopes[j]).sum::<f64>()).sum();
+                let variance: f64 = (0..slopes.len())
+                    .map(|i| {
+                        (0..slopes.len()).map(|j| slopes[i] * covariance[(i, j)] * slopes[j]).sum::<f64>()
+                    })
+                    .sum();
                 let half = 1.96 * variance.max(0.0).sqrt();
                 (value - half, value + half)
             });

@@ -24,15 +24,20 @@ pub fn identify(
     plan: &IdentificationSettings,
     control: &Control,
 ) -> Result<Identification, ObjectiveError> {
-    // Machine and set are the same for the whole run. Positions, FRFs and plan distinguish its identifications.
+    // Machine and set are the same for the whole run. Positions, FRFs and plan distinguish its
+    // identifications.
     let control = &control.within(&format!("{:?} {:?} {plan:?}", fit.positions(), fit.frfs()));
     match plan.frf {
         Some(settings) => {
             // Tolerances are fitted along with parameters, not alone.
             let of_drive = loop_parameters(machine, fit.set(), fit.frfs());
-            let is_free = !free_parameters(machine, &plan.frozen, &of_drive, |rule| rule != FitRule::Never)?.is_empty();
+            let is_free =
+                !free_parameters(machine, &plan.frozen, &of_drive, |rule| rule != FitRule::Never)?.is_empty();
             let (fitted, settings) = match plan.tolerances && is_free {
-                true => (machine.with_tolerances(&fit.set().nuts_m())?, settings.with_tolerances(&fit.set().tolerance)),
+                true => (
+                    machine.with_tolerances(&fit.set().nuts_m())?,
+                    settings.with_tolerances(&fit.set().tolerance),
+                ),
                 false => (machine.clone(), settings),
             };
             let objective = FrfObjective::new(&fitted, fit, settings, &plan.frozen)?;
@@ -44,10 +49,14 @@ pub fn identify(
             found.varied_parameters.clone_from(&objective.free);
             found.channels = objective.channels_at(&found.place);
             found.tolerances = tolerance_estimates(&objective, fit.set(), &found.place, &found.sd);
-            found
-                .warnings
-                .extend(found.tolerances.iter().filter_map(|t| t.warning("if it is right, run diagnose to find a missing effect")));
-            let validation = FrfObjective::held_out(&fitted, held_out, settings.as_stated())?.calibrated(&found.channels);
+            found.warnings.extend(
+                found
+                    .tolerances
+                    .iter()
+                    .filter_map(|t| t.warning("if it is right, run diagnose to find a missing effect")),
+            );
+            let validation =
+                FrfObjective::held_out(&fitted, held_out, settings.as_stated())?.calibrated(&found.channels);
             found.fitted_frfs = objective.gaps_at(&found.place);
             let minima: Vec<Place> = found.basins.iter().map(|basin| basin.place.clone()).collect();
             found.posterior = (plan.profile && is_free && !minima.is_empty())
@@ -57,16 +66,22 @@ pub fn identify(
         }
         None => {
             let objective = ModeObjective::new(machine, fit, plan.settings, &plan.frozen)?;
-            let validation = ModeObjective::held_out(machine, held_out, plan.settings, Some(objective.band_hz))?;
+            let validation =
+                ModeObjective::held_out(machine, held_out, plan.settings, Some(objective.band_hz))?;
             let wider = |place: &Place| wider_modes(machine, fit, plan, (&objective, place));
             let mut found = estimate(&objective, wider, machine, plan, control)?;
             found.derived = derived_estimates(&found);
             found.fitted = objective.predict(&found.values);
             found.gain = objective.amplitude_fit(&found.fitted);
             found.held_out = validation.predict(&found.values);
-            if objective.is_likelihood() && plan.profile && !found.basins.is_empty() && !objective.free.is_empty() {
+            if objective.is_likelihood()
+                && plan.profile
+                && !found.basins.is_empty()
+                && !objective.free.is_empty()
+            {
                 let minima: Vec<Place> = found.basins.iter().map(|basin| basin.place.clone()).collect();
-                found.posterior = Some(of_modes(machine, fit, plan, &found.values, (&minima, found.misfit()))?);
+                found.posterior =
+                    Some(of_modes(machine, fit, plan, &found.values, (&minima, found.misfit()))?);
             }
             Ok(found)
         }
@@ -78,7 +93,8 @@ const STARTS: usize = 16;
 
 /// Builds the mode objective on which intervals are computed, and its starts.
 ///
-/// Parameters that only whole FRFs determine are free, too. Frequencies and amplitudes have the covariance that tolerances cause.
+/// Parameters that only whole FRFs determine are free, too. Frequencies and amplitudes have the covariance
+/// that tolerances cause.
 fn wider_modes<'m>(
     machine: &'m Machine,
     fit: &FitSet<'_>,
@@ -89,12 +105,16 @@ fn wider_modes<'m>(
         return Ok(None);
     }
     let columns = tolerance_columns(machine, fit, plan, (objective, place))?;
-    let wider = ModeObjective::with_all_free(machine, fit, plan.settings, &plan.frozen, &objective.free)?.correlated(&columns);
+    let wider = ModeObjective::with_all_free(machine, fit, plan.settings, &plan.frozen, &objective.free)?
+        .correlated(&columns);
     let values = objective.parameters(place);
-    let own: Vec<f64> = wider.free.iter().map(|i| machine.parameters[*i].to_unit(values[*i]).clamp(0.0, 1.0)).collect();
-    // The fixed values may have led the other parameters into a wrong basin: parameters freed here start all over their ranges.
+    let own: Vec<f64> =
+        wider.free.iter().map(|i| machine.parameters[*i].to_unit(values[*i]).clamp(0.0, 1.0)).collect();
+    // The fixed values may have led the other parameters into a wrong basin: parameters freed here start all
+    // over their ranges.
     let (first, more) = (objective.free.len(), own.len() - objective.free.len());
-    let elsewhere = (1..=STARTS).filter(|_| more > 0).map(|index| [&own[..first], &halton_point(index, more)].concat());
+    let elsewhere =
+        (1..=STARTS).filter(|_| more > 0).map(|index| [&own[..first], &halton_point(index, more)].concat());
     let from = std::iter::once(own.clone()).chain(elsewhere).map(|place| wider.extended(&place)).collect();
     Ok(Some((wider, from)))
 }

@@ -24,9 +24,11 @@ pub struct SearchEffort {
 impl SearchEffort {
     /// Whether the best minimum was found as often as required.
     ///
-    /// Had a deeper minimum attracted as many of the starts as the best one, all of them would have missed it with a probability of at most e^−`required`.
+    /// Had a deeper minimum attracted as many of the starts as the best one, all of them would have missed it
+    /// with a probability of at most e^−`required`.
     ///
-    /// # Source  (1 − q)ⁿ ≤ e^−qn with the share q = found/n of the best minimum; stopping by the estimated share of unseen basins: Boender and
+    /// # Source  (1 − q)ⁿ ≤ e^−qn with the share q = found/n of the best minimum; stopping by the estimated
+    ///   share of unseen basins: Boender and
     /// Rinnooy Kan, Math. Program. 37 (1987) 59–80.
     pub fn is_enough(&self) -> bool {
         self.found >= self.required
@@ -42,8 +44,9 @@ pub(super) struct Searched {
 
 /// Largest number of minima that are refined on all data.
 const MINIMA: usize = 12;
-/// Largest χ² above the least one on thinned lines, relative to χ² per degree of freedom, at which a minimum is refined on all data. Thinned lines
-/// carry less information than all lines: a minimum this far above the least one cannot be the least on all lines.
+/// Largest χ² above the least one on thinned lines, relative to χ² per degree of freedom, at which a minimum
+/// is refined on all data. Thinned lines carry less information than all lines: a minimum this far above the
+/// least one cannot be the least on all lines.
 const MARGIN: f64 = 40.0;
 /// A minimum, and the cost there.
 struct Centre {
@@ -69,8 +72,13 @@ fn starts_of(candidates: &[Candidate], refined: usize) -> usize {
     candidates.iter().filter(|c| c.refined == Some(refined)).map(|c| c.starts).sum()
 }
 
-/// Searches the unit cube by rounds of new spread starts until the best minimum was found `plan.repeats` times, or the budget is spent.
-pub(super) fn searched<P: Problem>(problem: &P, plan: &IdentificationSettings, control: &Control) -> Searched {
+/// Searches the unit cube by rounds of new spread starts until the best minimum was found `plan.repeats`
+/// times, or the budget is spent.
+pub(super) fn searched<P: Problem>(
+    problem: &P,
+    plan: &IdentificationSettings,
+    control: &Control,
+) -> Searched {
     let required = plan.repeats.max(1);
     let budget = (required * P::STARTS_PER_FIND).div_ceil(P::STARTS);
     let seed = |round: usize| plan.seed.wrapping_add(1_000_003 * round as u64);
@@ -84,7 +92,12 @@ pub(super) fn searched<P: Problem>(problem: &P, plan: &IdentificationSettings, c
         let new: Vec<(u64, Round)> = (from..from + batch)
             .into_par_iter()
             .map(|round| {
-                (seed(round), control.cached(&format!("round {}", seed(round)), || problem.round(seed(round), plan.strategy, control)))
+                (
+                    seed(round),
+                    control.cached(&format!("round {}", seed(round)), || {
+                        problem.round(seed(round), plan.strategy, control)
+                    }),
+                )
             })
             .collect();
         effort.starts += batch * P::STARTS;
@@ -110,27 +123,44 @@ pub(super) fn searched<P: Problem>(problem: &P, plan: &IdentificationSettings, c
     Searched { rounds: repeats(rounds, &candidates, &refined, spent, control), minima, effort }
 }
 
-/// Adds the ends of a round to the minima of the coarse data and returns the largest cost at which one of these may be the least on all data.
-fn gather<'e, P: Problem>(problem: &P, candidates: &mut Vec<Candidate>, ends: impl Iterator<Item = &'e Basin>) -> f64 {
+/// Adds the ends of a round to the minima of the coarse data and returns the largest cost at which one of
+/// these may be the least on all data.
+fn gather<'e, P: Problem>(
+    problem: &P,
+    candidates: &mut Vec<Candidate>,
+    ends: impl Iterator<Item = &'e Basin>,
+) -> f64 {
     let mut ends: Vec<&Basin> = ends.collect();
     ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    let least = candidates.iter().map(|c| c.coarse.cost).chain(ends.first().map(|end| end.cost)).fold(f64::INFINITY, f64::min);
+    let least = candidates
+        .iter()
+        .map(|c| c.coarse.cost)
+        .chain(ends.first().map(|end| end.cost))
+        .fold(f64::INFINITY, f64::min);
     let misfit = problem.coarse_misfit(least);
     let limit = least + MARGIN * misfit;
     for end in ends.into_iter().filter(|end| end.cost <= limit) {
         match candidates.iter_mut().find(|c| c.coarse.holds(&end.place, misfit)) {
             Some(known) => known.starts += end.starts,
             None => {
-                let around = Surroundings { place: end.place.clone(), information: problem.coarse_information(&end.place) };
-                candidates.push(Candidate { coarse: Centre { around, cost: end.cost }, refined: None, starts: end.starts });
+                let around = Surroundings {
+                    place: end.place.clone(),
+                    information: problem.coarse_information(&end.place),
+                };
+                candidates.push(Candidate {
+                    coarse: Centre { around, cost: end.cost },
+                    refined: None,
+                    starts: end.starts,
+                });
             }
         }
     }
     limit
 }
 
-/// Searches once from spread starts for minima of χ² of FRFs on thinned lines, as [`identify`](crate::identify) does. Returns those that may be the least
-/// on all lines, in rising order of χ²; none without a free parameter.
+/// Searches once from spread starts for minima of χ² of FRFs on thinned lines, as
+/// [`identify`](crate::identify) does. Returns those that may be the least on all lines, in rising order of
+/// χ²; none without a free parameter.
 pub fn frf_search_minima(objective: &FrfObjective<'_>, seed: u64, control: &Control) -> Vec<Place> {
     if objective.own_count == 0 {
         return Vec::new();
@@ -143,32 +173,45 @@ pub fn frf_search_minima(objective: &FrfObjective<'_>, seed: u64, control: &Cont
     candidates.into_iter().map(|c| c.coarse.around.place).collect()
 }
 
-/// Searches once for the least cost of modes from spread starts, as [`identify`](crate::identify) does. Returns coordinates and cost.
+/// Searches once for the least cost of modes from spread starts, as [`identify`](crate::identify) does.
+/// Returns coordinates and cost.
 pub fn mode_search_end(objective: &ModeObjective<'_>, seed: u64, control: &Control) -> Option<(Place, f64)> {
     let round = objective.round(seed, IdentificationSettings::default().strategy, control);
     round.ends.into_iter().map(|end| (end.place, end.cost)).min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// Refines the best candidates on all data. Those that end in one minimum share it.
-fn refine<P: Problem>(problem: &P, candidates: &mut [Candidate], refined: &mut Vec<(Centre, u64)>, limit: f64, control: &Control) {
-    let mut order: Vec<usize> = (0..candidates.len()).filter(|at| candidates[*at].coarse.cost <= limit).collect();
+fn refine<P: Problem>(
+    problem: &P,
+    candidates: &mut [Candidate],
+    refined: &mut Vec<(Centre, u64)>,
+    limit: f64,
+    control: &Control,
+) {
+    let mut order: Vec<usize> =
+        (0..candidates.len()).filter(|at| candidates[*at].coarse.cost <= limit).collect();
     order.sort_by(|a, b| candidates[*a].coarse.cost.total_cmp(&candidates[*b].coarse.cost));
-    let open: Vec<usize> = order.into_iter().take(MINIMA).filter(|at| candidates[*at].refined.is_none()).collect();
+    let open: Vec<usize> =
+        order.into_iter().take(MINIMA).filter(|at| candidates[*at].refined.is_none()).collect();
     let step = control.steps("minima", open.len());
     let ends: Vec<(Centre, u64)> = open
         .par_iter()
         .map(|at| {
             let coarse = &candidates[*at].coarse;
             let end = Basin { place: coarse.around.place.clone(), cost: coarse.cost, starts: 0 };
-            let (end, evaluations) = control.cached(&format!("minimum {end:?}"), || problem.refined(&end, control));
+            let (end, evaluations) =
+                control.cached(&format!("minimum {end:?}"), || problem.refined(&end, control));
             let around = Surroundings { information: problem.information(&end.place), place: end.place };
             step();
             (Centre { around, cost: end.cost }, evaluations)
         })
         .collect();
     for (at, (centre, evaluations)) in open.into_iter().zip(ends) {
-        let misfit = problem.misfit(centre.cost.min(refined.iter().map(|r| r.0.cost).fold(f64::INFINITY, f64::min)));
-        let is_known = |(other, _): &(Centre, u64)| other.holds(&centre.around.place, misfit) || centre.holds(&other.around.place, misfit);
+        let misfit =
+            problem.misfit(centre.cost.min(refined.iter().map(|r| r.0.cost).fold(f64::INFINITY, f64::min)));
+        let is_known = |(other, _): &(Centre, u64)| {
+            other.holds(&centre.around.place, misfit) || centre.holds(&other.around.place, misfit)
+        };
         let known = refined.iter().position(is_known);
         candidates[at].refined = Some(match known {
             Some(known) => {
@@ -186,11 +229,21 @@ fn refine<P: Problem>(problem: &P, candidates: &mut [Candidate], refined: &mut V
     }
 }
 
-/// Returns the rounds with their best ends on all data, best first. The evaluations of the refinement are those of the best round.
-fn repeats(rounds: Vec<(u64, Round)>, candidates: &[Candidate], refined: &[(Centre, u64)], spent: u64, control: &Control) -> Vec<Repeat> {
+/// Returns the rounds with their best ends on all data, best first. The evaluations of the refinement are
+/// those of the best round.
+fn repeats(
+    rounds: Vec<(u64, Round)>,
+    candidates: &[Candidate],
+    refined: &[(Centre, u64)],
+    spent: u64,
+    control: &Control,
+) -> Vec<Repeat> {
     let on_all_data = |end: &Basin| {
         let known = candidates.iter().find(|c| c.coarse.holds(&end.place, 1.0)).and_then(|c| c.refined);
-        known.map_or_else(|| (end.place.0.clone(), end.cost), |at| (refined[at].0.around.place.0.clone(), refined[at].0.cost))
+        known.map_or_else(
+            || (end.place.0.clone(), end.cost),
+            |at| (refined[at].0.around.place.0.clone(), refined[at].0.cost),
+        )
     };
     let mut all: Vec<Repeat> = rounds
         .into_iter()
@@ -198,7 +251,16 @@ fn repeats(rounds: Vec<(u64, Round)>, candidates: &[Candidate], refined: &[(Cent
             let best = round.ends.iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).map(on_all_data);
             let (place, cost) = best.unwrap_or((Vec::new(), f64::MAX));
             let Round { evaluations, trace, complete, .. } = round;
-            Repeat { seed, found: SearchResult { place, cost, evaluations, trace, complete: complete && !control.stopped() } }
+            Repeat {
+                seed,
+                found: SearchResult {
+                    place,
+                    cost,
+                    evaluations,
+                    trace,
+                    complete: complete && !control.stopped(),
+                },
+            }
         })
         .collect();
     all.sort_by(|a, b| a.found.cost.total_cmp(&b.found.cost));
@@ -209,7 +271,12 @@ fn repeats(rounds: Vec<(u64, Round)>, candidates: &[Candidate], refined: &[(Cent
 }
 
 /// Runs least squares from a nearby solution, in place of a search.
-pub(super) fn polished_from_nearby<P: Problem>(problem: &P, near: &Place, plan: &IdentificationSettings, control: &Control) -> Searched {
+pub(super) fn polished_from_nearby<P: Problem>(
+    problem: &P,
+    near: &Place,
+    plan: &IdentificationSettings,
+    control: &Control,
+) -> Searched {
     let (end, evaluations) = control.cached("polish", || problem.polished_from(near, control));
     let (place, cost, trace, complete) = (end.place.0.clone(), end.cost, Vec::new(), !control.stopped());
     let found = SearchResult { place, cost, evaluations, trace, complete };
@@ -228,7 +295,8 @@ mod tests {
     use optimizer::{LeastSquares, Strategy};
     use std::sync::atomic::{AtomicUsize, Ordering};
 
-    /// Centre of a minimum, its costs on thinned lines and on all, and its share of rounds: every how many rounds end in it.
+    /// Centre of a minimum, its costs on thinned lines and on all, and its share of rounds: every how many
+    /// rounds end in it.
     type Well = ([f64; 2], f64, f64, u64);
 
     /// Minima of known costs. Rounds end near them; the data do not determine the second coordinate.
@@ -240,7 +308,10 @@ mod tests {
         }
 
         fn around(&self, place: &Place) -> &Well {
-            self.0.iter().min_by(|a, b| (a.0[0] - place[0]).abs().total_cmp(&(b.0[0] - place[0]).abs())).unwrap()
+            self.0
+                .iter()
+                .min_by(|a, b| (a.0[0] - place[0]).abs().total_cmp(&(b.0[0] - place[0]).abs()))
+                .unwrap()
         }
     }
 
@@ -252,7 +323,12 @@ mod tests {
             let round = seed / 1_000_003;
             let ([x, y], coarse, _, _) = self.0.iter().find(|well| round.is_multiple_of(well.3)).unwrap();
             let place = Place(vec![x + 1e-3 * (round as f64).sin(), y + 0.3 * (round as f64).cos()]);
-            Round { ends: vec![Basin { place, cost: *coarse, starts: 1 }], evaluations: 10, trace: Vec::new(), complete: true }
+            Round {
+                ends: vec![Basin { place, cost: *coarse, starts: 1 }],
+                evaluations: 10,
+                trace: Vec::new(),
+                complete: true,
+            }
         }
         fn refined(&self, end: &Basin, _: &Control) -> (Basin, u64) {
             self.1.fetch_add(1, Ordering::Relaxed);
@@ -304,10 +380,15 @@ mod tests {
     }
 
     fn search(wells: &Wells, repeats: usize) -> Searched {
-        searched(wells, &IdentificationSettings { seed: 0, repeats, ..IdentificationSettings::default() }, &Control::default())
+        searched(
+            wells,
+            &IdentificationSettings { seed: 0, repeats, ..IdentificationSettings::default() },
+            &Control::default(),
+        )
     }
 
-    /// Thinned lines favour one minimum, all lines the other, in which every third round ends. Ends that differ where the data say nothing are one.
+    /// Thinned lines favour one minimum, all lines the other, in which every third round ends. Ends that
+    /// differ where the data say nothing are one.
     #[test]
     fn a_search_ends_when_the_best_minimum_of_all_lines_was_found_often_enough() {
         let wells = Wells::of(&[([0.2, 0.5], 11.0, 30.0, 3), ([0.7, 0.5], 10.0, 31.0, 1)]);

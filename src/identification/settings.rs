@@ -4,8 +4,8 @@ use super::place::Place;
 use crate::objective::{FrfSettings, ModeSettings};
 use optimizer::{SearchResult, Strategy};
 
-/// Number of times that the best minimum has to be found: with this number a deeper minimum that attracts as many starts is missed with a
-/// probability below 1 %, e⁻⁵.
+/// Number of times that the best minimum has to be found: with this number a deeper minimum that attracts as
+/// many starts is missed with a probability below 1 %, e⁻⁵.
 pub const REPEATS: usize = 5;
 
 /// Settings of an identification.
@@ -15,7 +15,8 @@ pub struct IdentificationSettings {
     pub settings: ModeSettings,
     /// Weights, band and rod model for whole FRFs. If present, FRFs are fitted instead of modes.
     pub frf: Option<FrfSettings>,
-    /// Whether nuisance parameters (tolerances of the description and the measurement) are fitted together with whole FRFs.
+    /// Whether nuisance parameters (tolerances of the description and the measurement) are fitted together
+    /// with whole FRFs.
     pub tolerances: bool,
     /// Ids of the parameters that keep their start values.
     pub frozen: Vec<String>,
@@ -26,7 +27,8 @@ pub struct IdentificationSettings {
     /// Strategy of the differential evolution.
     pub strategy: Strategy,
     /// Unit-cube coordinates of a nearby solution: least squares starts there and replaces the search.
-    /// They hold the free parameters and tolerances. Gain, nut positions and channels restart at their defaults.
+    /// They hold the free parameters and tolerances. Gain, nut positions and channels restart at their
+    /// defaults.
     pub near: Option<Place>,
     /// Whether intervals come from the profile likelihood; otherwise from the covariance.
     pub profile: bool,

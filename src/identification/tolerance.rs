@@ -37,23 +37,32 @@ impl ToleranceEstimate {
         self.prior.deviation(self.mean, self.value)
     }
 
-    /// Warns of an estimate more than three standard deviations from its prior mean; `advice` says what follows.
+    /// Warns of an estimate more than three standard deviations from its prior mean; `advice` says what
+    /// follows.
     pub fn warning(&self, advice: &str) -> Option<String> {
         let deviation = self.deviation();
         (deviation.abs() > FINDING).then(|| {
             let estimate = match (self.mechanism.is_dimensionless(), self.mean) {
                 (true, 0.0) => format!("the fit changes {} by {:+.2} %", self.name, 100.0 * self.value),
-                (true, mean) => format!("the fit changes {} from {mean:.3e} to {:.3e}", self.name, self.value),
-                (false, mean) => format!("the fit changes {} from {mean:.3e} to {:.3e} {}", self.name, self.value, self.unit),
+                (true, mean) => {
+                    format!("the fit changes {} from {mean:.3e} to {:.3e}", self.name, self.value)
+                }
+                (false, mean) => format!(
+                    "the fit changes {} from {mean:.3e} to {:.3e} {}",
+                    self.name, self.value, self.unit
+                ),
             };
             let times = deviation.abs();
-            format!("{estimate}, {times:.1} standard deviations: check this number of the description; {advice}")
+            format!(
+                "{estimate}, {times:.1} standard deviations: check this number of the description; {advice}"
+            )
         })
     }
 }
 
 impl FrfSettings {
-    /// Returns the settings with the tolerances of a set for nut positions, and for gains and delays of channels.
+    /// Returns the settings with the tolerances of a set for nut positions, and for gains and delays of
+    /// channels.
     #[must_use]
     pub fn with_tolerances(self, known: &ChannelTolerance) -> Self {
         FrfSettings { nut_sd_m: known.nut_m, channel_sd: (known.gain, known.delay_s), ..self }
@@ -61,13 +70,23 @@ impl FrfSettings {
 }
 
 /// Estimates all nuisance parameters of an objective at the coordinates of its minimum.
-pub fn tolerances_at(objective: &FrfObjective<'_>, set: &MeasurementSet, place: &Place) -> Vec<ToleranceEstimate> {
+pub fn tolerances_at(
+    objective: &FrfObjective<'_>,
+    set: &MeasurementSet,
+    place: &Place,
+) -> Vec<ToleranceEstimate> {
     let information = LeastSquares::normal(objective, place).information;
     estimates(objective, set, place, &certainty(&information, 1.0).sd)
 }
 
-/// Estimates all nuisance parameters of an objective at given coordinates, with the standard deviation of each coordinate.
-pub(super) fn estimates(objective: &FrfObjective<'_>, set: &MeasurementSet, place: &Place, sd: &[f64]) -> Vec<ToleranceEstimate> {
+/// Estimates all nuisance parameters of an objective at given coordinates, with the standard deviation of
+/// each coordinate.
+pub(super) fn estimates(
+    objective: &FrfObjective<'_>,
+    set: &MeasurementSet,
+    place: &Place,
+    sd: &[f64],
+) -> Vec<ToleranceEstimate> {
     let machine = objective.machine();
     let values = objective.parameters(place);
     let described = objective.free.iter().enumerate().filter_map(|(column, &index)| {
@@ -85,22 +104,31 @@ pub(super) fn estimates(objective: &FrfObjective<'_>, set: &MeasurementSet, plac
         })
     });
     let known = &set.tolerance;
-    let normal = |name: String, (mechanism, unit): (Mechanism, &str), prior: f64, value: f64, sd: f64| ToleranceEstimate {
-        name,
-        mechanism,
-        unit: unit.into(),
-        mean: 0.0,
-        prior: Prior::Normal(prior),
-        value,
-        sd,
+    let normal = |name: String, (mechanism, unit): (Mechanism, &str), prior: f64, value: f64, sd: f64| {
+        ToleranceEstimate {
+            name,
+            mechanism,
+            unit: unit.into(),
+            mean: 0.0,
+            prior: Prior::Normal(prior),
+            value,
+            sd,
+        }
     };
     let mut columns = objective.nut_coordinates();
     let mut all: Vec<ToleranceEstimate> = described.collect();
     for (nut_m, shift_m) in objective.nuts_at(place) {
         let is_there = |p: &&measurement::Position| p.nut_m == Some(nut_m);
-        let name = set.positions.iter().find(is_there).map_or_else(|| format!("{nut_m} m"), |p| p.name.clone());
+        let name =
+            set.positions.iter().find(is_there).map_or_else(|| format!("{nut_m} m"), |p| p.name.clone());
         let sd = columns.next().map_or(0.0, |column| sd[column] * objective.span() * known.nut_m);
-        all.push(normal(format!("nut position of {name}"), (Mechanism::Length, "m"), known.nut_m, shift_m, sd));
+        all.push(normal(
+            format!("nut position of {name}"),
+            (Mechanism::Length, "m"),
+            known.nut_m,
+            shift_m,
+            sd,
+        ));
     }
     let first = objective.nut_coordinates().end;
     let channels = objective.channels_at(place);
@@ -109,8 +137,20 @@ pub(super) fn estimates(objective: &FrfObjective<'_>, set: &MeasurementSet, plac
             let channel = channel_name(&machine.points[*response].name, excitation.name(machine));
             let of = |column: usize, prior: f64| sd[first + 2 * at + column] * objective.span() * prior;
             let both = [
-                normal(format!("gain of {channel}"), (Mechanism::Ratio, "1"), known.gain, *log_gain, of(0, known.gain)),
-                normal(format!("delay of {channel}"), (Mechanism::Delay, "s"), known.delay_s, *delay_s, of(1, known.delay_s)),
+                normal(
+                    format!("gain of {channel}"),
+                    (Mechanism::Ratio, "1"),
+                    known.gain,
+                    *log_gain,
+                    of(0, known.gain),
+                ),
+                normal(
+                    format!("delay of {channel}"),
+                    (Mechanism::Delay, "s"),
+                    known.delay_s,
+                    *delay_s,
+                    of(1, known.delay_s),
+                ),
             ];
             all.extend(both.into_iter().filter(|t| t.prior.sd() > 0.0));
         }
@@ -120,10 +160,12 @@ pub(super) fn estimates(objective: &FrfObjective<'_>, set: &MeasurementSet, plac
 
 /// Step of the central differences for the effect of tolerances on modes, in standard deviations (1).
 const STEP: f64 = 0.3;
-/// Largest change of a weighted residual by one standard deviation of a tolerance (1). At and above it a mode has lost its partner.
+/// Largest change of a weighted residual by one standard deviation of a tolerance (1). At and above it a mode
+/// has lost its partner.
 const MAX_CHANGE: f64 = 20.0;
 
-/// Computes the change of the weighted residuals of modes by one standard deviation of each tolerance, about given coordinates.
+/// Computes the change of the weighted residuals of modes by one standard deviation of each tolerance, about
+/// given coordinates.
 ///
 /// # Errors  as [`ModeObjective::new`].
 pub fn mode_columns(
@@ -152,7 +194,11 @@ pub fn mode_columns(
         };
         columns.push(column(moved(STEP), moved(-STEP)));
     }
-    for position in fit.positions().iter().filter(|p| fit.set().positions[**p].nut_m.is_some() && fit.set().tolerance.nut_m > 0.0) {
+    for position in fit
+        .positions()
+        .iter()
+        .filter(|p| fit.set().positions[**p].nut_m.is_some() && fit.set().tolerance.nut_m > 0.0)
+    {
         let moved = |by: f64| -> Result<Vec<f64>, ObjectiveError> {
             let mut set = fit.set().clone();
             if let Some(nut_m) = &mut set.positions[*position].nut_m {
@@ -171,7 +217,9 @@ pub fn mode_columns(
 pub fn channels_of(machine: &Machine, values: &BTreeMap<String, f64>) -> Vec<Channel> {
     let excitations = || (0..machine.points.len()).map(Excitation::Point).chain([Excitation::Command]);
     let pairs = machine.points.iter().enumerate().flat_map(|(response, point)| {
-        excitations().map(move |excitation| (response, excitation, channel_name(&point.name, excitation.name(machine))))
+        excitations().map(move |excitation| {
+            (response, excitation, channel_name(&point.name, excitation.name(machine)))
+        })
     });
     pairs
         .filter_map(|(response, excitation, name)| {

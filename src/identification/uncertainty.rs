@@ -13,25 +13,37 @@ pub struct Estimate {
     pub value: f64,
     /// 95 % interval; the hull of its parts where it has several; `None` where none was computed.
     pub interval95: Option<(f64, f64)>,
-    /// The parts of the 95 % interval in rising order: one for each range of values that the data do not reject.
+    /// The parts of the 95 % interval in rising order: one for each range of values that the data do not
+    /// reject.
     pub intervals95: Vec<(f64, f64)>,
-    /// Whether it is identifiable from the data: its interval is narrow, and it does not lie at a bound. `None` for a parameter that was not fitted, and
-    /// for one that depends on the discrepancy.
+    /// Whether it is identifiable from the data: its interval is narrow, and it does not lie at a bound.
+    /// `None` for a parameter that was not fitted, and for one that depends on the discrepancy.
     pub identifiable: Option<bool>,
-    /// Whether it would be identifiable, but the misfit exceeds the noise so far that its value depends on what the model lacks.
+    /// Whether it would be identifiable, but the misfit exceeds the noise so far that its value depends on
+    /// what the model lacks.
     pub depends_on_discrepancy: bool,
     /// Whether it lies at an end of its plausible range.
     pub at_bound: bool,
 }
 
 impl Estimate {
-    /// Returns the estimate of a parameter without an interval: one that was not fitted or, with `identifiable`, one that the data do not determine.
+    /// Returns the estimate of a parameter without an interval: one that was not fitted or, with
+    /// `identifiable`, one that the data do not determine.
     pub fn without_interval(parameter: usize, value: f64, identifiable: Option<bool>) -> Self {
         let (interval95, intervals95) = (None, Vec::new());
-        Estimate { parameter, value, interval95, intervals95, identifiable, depends_on_discrepancy: false, at_bound: false }
+        Estimate {
+            parameter,
+            value,
+            interval95,
+            intervals95,
+            identifiable,
+            depends_on_discrepancy: false,
+            at_bound: false,
+        }
     }
 
-    /// Returns the estimate with what a misfit beyond noise and tolerances leaves of it: an identifiable parameter depends on what the model lacks.
+    /// Returns the estimate with what a misfit beyond noise and tolerances leaves of it: an identifiable
+    /// parameter depends on what the model lacks.
     #[must_use]
     pub(crate) fn with_discrepancy(self, is_large: bool) -> Self {
         if is_large && self.identifiable == Some(true) {
@@ -60,32 +72,41 @@ impl Certainty {
         Certainty {
             sd: columns.iter().map(|c| self.sd[*c]).collect(),
             covariance: DMatrix::from_fn(count, count, |i, j| self.covariance[(columns[i], columns[j])]),
-            correlation: columns.iter().map(|i| columns.iter().map(|j| self.correlation[*i][*j]).collect()).collect(),
+            correlation: columns
+                .iter()
+                .map(|i| columns.iter().map(|j| self.correlation[*i][*j]).collect())
+                .collect(),
         }
     }
 }
 
-/// Factor (1) by which the data reduce the standard deviation of the reference width of an identifiable parameter.
+/// Factor (1) by which the data reduce the standard deviation of the reference width of an identifiable
+/// parameter.
 const NARROWING: f64 = 4.0;
 /// Standard deviation of the uniform distribution on the unit interval, 1/√12.
 pub(crate) const RANGE_SD: f64 = 0.288_675_134_594_812_9;
 /// Reference width, as a ratio upper/lower (1): what is known of a stiffness before a measurement.
 const REFERENCE: f64 = 3.0;
 
-/// Returns the width of the widest 95 % interval with which a parameter is identifiable, as a share of its range on its scale.
+/// Returns the width of the widest 95 % interval with which a parameter is identifiable, as a share of its
+/// range on its scale.
 ///
-/// A parameter is identifiable if the data narrow its reference width fourfold. The reference width is a factor of three, but no more than the plausible
-/// range. For a logarithmic range, the ends of the interval thus differ by a factor of 1.36 at most: about ±15 % of the value. A stiffness known less well
-/// does not suffice for predictions, however wide its range is.
+/// A parameter is identifiable if the data narrow its reference width fourfold. The reference width is a
+/// factor of three, but no more than the plausible range. For a logarithmic range, the ends of the interval
+/// thus differ by a factor of 1.36 at most: about ±15 % of the value. A stiffness known less well does not
+/// suffice for predictions, however wide its range is.
 ///
-/// On a linear scale the same share of the value counts: ln 3 times the value, narrowed fourfold, is ±15.5 % of it. A quantity of either sign, such as an
-/// offset of the friction, may be zero, which no relative width can express. Such a quantity acts by its sum with others: the largest value of its
-/// kind takes the place of its own.
+/// On a linear scale the same share of the value counts: ln 3 times the value, narrowed fourfold, is ±15.5 %
+/// of it. A quantity of either sign, such as an offset of the friction, may be zero, which no relative width
+/// can express. Such a quantity acts by its sum with others: the largest value of its kind takes the place of
+/// its own.
 pub fn narrow_width(parameters: &[Parameter], values: &[f64], index: usize) -> f64 {
     let parameter = &parameters[index];
     match parameter.scale {
         Scale::Logarithmic => narrow_logarithmic_width((parameter.lower, parameter.upper)),
-        Scale::Linear => narrowed(REFERENCE.ln() * magnitude(parameters, values, index) / (parameter.upper - parameter.lower)),
+        Scale::Linear => narrowed(
+            REFERENCE.ln() * magnitude(parameters, values, index) / (parameter.upper - parameter.lower),
+        ),
     }
 }
 
@@ -94,7 +115,8 @@ pub(super) fn narrow_logarithmic_width((lower, upper): (f64, f64)) -> f64 {
     narrowed(REFERENCE.ln() / (upper / lower).ln())
 }
 
-/// Returns the width of a 95 % interval that a reference width, a share of the range, leaves where it is narrowed.
+/// Returns the width of a 95 % interval that a reference width, a share of the range, leaves where it is
+/// narrowed.
 fn narrowed(reference: f64) -> f64 {
     2.0 * 1.96 * reference.min(1.0) * RANGE_SD / NARROWING
 }
@@ -107,19 +129,23 @@ fn magnitude(parameters: &[Parameter], values: &[f64], index: usize) -> f64 {
     parameters.iter().enumerate().filter(counts).fold(0.0, |largest, (at, _)| values[at].abs().max(largest))
 }
 
-/// Computes the uncertainty from the information JᵀJ of weighted residuals, with the plausible ranges as priors.
+/// Computes the uncertainty from the information JᵀJ of weighted residuals, with the plausible ranges as
+/// priors.
 ///
-/// The prior standard deviation is 1/√12 of a range, so that a parameter without information keeps the width of its range. `misfit` (1)
-/// multiplies the variance of the data: χ² per degree of freedom where that is above 1.
+/// The prior standard deviation is 1/√12 of a range, so that a parameter without information keeps the width
+/// of its range. `misfit` (1) multiplies the variance of the data: χ² per degree of freedom where that is
+/// above 1.
 pub fn certainty(information: &DMatrix<f64>, misfit: f64) -> Certainty {
     let count = information.nrows();
     let mut all = information / misfit;
     for d in 0..count {
         all[(d, d)] += 1.0 / (RANGE_SD * RANGE_SD);
     }
-    let covariance = all.try_inverse().unwrap_or_else(|| DMatrix::identity(count, count) * (RANGE_SD * RANGE_SD));
+    let covariance =
+        all.try_inverse().unwrap_or_else(|| DMatrix::identity(count, count) * (RANGE_SD * RANGE_SD));
     let sd: Vec<f64> = (0..count).map(|d| covariance[(d, d)].max(0.0).sqrt()).collect();
-    let correlation = (0..count).map(|i| (0..count).map(|j| covariance[(i, j)] / (sd[i] * sd[j])).collect()).collect();
+    let correlation =
+        (0..count).map(|i| (0..count).map(|j| covariance[(i, j)] / (sd[i] * sd[j])).collect()).collect();
     Certainty { sd, covariance, correlation }
 }
 
@@ -160,13 +186,15 @@ mod tests {
         }
     }
 
-    /// Returns the half width of the widest interval about a value with which the first parameter is identifiable (its unit).
+    /// Returns the half width of the widest interval about a value with which the first parameter is
+    /// identifiable (its unit).
     fn half_width(parameters: &[Parameter], values: &[f64]) -> f64 {
         let (own, half) = (&parameters[0], 0.5 * narrow_width(parameters, values, 0));
         0.5 * (own.from_unit(own.to_unit(values[0]) + half) - own.from_unit(own.to_unit(values[0]) - half))
     }
 
-    /// However wide its range is, a parameter is identifiable within about ±15 % of its value, on a logarithmic as on a linear scale.
+    /// However wide its range is, a parameter is identifiable within about ±15 % of its value, on a
+    /// logarithmic as on a linear scale.
     #[test]
     fn limit_an_identifiable_value_is_known_to_fifteen_percent() {
         for (lower, upper) in [(1.0, 1e3), (1e-6, 1e9), (0.0, 1e3), (0.0, 1e6)] {
@@ -186,7 +214,8 @@ mod tests {
         }
     }
 
-    /// An offset of zero is identifiable next to friction of its kind, not by the width of its range, and not by a quantity of another unit.
+    /// An offset of zero is identifiable next to friction of its kind, not by the width of its range, and not
+    /// by a quantity of another unit.
     #[test]
     fn limit_an_offset_counts_next_to_the_largest_value_of_its_kind() {
         let of = |unit: &str| [parameter("N", -100.0, 100.0), parameter(unit, 0.0, 500.0)];
@@ -200,6 +229,9 @@ mod tests {
         let of = |identifiable| Estimate::without_interval(0, 1.0, Some(identifiable));
         let found = of(true).with_discrepancy(true);
         assert_eq!((found.identifiable, found.depends_on_discrepancy), (None, true));
-        assert_eq!((of(false).with_discrepancy(true), of(true).with_discrepancy(false)), (of(false), of(true)));
+        assert_eq!(
+            (of(false).with_discrepancy(true), of(true).with_discrepancy(false)),
+            (of(false), of(true))
+        );
     }
 }

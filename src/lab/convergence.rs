@@ -16,9 +16,11 @@ const HIGHEST_HZ: f64 = 2000.0;
 /// Number of natural frequencies compared.
 const COMPARED: usize = 4;
 
-/// Identifies the machine of a study with each of these numbers of masses per rod, in ascending order, and with the exact rod.
+/// Identifies the machine of a study with each of these numbers of masses per rod, in ascending order, and
+/// with the exact rod.
 ///
-/// # Errors  a number is 0 or given twice; the machine has no shaft; as [`Study::fit`], and the data do not suffice.
+/// # Errors  a number is 0 or given twice; the machine has no shaft; as [`Study::fit`], and the data do not
+///   suffice.
 pub fn convergence(study: &Study, counts: &[usize]) -> StudyResult<ConvergenceDocument> {
     let sorted: BTreeSet<usize> = counts.iter().copied().collect();
     if sorted.len() != counts.len() {
@@ -29,7 +31,10 @@ pub fn convergence(study: &Study, counts: &[usize]) -> StudyResult<ConvergenceDo
     }
     let (machine, set) = (&study.machine(), study.measurements());
     if machine.shafts.is_empty() {
-        return Err(StudyError::input(&study.config().path, "has no [[shaft]] to lump; name a machine that has one"));
+        return Err(StudyError::input(
+            &study.config().path,
+            "has no [[shaft]] to lump; name a machine that has one",
+        ));
     }
     let requested = study.identification_settings()?;
     let (fit, held_out) = set.split(study.fitted(), study.held_out())?;

@@ -1,4 +1,5 @@
-//! Prediction of travel by a model, with a neural network trained on its residual; with two axes also of circles.
+//! Prediction of travel by a model, with a neural network trained on its residual; with two axes also of
+//! circles.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -45,41 +46,61 @@ impl Default for HybridRequest {
 }
 
 impl HybridRequest {
-    /// Returns a text of everything on which the work depends beside the first axis: the request, the second axis, and the content of the results.
+    /// Returns a text of everything on which the work depends beside the first axis: the request, the second
+    /// axis, and the content of the results.
     ///
     /// # Errors  a result cannot be read.
     pub fn work(&self, second: Option<&Study>) -> StudyResult<String> {
         let results = [&self.result, &self.second_axis_result].into_iter().flatten();
-        let results = results.map(|path| Ok(read_identification(path)?.1)).collect::<StudyResult<Vec<Input>>>()?;
-        Ok(format!("hybrid {self:?} {results:?} {}", second.map(|axis| axis.key("second axis")).unwrap_or_default()))
+        let results =
+            results.map(|path| Ok(read_identification(path)?.1)).collect::<StudyResult<Vec<Input>>>()?;
+        Ok(format!(
+            "hybrid {self:?} {results:?} {}",
+            second.map(|axis| axis.key("second axis")).unwrap_or_default()
+        ))
     }
 }
 
-/// Predicts the travel of an axis by its machine, and by the machine with a neural network. Records with the same name in the set of a second axis
-/// form circles. Progress and stop are those of the first study.
+/// Predicts the travel of an axis by its machine, and by the machine with a neural network. Records with the
+/// same name in the set of a second axis form circles. Progress and stop are those of the first study.
 ///
-/// # Errors  a set has no motion record or no column with the travel of a point; a result does not fit its machine; a simulation diverges or is
+/// # Errors  a set has no motion record or no column with the travel of a point; a result does not fit its
+///   machine; a simulation diverges or is
 /// stopped.
-pub fn hybrid(study: &Study, second_axis: Option<&Study>, request: &HybridRequest) -> StudyResult<HybridDocument> {
+pub fn hybrid(
+    study: &Study,
+    second_axis: Option<&Study>,
+    request: &HybridRequest,
+) -> StudyResult<HybridDocument> {
     let identified = |path: &PathBuf, axis: &Study| Physics::read(path, axis, study.overrides());
     let physics = request.result.as_ref().map(|path| identified(path, study)).transpose()?;
-    let second_physics = request.second_axis_result.as_ref().zip(second_axis).map(|(path, axis)| identified(path, axis)).transpose()?;
+    let second_physics = request
+        .second_axis_result
+        .as_ref()
+        .zip(second_axis)
+        .map(|(path, axis)| identified(path, axis))
+        .transpose()?;
     let runs = |axis: &Study, with: bool| axis.measurements().motions.len() * if with { 2 } else { 1 };
-    let count = runs(study, physics.is_some()) + second_axis.map_or(0, |axis| runs(axis, second_physics.is_some()));
+    let count =
+        runs(study, physics.is_some()) + second_axis.map_or(0, |axis| runs(axis, second_physics.is_some()));
     let step = study.control().steps("simulate records", count);
     let first = predict_axis(study, physics.as_ref(), request, (study.control(), &step), "first")?;
-    let second =
-        second_axis.map(|axis| predict_axis(axis, second_physics.as_ref(), request, (study.control(), &step), "second")).transpose()?;
+    let second = second_axis
+        .map(|axis| predict_axis(axis, second_physics.as_ref(), request, (study.control(), &step), "second"))
+        .transpose()?;
     let contours = second.as_ref().map(|second| contours(&first, second)).unwrap_or_default();
     let mut stamp = study.stamp("hybrid", request.seed, !study.control().stopped(), Vec::new());
     stamp.inputs.extend(second_axis.iter().flat_map(|axis| axis.inputs()));
-    let named = |physics: Option<Physics>, axis: Option<&Study>| Some((physics?, &axis?.measurements().path)).map(|(p, set)| p.named(set));
+    let named = |physics: Option<Physics>, axis: Option<&Study>| {
+        Some((physics?, &axis?.measurements().path)).map(|(p, set)| p.named(set))
+    };
     let (physics, second_physics) = (named(physics, Some(study)), named(second_physics, second_axis));
     stamp.inputs.extend([&physics, &second_physics].into_iter().flatten().map(|(_, input)| input.clone()));
     if second.is_some() && contours.is_empty() {
         stamp.warnings.push("no record has the same name and length in both sets: there is no circle".into());
     }
-    let records: BTreeMap<String, HybridRow> = first.records.iter().map(|r| (r.name.clone(), row(r))).collect();
+    let records: BTreeMap<String, HybridRow> =
+        first.records.iter().map(|r| (r.name.clone(), row(r))).collect();
     let held_out = || records.values().filter(|r| r.role == "held_out");
     Ok(HybridDocument {
         point: first.point,
@@ -89,7 +110,10 @@ pub fn hybrid(study: &Study, second_axis: Option<&Study>, request: &HybridReques
             evaluations: first.trained.evaluations,
         },
         median_ratio: quantile(held_out().map(|r| r.hybrid.rmse_m / r.analytical.rmse_m), 0.5),
-        median_physics_to_hybrid: quantile(held_out().filter_map(|r| Some(r.physics?.rmse_m / r.hybrid.rmse_m)), 0.5),
+        median_physics_to_hybrid: quantile(
+            held_out().filter_map(|r| Some(r.physics?.rmse_m / r.hybrid.rmse_m)),
+            0.5,
+        ),
         physics: physics.map(|(row, _)| row),
         second_physics: second_physics.map(|(row, _)| row),
         contours,
@@ -136,7 +160,12 @@ impl Physics {
         };
         let described = Study::new(config, axis.measurements().clone());
         let values = described.identified_values(path, &found)?;
-        Ok(Physics { machine: described.machine().clone(), values, input, config: described.config().path.clone() })
+        Ok(Physics {
+            machine: described.machine().clone(),
+            values,
+            input,
+            config: described.config().path.clone(),
+        })
     }
 
     /// Returns what it is, for the document, and its file.
@@ -168,8 +197,12 @@ fn predict_axis(
     let fit = &fit[..];
     let column = |p: &&Point| set.motions.iter().all(|m| m.others.contains_key(&format!("{}_m", p.name)));
     let point = machine.points.iter().find(column).ok_or_else(|| {
-        let names: Vec<String> = machine.points.iter().filter(|p| !p.fixed).map(|p| format!("{}_m", p.name)).collect();
-        let fault = format!("its records have no column with the travel of a point; add one, such as {}", names.join(" or "));
+        let names: Vec<String> =
+            machine.points.iter().filter(|p| !p.fixed).map(|p| format!("{}_m", p.name)).collect();
+        let fault = format!(
+            "its records have no column with the travel of a point; add one, such as {}",
+            names.join(" or ")
+        );
         StudyError::input(&set.path, fault)
     })?;
     let column = format!("{}_m", point.name);
@@ -202,8 +235,11 @@ fn predict_axis(
         .iter()
         .filter(|r| r.fits)
         .flat_map(|r| {
-            let example =
-                |i: usize| Example { command: r.command[i], modelled: r.analytical[i], deviation: r.measured[i] - r.analytical[i] };
+            let example = |i: usize| Example {
+                command: r.command[i],
+                modelled: r.analytical[i],
+                deviation: r.measured[i] - r.analytical[i],
+            };
             (0..r.measured.len()).step_by(EXAMPLE_STRIDE).map(example).collect::<Vec<_>>()
         })
         .collect();
@@ -217,12 +253,21 @@ fn predict_axis(
 }
 
 /// Simulates the command of a record. Returns the travel of a point from its initial position.
-fn predict(machine: &Machine, values: &[f64], record: &MotionRecord, point: &str, control: &Control) -> StudyResult<Vec<f64>> {
+fn predict(
+    machine: &Machine,
+    values: &[f64],
+    record: &MotionRecord,
+    point: &str,
+    control: &Control,
+) -> StudyResult<Vec<f64>> {
     let fault = |text: String| StudyError::Impossible(format!("record {}: {text}", record.name));
     let go_on = || !control.stopped();
-    let (trace, _) = simulate_record(machine, values, record, &SimulationSettings::default(), &go_on).map_err(|e| fault(e.to_string()))?;
+    let (trace, _) = simulate_record(machine, values, record, &SimulationSettings::default(), &go_on)
+        .map_err(|e| fault(e.to_string()))?;
     if let Some((time_s, error)) = trace.unstable {
-        return Err(fault(format!("the control loop diverges at {time_s} s, with a tracking error of {error:.3e} m")));
+        return Err(fault(format!(
+            "the control loop diverges at {time_s} s, with a tracking error of {error:.3e} m"
+        )));
     }
     let at = trace
         .points
@@ -241,7 +286,11 @@ fn score(predicted: &[f64], r: &PredictedTravel) -> Score {
     let largest = |x: &mut dyn Iterator<Item = f64>| x.fold(0.0_f64, |m, x| m.max(x.abs()));
     let largest_m = largest(&mut off.iter().copied());
     let tracking = largest(&mut r.command.iter().zip(&r.measured).map(|(c, m)| c - m));
-    Score { rmse_m: (off.iter().map(|x| x * x).sum::<f64>() / off.len() as f64).sqrt(), largest_m, relative: largest_m / tracking }
+    Score {
+        rmse_m: (off.iter().map(|x| x * x).sum::<f64>() / off.len() as f64).sqrt(),
+        largest_m,
+        relative: largest_m / tracking,
+    }
 }
 
 fn role(fits: bool) -> String {
@@ -269,7 +318,9 @@ fn circle(x: &[f64], y: &[f64]) -> Option<(f64, f64, f64)> {
 
 /// Computes the contour errors of the records that both axes have.
 fn contours(first: &HybridAxis, second: &HybridAxis) -> BTreeMap<String, ContourRow> {
-    let pair = |r: &'_ PredictedTravel| second.records.iter().find(|s| s.name == r.name && s.measured.len() == r.measured.len());
+    let pair = |r: &'_ PredictedTravel| {
+        second.records.iter().find(|s| s.name == r.name && s.measured.len() == r.measured.len())
+    };
     let row = |x: &PredictedTravel, y: &PredictedTravel| {
         let (a, b, radius) = circle(&x.command, &y.command)?;
         let error = |x: &[f64], y: &[f64]| contour_error(x, y, [a, b], radius);

@@ -1,4 +1,5 @@
-//! The laboratory: what examines the method, and what repeats the papers. `jointid lab …` runs its program, `jointid-lab`.
+//! The laboratory: what examines the method, and what repeats the papers. `jointid lab …` runs its program,
+//! `jointid-lab`.
 //!
 //! ```text
 //! withheld     seals, answers and scores of the blind check

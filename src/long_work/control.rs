@@ -39,7 +39,8 @@ pub enum Progress<'w> {
 /// Callback that receives the progress.
 pub type Watcher = Arc<dyn Fn(Progress<'_>) + Send + Sync>;
 
-/// Connects long work with its caller: reports progress, requests a stop, and provides the pieces that an earlier run has finished.
+/// Connects long work with its caller: reports progress, requests a stop, and provides the pieces that an
+/// earlier run has finished.
 #[derive(Clone, Default)]
 pub struct Control {
     stop: Arc<AtomicBool>,
@@ -84,14 +85,15 @@ impl Control {
         }
     }
 
-    /// Returns a control for a part of the work, in which the names of pieces are separate from those of other parts.
+    /// Returns a control for a part of the work, in which the names of pieces are separate from those of
+    /// other parts.
     #[must_use]
     pub fn within(&self, part: &str) -> Self {
         Control { part: format!("{}{part}/", self.part), ..self.clone() }
     }
 
-    /// Returns a piece of work from the journal, or does the work and keeps the result unless it was stopped. The name must be unique
-    /// within the part, so it contains everything in which pieces differ.
+    /// Returns a piece of work from the journal, or does the work and keeps the result unless it was stopped.
+    /// The name must be unique within the part, so it contains everything in which pieces differ.
     pub fn cached<T: Serialize + DeserializeOwned>(&self, piece: &str, work: impl FnOnce() -> T) -> T {
         let done = self.try_cached(piece, || Ok::<T, std::convert::Infallible>(work()));
         match done {
@@ -102,7 +104,11 @@ impl Control {
     /// As [`Control::cached`] for work that can fail; an error is not cached.
     ///
     /// # Errors  that of the work.
-    pub fn try_cached<T: Serialize + DeserializeOwned, E>(&self, piece: &str, work: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
+    pub fn try_cached<T: Serialize + DeserializeOwned, E>(
+        &self,
+        piece: &str,
+        work: impl FnOnce() -> Result<T, E>,
+    ) -> Result<T, E> {
         let Some(journal) = &self.journal else { return work() };
         let name = format!("{}{piece}", self.part);
         if let Some(found) = journal.read(&name) {

@@ -60,9 +60,9 @@ pub fn found_in<T: DeserializeOwned>(line: &str, name: &str) -> Option<T> {
 
 /// A journal: pieces of work by name, one JSON object per line.
 ///
-/// Each line carries its digest, so that lines changed by a killed process or a faulty disk are ignored. Numbers are written such that they
-/// are read back exactly. Pieces depend only on their name and the work, so a resumed run ends with the same results as an uninterrupted
-/// one.
+/// Each line carries its digest, so that lines changed by a killed process or a faulty disk are ignored.
+/// Numbers are written such that they are read back exactly. Pieces depend only on their name and the work,
+/// so a resumed run ends with the same results as an uninterrupted one.
 pub struct Journal {
     path: PathBuf,
     known: HashMap<String, JournalLine>,
@@ -78,8 +78,9 @@ enum Sink {
 }
 
 impl Journal {
-    /// Opens the journal at a path and takes over the pieces that an earlier run of the same work has finished. `work` is a text of all
-    /// inputs on which the results depend. A journal of other work is replaced.
+    /// Opens the journal at a path and takes over the pieces that an earlier run of the same work has
+    /// finished. `work` is a text of all inputs on which the results depend. A journal of other work is
+    /// replaced.
     ///
     /// # Errors  the file exists and cannot be read.
     pub fn open(path: &Path, work: &str) -> io::Result<Journal> {
@@ -93,7 +94,10 @@ impl Journal {
             Err(fault) => return Err(io::Error::other(fault.to_string())),
         };
         let mut lines = text.lines();
-        let same = lines.next().and_then(|line| serde_json::from_str::<Head>(line).ok()).is_some_and(|found| found == head);
+        let same = lines
+            .next()
+            .and_then(|line| serde_json::from_str::<Head>(line).ok())
+            .is_some_and(|found| found == head);
         let kept = lines.filter(|_| same).filter_map(JournalLine::read);
         let known: HashMap<String, JournalLine> = kept.map(|line| (line.piece.clone(), line)).collect();
         // The file is rewritten without torn lines, each piece once.
@@ -114,8 +118,8 @@ impl Journal {
         serde_json::from_value(self.known.get(&digest(piece.as_bytes()))?.found.clone()).ok()
     }
 
-    /// Writes a piece; the last one of a name counts. After a failed write nothing more is written, which costs a later run time but does
-    /// not change the result.
+    /// Writes a piece; the last one of a name counts. After a failed write nothing more is written, which
+    /// costs a later run time but does not change the result.
     pub fn write<T: Serialize>(&self, piece: &str, found: &T) {
         let line = kept_as(piece, found);
         let Ok(mut sink) = self.sink.lock() else { return };
@@ -225,7 +229,10 @@ mod tests {
                 std::fs::write(&path, &corrupted).unwrap();
                 let journal = Journal::open(&path, "work").unwrap();
                 let a = journal.read::<Vec<f64>>("a");
-                assert!(a.as_ref().is_none_or(|a| *a == [0.1 + 0.2, f64::MAX, 5e-324]), "byte {at}, bit {bit}: {a:?}");
+                assert!(
+                    a.as_ref().is_none_or(|a| *a == [0.1 + 0.2, f64::MAX, 5e-324]),
+                    "byte {at}, bit {bit}: {a:?}"
+                );
                 assert!(journal.read::<u64>("b").is_none_or(|b| b == 1 || b == 2), "byte {at}, bit {bit}");
                 left_out += usize::from(a.is_none());
             }

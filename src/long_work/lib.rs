@@ -1,4 +1,5 @@
-//! Control of long work: progress reports, a stop flag, and a journal from which a stopped or killed run continues.
+//! Control of long work: progress reports, a stop flag, and a journal from which a stopped or killed run
+//! continues.
 
 mod control;
 mod journal;

@@ -5,8 +5,9 @@ use serde::Deserialize;
 
 use super::{NumberSource, Value};
 
-/// Lateral bending of a shaft between two bearings at its ends, as the nut feels it: a force of the nut acts with a misalignment a on the shaft's
-/// deflection y, and with an eccentricity e on its slope θ; the nut moves by a·y + e·θ.
+/// Lateral bending of a shaft between two bearings at its ends, as the nut feels it: a force of the nut acts
+/// with a misalignment a on the shaft's deflection y, and with an eccentricity e on its slope θ; the nut
+/// moves by a·y + e·θ.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bending {
     /// Point (index) of that displacement.
@@ -28,7 +29,8 @@ pub struct Bending {
 #[serde(deny_unknown_fields)]
 pub struct BendingFile {
     pub(super) shaft: String,
-    /// Point that moves by the misalignment times the deflection and the eccentricity times the slope at the nut.
+    /// Point that moves by the misalignment times the deflection and the eccentricity times the slope at the
+    /// nut.
     pub(super) point: String,
     /// Misalignment of the nut's force (rad); 0 where it is absent.
     pub(super) misalignment: Option<NumberSource>,

@@ -15,8 +15,9 @@ impl Machine {
             for end in [parameter.lower, parameter.upper] {
                 let mut values = start.clone();
                 values[index] = end;
-                self.check_numbers(&values, true)
-                    .map_err(|e| fault(e.part, format!("{} at {} = {end}, an end of its range", e.fault, parameter.id)))?;
+                self.check_numbers(&values, true).map_err(|e| {
+                    fault(e.part, format!("{} at {} = {end}, an end of its range", e.fault, parameter.id))
+                })?;
             }
         }
         self.check_massless()
@@ -24,8 +25,8 @@ impl Machine {
 
     /// Checks every number at the given parameter values.
     ///
-    /// At the end of a range a point on a shaft may have a negative lumped inertia, down to a quarter of the shaft's. The description takes a
-    /// shaft as a uniform rod, but real ends are thinner.
+    /// At the end of a range a point on a shaft may have a negative lumped inertia, down to a quarter of the
+    /// shaft's. The description takes a shaft as a uniform rod, but real ends are thinner.
     fn check_numbers(&self, start: &[f64], at_end: bool) -> Result<(), MachineError> {
         let middle = Operating::at(self.stroke_m().map(|s| 0.5 * s));
         let at = |v: &Value| v.at(start, &middle);
@@ -54,9 +55,14 @@ impl Machine {
     fn check_bending(&self, shaft: &Shaft, start: &[f64], middle: &Operating) -> Result<(), MachineError> {
         let Some(bending) = &shaft.bending else { return Ok(()) };
         let part = format!("bending.{}", shaft.name);
-        check_ranges(numbers_of(BENDING, bending), |key| format!("{part}.{key}"), &|value: &Value| value.at(start, middle))?;
+        check_ranges(numbers_of(BENDING, bending), |key| format!("{part}.{key}"), &|value: &Value| {
+            value.at(start, middle)
+        })?;
         if [&bending.misalignment, &bending.eccentricity].iter().all(|value| value.at(start, middle) == 0.0) {
-            return Err(fault(part, "its misalignment and its eccentricity are both 0; write one of them, or leave the bending out"));
+            return Err(fault(
+                part,
+                "its misalignment and its eccentricity are both 0; write one of them, or leave the bending out",
+            ));
         }
         Ok(())
     }
@@ -80,15 +86,24 @@ impl Machine {
             if last_m.is_some_and(|last| last >= here_m) {
                 return Err(fault(
                     part,
-                    format!("stations must run from left to right; {here_m} m does not follow {} m", last_m.unwrap_or(0.0)),
+                    format!(
+                        "stations must run from left to right; {here_m} m does not follow {} m",
+                        last_m.unwrap_or(0.0)
+                    ),
                 ));
             }
             last_m = Some(here_m);
         }
         for station in &shaft.stations {
-            for (point, motion) in [(station.axial, super::PointMotion::Translation), (station.torsion, super::PointMotion::Rotation)] {
+            for (point, motion) in [
+                (station.axial, super::PointMotion::Translation),
+                (station.torsion, super::PointMotion::Rotation),
+            ] {
                 if let Some(p) = point.map(|p| &self.points[p]).filter(|p| p.motion != motion) {
-                    return Err(fault(part, format!("point «{}» is a {}; name a {} here", p.name, p.motion.noun(), motion.noun())));
+                    return Err(fault(
+                        part,
+                        format!("point «{}» is a {}; name a {} here", p.name, p.motion.noun(), motion.noun()),
+                    ));
                 }
             }
         }
@@ -121,16 +136,22 @@ impl Machine {
 
     /// Checks that the nut position lies inside its shaft and that every contact holds under its load.
     ///
-    /// # Errors  the position is missing where the machine has a nut, or lies outside the shaft; a contact is overloaded.
+    /// # Errors  the position is missing where the machine has a nut, or lies outside the shaft; a contact is
+    ///   overloaded.
     pub fn check_operating(&self, place: &str, operating: &Operating) -> Result<(), MachineError> {
         match (self.stroke_m(), operating.nut_m) {
             (Some(stroke_m), Some(nut_m)) if !(nut_m > 0.0 && nut_m < stroke_m) => Err(fault(
                 place,
-                format!("nut_m = {nut_m} is outside the screw; write a distance from the left bearing between 0 and {stroke_m} m"),
+                format!(
+                    "nut_m = {nut_m} is outside the screw; write a distance from the left bearing between 0 and {stroke_m} m"
+                ),
             )),
-            (Some(stroke_m), None) => {
-                Err(fault(place, format!("the machine has a nut, but no nut position is given; write nut_m between 0 and {stroke_m} m")))
-            }
+            (Some(stroke_m), None) => Err(fault(
+                place,
+                format!(
+                    "the machine has a nut, but no nut position is given; write nut_m between 0 and {stroke_m} m"
+                ),
+            )),
             _ => self.check_station_order(place, operating),
         }?;
         self.check_loads(place, operating)
@@ -139,10 +160,12 @@ impl Machine {
     fn check_station_order(&self, place: &str, operating: &Operating) -> Result<(), MachineError> {
         let start = self.start();
         for shaft in self.shafts.iter().filter(|_| operating.nut_m.is_some()) {
-            let places: Vec<f64> = shaft.stations.iter().filter_map(|s| shaft.place_m(s.place, &start, operating)).collect();
+            let places: Vec<f64> =
+                shaft.stations.iter().filter_map(|s| shaft.place_m(s.place, &start, operating)).collect();
             let inside = places.iter().all(|p| (0.0..=shaft.length.at(&start, operating)).contains(p));
             if inside && places.windows(2).any(|w| w[0] >= w[1]) {
-                let fixed: Vec<String> = places.iter().filter(|p| Some(**p) != operating.nut_m).map(|p| format!("{p}")).collect();
+                let fixed: Vec<String> =
+                    places.iter().filter(|p| Some(**p) != operating.nut_m).map(|p| format!("{p}")).collect();
                 return Err(fault(
                     place,
                     format!(
@@ -166,21 +189,33 @@ pub(super) fn check_parameter(p: &Parameter) -> Result<(), MachineError> {
         }
     }
     if !(p.lower < p.upper) {
-        return Err(fault(part("lower"), format!("{} is not below upper = {}; write a range with lower < upper", p.lower, p.upper)));
+        return Err(fault(
+            part("lower"),
+            format!("{} is not below upper = {}; write a range with lower < upper", p.lower, p.upper),
+        ));
     }
     if !(p.lower..=p.upper).contains(&p.start) {
         return Err(fault(
             part("start"),
-            format!("{} is outside the range {} … {}; widen the range or move the start", p.start, p.lower, p.upper),
+            format!(
+                "{} is outside the range {} … {}; widen the range or move the start",
+                p.start, p.lower, p.upper
+            ),
         ));
     }
     if let Some(sd) = p.prior.map(super::Prior::sd).filter(|sd| !(*sd > 0.0 && sd.is_finite())) {
-        return Err(fault(part("sd"), format!("is {sd}; write a standard deviation above 0, or leave it out")));
+        return Err(fault(
+            part("sd"),
+            format!("is {sd}; write a standard deviation above 0, or leave it out"),
+        ));
     }
     if p.scale == Scale::Logarithmic && p.lower <= 0.0 {
         return Err(fault(
             part("lower"),
-            format!("{} is not allowed on a logarithmic scale; write a number above 0, or scale = \"linear\"", p.lower),
+            format!(
+                "{} is not allowed on a logarithmic scale; write a number above 0, or scale = \"linear\"",
+                p.lower
+            ),
         ));
     }
     Ok(())

@@ -9,7 +9,8 @@ use super::Machine;
 #[serde(transparent)]
 pub struct ParameterValues(pub Vec<f64>);
 
-/// Coordinates of all parameters of a machine, in its order, each in the unit interval of its range: 0 at `lower`, 1 at `upper`.
+/// Coordinates of all parameters of a machine, in its order, each in the unit interval of its range: 0 at
+/// `lower`, 1 at `upper`.
 ///
 /// They are not values:
 ///
@@ -25,17 +26,21 @@ pub struct UnitValues(pub Vec<f64>);
 impl Machine {
     /// Maps the values of its first parameters to the unit intervals of their ranges.
     pub fn to_units(&self, values: &ParameterValues) -> UnitValues {
-        UnitValues(self.parameters.iter().zip(values).map(|(parameter, value)| parameter.to_unit(*value)).collect())
+        UnitValues(
+            self.parameters.iter().zip(values).map(|(parameter, value)| parameter.to_unit(*value)).collect(),
+        )
     }
 
     /// Returns the values of its first parameters at given unit coordinates.
     pub fn from_units(&self, units: &UnitValues) -> ParameterValues {
-        ParameterValues(self.parameters.iter().zip(units).map(|(parameter, unit)| parameter.from_unit(*unit)).collect())
+        ParameterValues(
+            self.parameters.iter().zip(units).map(|(parameter, unit)| parameter.from_unit(*unit)).collect(),
+        )
     }
 }
 
-/// Gives a list of numbers in one system of coordinates the reading access of a slice. It is built only explicitly. Its debug text is that of a
-/// plain list, since names of stored results contain it.
+/// Gives a list of numbers in one system of coordinates the reading access of a slice. It is built only
+/// explicitly. Its debug text is that of a plain list, since names of stored results contain it.
 #[macro_export]
 macro_rules! numbers_as_slice {
     ($($name:ty),+) => {$(
@@ -92,6 +97,9 @@ mod tests {
 
     #[test]
     fn debug_text_is_that_of_a_plain_list() {
-        assert_eq!(format!("{:?} {:?}", ParameterValues(vec![1.0, 2.5]), UnitValues(vec![0.5])), "[1.0, 2.5] [0.5]");
+        assert_eq!(
+            format!("{:?} {:?}", ParameterValues(vec![1.0, 2.5]), UnitValues(vec![0.5])),
+            "[1.0, 2.5] [0.5]"
+        );
     }
 }

@@ -17,8 +17,8 @@ pub struct Derived {
 pub enum Derivation {
     /// The n-th (from 1) undamped natural frequency above 0 Hz.
     NaturalFrequency(usize),
-    /// The n-th (from 1) antiresonance above 0 Hz of the driving-point response at a point: a natural frequency of the machine with that
-    /// point fixed.
+    /// The n-th (from 1) antiresonance above 0 Hz of the driving-point response at a point: a natural
+    /// frequency of the machine with that point fixed.
     Antiresonance(usize, usize),
     /// Inertia of the first point divided by that of the second.
     InertiaRatio(usize, usize),

@@ -4,8 +4,9 @@ use super::number::Reach;
 use super::{Machine, Value};
 
 impl Machine {
-    /// Describes a parameter: as its file states, else by the first number of the machine that depends on it, such as «damping of bearing-left»; numbers
-    /// of the structure come before those of motion. Empty where no number does.
+    /// Describes a parameter: as its file states, else by the first number of the machine that depends on it,
+    /// such as «damping of bearing-left»; numbers of the structure come before those of motion. Empty where
+    /// no number does.
     pub fn description_of(&self, parameter: usize) -> String {
         let stated = &self.parameters[parameter].description;
         if !stated.is_empty() {

@@ -67,11 +67,13 @@ pub struct VelocityLoop {
 /// F = (1 + e)·G·u(t − τ) + wave(x),     |u| ≤ saturation
 /// ```
 ///
-/// The recorded force is G·u. With a [`Motor`] the force is F = (1 + e)·G·i + wave(x), and the recorded one G·i. The output of the loops is
-/// then a voltage, or with a [`CurrentLoop`] the reference current.
+/// The recorded force is G·u. With a [`Motor`] the force is F = (1 + e)·G·i + wave(x), and the recorded one
+/// G·i. The output of the loops is then a voltage, or with a [`CurrentLoop`] the reference current.
 ///
-/// # Units      u in V (or another output unit of the loops), G in N/V or N·m/V; with a winding in N/A or N·m/A
-/// # Source     EMPS data set (Janot, Gautier, Brunot 2019): P position and P velocity loop; lumped servo axis, Fig. 3: PI and feed-forward.
+/// # Units      u in V (or another output unit of the loops), G in N/V or N·m/V; with a winding in N/A or
+///   N·m/A
+/// # Source     EMPS data set (Janot, Gautier, Brunot 2019): P position and P velocity loop; lumped servo
+///   axis, Fig. 3: PI and feed-forward.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drive {
     /// The point (index) the motor moves.
@@ -102,7 +104,8 @@ pub struct Drive {
 pub struct DriveFile {
     /// The point the motor moves.
     pub(super) on: String,
-    /// Force or torque per output of the velocity loop (N/V or N·m/V); with a motor per current (N/A or N·m/A).
+    /// Force or torque per output of the velocity loop (N/V or N·m/V); with a motor per current (N/A or
+    /// N·m/A).
     pub(super) constant: NumberSource,
     /// Delay from a sample to its force (s); with a motor, to its voltage.
     pub(super) delay_s: Option<NumberSource>,
@@ -137,15 +140,18 @@ pub struct PositionLoopFile {
     pub(super) period_s: f64,
 }
 
-/// The velocity loop: V = gain·(e + ∫e dt/integral_time_s) + acceleration_feed_forward·(acceleration of the command), e = v_ref − velocity.
+/// The velocity loop: V = gain·(e + ∫e dt/integral_time_s) + acceleration_feed_forward·(acceleration of the
+/// command), e = v_ref − velocity.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VelocityFile {
     /// The point that carries its encoder; that of the position loop by default.
     pub(super) at: Option<String>,
-    /// Travel per turn (m) where that point rotates and positions are in m; by default that of the position loop at the same point.
+    /// Travel per turn (m) where that point rotates and positions are in m; by default that of the position
+    /// loop at the same point.
     pub(super) lead_m: Option<f64>,
-    /// Resolution of the encoder (m or rad, in units of its reading); by default that of the position loop at the same point.
+    /// Resolution of the encoder (m or rad, in units of its reading); by default that of the position loop at
+    /// the same point.
     pub(super) encoder_step: Option<NumberSource>,
     /// `difference` of encoder readings (default), or a `tachometer`.
     #[serde(default)]
@@ -170,15 +176,19 @@ enum Measured {
 }
 
 impl VelocityFile {
-    /// Returns how the velocity is measured. A time `over_s` that is no multiple of the period gives a difference over 0 periods, which the
-    /// check of the machine rejects.
+    /// Returns how the velocity is measured. A time `over_s` that is no multiple of the period gives a
+    /// difference over 0 periods, which the check of the machine rejects.
     pub(super) fn tachometry(&self) -> Tachometry {
         if self.measured == Measured::Tachometer {
             return Tachometry::Direct;
         }
         let ratio = self.over_s.unwrap_or(self.period_s) / self.period_s;
         let whole = ratio.round();
-        Tachometry::Difference(if (ratio - whole).abs() < 1e-6 * whole && whole < 1e6 { whole as usize } else { 0 })
+        Tachometry::Difference(if (ratio - whole).abs() < 1e-6 * whole && whole < 1e6 {
+            whole as usize
+        } else {
+            0
+        })
     }
 }
 

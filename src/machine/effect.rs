@@ -1,6 +1,7 @@
 //! Patches: the additions of a description, or of an effect, to a machine.
 //!
-//! A machine's own description is a patch of the empty machine; an effect is a patch of a machine. A patch names points, shafts and joints;
+//! A machine's own description is a patch of the empty machine; an effect is a patch of a machine. A patch
+//! names points, shafts and joints;
 //! [`Machine::with`](super::Machine::with) resolves the names. Types that mirror a section of a configuration file end in …File, because
 //! error messages use these names.
 
@@ -10,21 +11,24 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{
-    BendingFile, DerivedPatch, DriveFile, EffectIds, JointPatch, LeverFile, LoadedPair, Machine, OperatingVariable, Parameter, PointPatch,
-    Rescale, Segment, ShaftFile, Target,
+    BendingFile, DerivedPatch, DriveFile, EffectIds, JointPatch, LeverFile, LoadedPair, Machine,
+    OperatingVariable, Parameter, PointPatch, Rescale, Segment, ShaftFile, Target,
 };
 
 impl Effect {
     /// Returns the effects to test on one kind of data.
     ///
-    /// Variants of an effect share one id; they serve machines described with different names. A variant for other data is omitted where
-    /// one for this data exists.
+    /// Variants of an effect share one id; they serve machines described with different names. A variant for
+    /// other data is omitted where one for this data exists.
     pub fn for_data(effects: &[Effect], data: Data) -> impl Iterator<Item = &Effect> {
         let shows_in = move |e: &Effect| e.data.contains(&data);
-        effects.iter().filter(move |e| shows_in(e) || !effects.iter().any(|other| other.id == e.id && shows_in(other)))
+        effects
+            .iter()
+            .filter(move |e| shows_in(e) || !effects.iter().any(|other| other.id == e.id && shows_in(other)))
     }
 
-    /// Returns the variant of an effect that a machine contains: among the effects with this id, the one whose parameters the machine has.
+    /// Returns the variant of an effect that a machine contains: among the effects with this id, the one
+    /// whose parameters the machine has.
     pub fn contained_variant<'e>(effects: &'e [Effect], id: &str, machine: &Machine) -> Option<&'e Effect> {
         let has = |e: &Effect| e.patch.parameters.iter().all(|p| machine.parameter(&p.id).is_some());
         effects.iter().find(|e| e.id == id && has(e))
@@ -32,23 +36,33 @@ impl Effect {
 
     /// Returns effects without those that describe another of them in more detail.
     pub fn unrefined(effects: &[Effect], ids: &EffectIds) -> EffectIds {
-        let refines = |id: &&str| effects.iter().any(|e| e.id == *id && e.refines.as_ref().is_some_and(|other| ids.contains(other)));
+        let refines = |id: &&str| {
+            effects.iter().any(|e| e.id == *id && e.refines.as_ref().is_some_and(|other| ids.contains(other)))
+        };
         ids.iter().filter(|id| !refines(id)).fold(EffectIds::default(), |all, id| all.with(id))
     }
 
-    /// Returns the locations of the effect: the points, joints and shafts that it changes, each with the parameter that changes it, if any.
+    /// Returns the locations of the effect: the points, joints and shafts that it changes, each with the
+    /// parameter that changes it, if any.
     ///
-    /// An effect that changes no existing part is located at the points of its new joints. Numbers without such a part are located at
-    /// «drive», «losses» or «measurement».
+    /// An effect that changes no existing part is located at the points of its new joints. Numbers without
+    /// such a part are located at «drive», «losses» or «measurement».
     pub fn places(&self) -> Vec<(String, Option<String>)> {
         if let Some(at) = &self.at {
             return vec![(at.clone(), None)];
         }
         let Patch { points, joints, rescales, reattached, attached, bending, .. } = &self.patch;
-        let is_new = |name: &str| points.iter().any(|p| p.name == name) || joints.iter().any(|j| j.name == name);
-        let scaled = rescales.iter().map(|(target, _, parameter)| (target.part().to_string(), Some(parameter.clone())));
+        let is_new =
+            |name: &str| points.iter().any(|p| p.name == name) || joints.iter().any(|j| j.name == name);
+        let scaled = rescales
+            .iter()
+            .map(|(target, _, parameter)| (target.part().to_string(), Some(parameter.clone())));
         let bent = bending.iter().map(|bending| (bending.shaft.clone(), None));
-        let moved = reattached.iter().map(|r| &r.joint).chain(attached.iter().map(|a| &a.joint)).map(|joint| (joint.clone(), None));
+        let moved = reattached
+            .iter()
+            .map(|r| &r.joint)
+            .chain(attached.iter().map(|a| &a.joint))
+            .map(|joint| (joint.clone(), None));
         let on = joints.iter().flat_map(|joint| joint.on.iter().map(|(point, _)| (point.clone(), None)));
         let changed: Vec<_> = scaled.chain(bent).chain(moved).filter(|(name, _)| !is_new(name)).collect();
         if changed.is_empty() { on.filter(|(name, _)| !is_new(name)).collect() } else { changed }
@@ -59,7 +73,8 @@ impl Effect {
         self.places().into_iter().next().map(|(place, _)| place)
     }
 
-    /// Returns the operating variable that must differ between data sets for the effect to show; `None` where it depends on none.
+    /// Returns the operating variable that must differ between data sets for the effect to show; `None` where
+    /// it depends on none.
     pub fn operating_variable(&self) -> Option<OperatingVariable> {
         self.patch.rescales.iter().find_map(|(_, rescale, _)| match rescale {
             Rescale::WithForceLevel => Some(OperatingVariable::ForceLevel),

@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-/// Ids of effects that act together, in the order in which they were added. A released parameter counts with its own id.
+/// Ids of effects that act together, in the order in which they were added. A released parameter counts with
+/// its own id.
 ///
 /// Its text, as documents and messages state it, joins the ids with `+`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -93,7 +94,11 @@ mod tests {
         let both = EffectIds::single("rotor-hold").with("backlash");
         assert_eq!(both.to_string(), "rotor-hold+backlash");
         assert_eq!((both.first(), both.last(), both.len()), (Some("rotor-hold"), Some("backlash"), 2));
-        assert!(both.contains("backlash") && !both.is_only("rotor-hold") && EffectIds::single("rotor-hold").is_only("rotor-hold"));
+        assert!(
+            both.contains("backlash")
+                && !both.is_only("rotor-hold")
+                && EffectIds::single("rotor-hold").is_only("rotor-hold")
+        );
         assert!(EffectIds::default().is_empty() && EffectIds::default().after_first().is_empty());
     }
 }

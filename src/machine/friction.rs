@@ -25,15 +25,18 @@ pub struct Wave {
 /// F = sgn(v)·g(v) + d·|v| + o             g = F_c + ΔF·exp(−(|v|/v_s)^n) + table(|v|) + wave(x) + µ·|L|,  not below 0
 /// ```
 ///
-/// At rest the friction balances the applied force, up to g(0) around o. With a presliding stiffness σ₀ the contact deforms elastically
-/// before it slides (LuGre): F = σ₀·z + σ₁·ż + d·|v| + o, ż = v − σ₀·|v|/g(v)·z.
+/// At rest the friction balances the applied force, up to g(0) around o. With a presliding stiffness σ₀ the
+/// contact deforms elastically before it slides (LuGre): F = σ₀·z + σ₁·ż + d·|v| + o, ż = v − σ₀·|v|/g(v)·z.
 ///
-/// Viscous friction is the joint's damping; d raises its coefficient forward and lowers it backward. The constant o is half the difference
-/// of the forward and backward Coulomb levels, or a weight; the two cannot be distinguished.
+/// Viscous friction is the joint's damping; d raises its coefficient forward and lowers it backward. The
+/// constant o is half the difference of the forward and backward Coulomb levels, or a weight; the two cannot
+/// be distinguished.
 ///
-/// # Units      forces in N (N·m on angles), v in m/s (rad/s), d and σ₁ in N·s/m, σ₀ in N/m, v_s in m/s, x in m
+/// # Units      forces in N (N·m on angles), v in m/s (rad/s), d and σ₁ in N·s/m, σ₀ in N/m, v_s in m/s, x in
+///   m
 /// # Limits     σ₀ → ∞ gives friction without presliding
-/// # Source     Duan et al., Eq. 11 (n = 2); hybrid multi-domain, Eq. 14 (n = 1; Deviation: |v| in the exponent, where the paper prints the
+/// # Source     Duan et al., Eq. 11 (n = 2); hybrid multi-domain, Eq. 14 (n = 1; Deviation: |v| in the
+///   exponent, where the paper prints the
 /// signed speed); Canudas de Wit et al., IEEE Trans. Autom. Control 40 (1995) 419–425 (LuGre).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Friction {
@@ -70,24 +73,38 @@ pub struct FrictionTable(Arc<[[f64; 2]]>);
 impl FrictionTable {
     /// Checks the rows [speed, level] of a table under a key.
     ///
-    /// # Errors  fewer than two rows, speeds that are negative or do not rise, a level that is no number or negative.
+    /// # Errors  fewer than two rows, speeds that are negative or do not rise, a level that is no number or
+    ///   negative.
     pub fn new(key: &str, rows: &[[f64; 2]]) -> Result<Self, MachineError> {
         let refused = |row: usize, what: String| Err(fault(key, format!("row {}: {what}", row + 1)));
         if rows.len() < 2 {
-            return Err(fault(key, format!("has {} row(s); write at least two, each [speed, force]", rows.len())));
+            return Err(fault(
+                key,
+                format!("has {} row(s); write at least two, each [speed, force]", rows.len()),
+            ));
         }
         for (at, [speed, level]) in rows.iter().enumerate() {
             if !(*speed >= 0.0 && speed.is_finite()) {
                 return refused(
                     at,
-                    format!("the speed is {speed}; write 0 or a number above it, since the law is the same in both directions"),
+                    format!(
+                        "the speed is {speed}; write 0 or a number above it, since the law is the same in both directions"
+                    ),
                 );
             }
             if !(*level >= 0.0 && level.is_finite()) {
-                return refused(at, format!("the force is {level}; write 0 or a number above it, since friction acts against the motion"));
+                return refused(
+                    at,
+                    format!(
+                        "the force is {level}; write 0 or a number above it, since friction acts against the motion"
+                    ),
+                );
             }
             if at > 0 && !(*speed > rows[at - 1][0]) {
-                return refused(at, format!("the speed {speed} does not exceed {}; sort the rows by speed", rows[at - 1][0]));
+                return refused(
+                    at,
+                    format!("the speed {speed} does not exceed {}; sort the rows by speed", rows[at - 1][0]),
+                );
             }
         }
         Ok(FrictionTable(rows.into()))
@@ -115,8 +132,9 @@ impl FrictionTable {
     }
 }
 
-/// Lead error of a screw joint: its combination Σ cᵢ·qᵢ is unstrained at γ·x + wave(x), x the travel of its first translation. Frequency responses, modes
-/// and simulated motion multiply the lead by 1 + γ; inverse dynamics adds γ·x, which is the same except for γ².
+/// Lead error of a screw joint: its combination Σ cᵢ·qᵢ is unstrained at γ·x + wave(x), x the travel of its
+/// first translation. Frequency responses, modes and simulated motion multiply the lead by 1 + γ; inverse
+/// dynamics adds γ·x, which is the same except for γ².
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LeadError {
     /// γ: relative lead deviation (m/m), for example thermal expansion of the lead.
@@ -135,7 +153,8 @@ pub struct WaveFile {
     pub(super) period: Option<NumberSource>,
 }
 
-/// Friction of a joint; forces in N (N·m on angles), travel in m (rad). Viscous friction is the joint's damping.
+/// Friction of a joint; forces in N (N·m on angles), travel in m (rad). Viscous friction is the joint's
+/// damping.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FrictionForceFile {
@@ -162,7 +181,8 @@ pub struct FrictionForceFile {
     pub(super) load_share: Option<NumberSource>,
     /// The joint, described before this one, whose force loads the friction; the drive's force by default.
     pub(super) load_of: Option<String>,
-    /// Measured friction curve: rows [speed, force], added to the level; linear between them, constant outside.
+    /// Measured friction curve: rows [speed, force], added to the level; linear between them, constant
+    /// outside.
     pub(super) table: Option<Vec<[f64; 2]>>,
 }
 

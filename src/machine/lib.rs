@@ -1,9 +1,11 @@
 //! The description of a machine, from which every model is built.
 //!
-//! A machine consists of **points** (one coordinate each, a translation or a rotation) and **shafts** (uniform rods between stations, axial
-//! and torsional). **Joints** are spring–dampers on a combination of points. **Parameters** are the unknown numbers, each with unit,
-//! plausible range and source. Joints may have friction and backlash, and a **drive** may move the machine; both affect motion, not
-//! frequency responses. An **effect** is a patch of such a description: additional points, joints and parameters, or modifiers of values.
+//! A machine consists of **points** (one coordinate each, a translation or a rotation) and **shafts**
+//! (uniform rods between stations, axial and torsional). **Joints** are spring–dampers on a combination of
+//! points. **Parameters** are the unknown numbers, each with unit, plausible range and source. Joints may
+//! have friction and backlash, and a **drive** may move the machine; both affect motion, not frequency
+//! responses. An **effect** is a patch of such a description: additional points, joints and parameters, or
+//! modifiers of values.
 
 mod added_part;
 mod bending;
@@ -98,14 +100,16 @@ pub struct Machine {
     pub parameters: Vec<Parameter>,
     /// Ids of the effects the description contains.
     pub effects: Vec<String>,
-    /// Stiffness-proportional damping b of every joint, c = b·k (s), in addition to the joint's own damping; 0 for none.
+    /// Stiffness-proportional damping b of every joint, c = b·k (s), in addition to the joint's own damping;
+    /// 0 for none.
     ///
     /// # Source  lumped servo-axis paper: B = b·K with b = 2ζ/ω₁.
     pub stiffness_proportional_damping_s: f64,
-    /// Share s of dispersion of all loss factors η: k is multiplied by 1 + η·(i + s·2/π·ln(ω/ω₀)), ω₀ = 2π·100 rad/s. s = 0 is the constant
-    /// k·(1 + iη) of finite-element programs, s = 1 the causal form.
+    /// Share s of dispersion of all loss factors η: k is multiplied by 1 + η·(i + s·2/π·ln(ω/ω₀)), ω₀ =
+    /// 2π·100 rad/s. s = 0 is the constant k·(1 + iη) of finite-element programs, s = 1 the causal form.
     ///
-    /// # Source  constant: Beards, Structural Vibration, 1996, ch. 5; causal: Makris, J. Eng. Mech. 123 (1997) 1209–1214.
+    /// # Source  constant: Beards, Structural Vibration, 1996, ch. 5; causal: Makris, J. Eng. Mech. 123
+    ///   (1997) 1209–1214.
     pub loss_dispersion: Value,
     /// Tolerances of the stated numbers.
     pub tolerance: Tolerance,
@@ -149,11 +153,13 @@ impl Machine {
         ParameterValues(self.parameters.iter().map(|p| p.start).collect())
     }
 
-    /// Returns the length (m) of the shaft or segment that carries the nut, which is the range of nut positions. `None` without such a
-    /// part.
+    /// Returns the length (m) of the shaft or segment that carries the nut, which is the range of nut
+    /// positions. `None` without such a part.
     pub fn stroke_m(&self) -> Option<f64> {
         let start = self.start();
         let shaft = self.shafts.iter().find(|s| s.stations.iter().any(|t| t.place == StationPlace::Nut));
-        shaft.map(|s| s.length.at(&start, &Operating::default())).or_else(|| self.segments.first().map(|s| s.length_m))
+        shaft
+            .map(|s| s.length.at(&start, &Operating::default()))
+            .or_else(|| self.segments.first().map(|s| s.length_m))
     }
 }

@@ -4,7 +4,8 @@ use num_complex::Complex64;
 
 use super::{Operating, Value};
 
-/// The measuring chain of an FRF: H_recorded = g·e^{−iωτ}·(iω)^p·H, with H between the locations of sensor and hammer.
+/// The measuring chain of an FRF: H_recorded = g·e^{−iωτ}·(iω)^p·H, with H between the locations of sensor
+/// and hammer.
 ///
 /// Its values are those of a perfect chain unless an effect changes them.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,7 +24,8 @@ pub struct Chain {
 ///
 /// The sensor at a point reads x_point + r·x_on. A blow there acts on both motions, with an arm of its own.
 ///
-/// # Source  rigid-body kinematics of small rotations: a sensor at the height h above the centre of a body that rotates by φ moves by x +
+/// # Source  rigid-body kinematics of small rotations: a sensor at the height h above the centre of a body
+///   that rotates by φ moves by x +
 /// h·φ; the generalised forces of the blow follow from virtual work.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lever {
@@ -39,14 +41,23 @@ pub struct Lever {
 
 impl Default for Chain {
     fn default() -> Self {
-        Chain { gain: Value::number(1.0), delay: Value::number(0.0), power: Value::number(0.0), levers: Vec::new() }
+        Chain {
+            gain: Value::number(1.0),
+            delay: Value::number(0.0),
+            power: Value::number(0.0),
+            levers: Vec::new(),
+        }
     }
 }
 
 impl Chain {
     /// Returns its numbers (g, τ, p) for the given parameters.
     pub fn at(&self, parameters: &[f64], operating: &Operating) -> (f64, f64, f64) {
-        (self.gain.at(parameters, operating), self.delay.at(parameters, operating), self.power.at(parameters, operating))
+        (
+            self.gain.at(parameters, operating),
+            self.delay.at(parameters, operating),
+            self.power.at(parameters, operating),
+        )
     }
 
     /// Returns ln(H_recorded/H) at a frequency, from the numbers of [`Chain::at`].

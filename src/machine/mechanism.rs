@@ -1,6 +1,7 @@
 //! The physical meaning of a parameter: which kind of number it is.
 
-/// Physical meaning of a parameter. Translations and rotations share a mechanism; the unit distinguishes them.
+/// Physical meaning of a parameter. Translations and rotations share a mechanism; the unit distinguishes
+/// them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mechanism {
     /// Stiffness of a joint, of a spring in series or of a contact before it slides.
@@ -23,7 +24,8 @@ pub enum Mechanism {
     Delay,
     /// Relative expansion of a lead.
     LeadExpansion,
-    /// Another dimensionless number: a factor, a relative change, an exponent, a share or a lever arm between like motions.
+    /// Another dimensionless number: a factor, a relative change, an exponent, a share or a lever arm between
+    /// like motions.
     Ratio,
     /// Another quantity of a known place, with its SI units: a gain, a modulus, a density, a resistance.
     Quantity(&'static [&'static str]),

@@ -3,8 +3,8 @@
 use super::error::{MachineError, fault, listing};
 use super::number::{CURRENT, DRIVE, JOINT, MOTOR, Number, Reach, check_ranges, numbers_of};
 use super::{
-    CurrentLoop, Drive, DriveFile, Encoder, Inverter, Joint, Machine, Motor, Operating, PointMotion, PositionLoop, Tachometry, Value,
-    VelocityLoop, Wave,
+    CurrentLoop, Drive, DriveFile, Encoder, Inverter, Joint, Machine, Motor, Operating, PointMotion,
+    PositionLoop, Tachometry, Value, VelocityLoop, Wave,
 };
 
 /// Upper limit of a delay or a velocity difference, in periods of the loop.
@@ -17,10 +17,16 @@ impl Machine {
         let at = self.named_point(&format!("{part}.at"), name)?;
         if let Some(lead_m) = lead_m {
             if self.points[at].motion != PointMotion::Rotation {
-                return Err(fault(format!("{part}.lead_m"), format!("«{name}» does not rotate; leave lead_m out")));
+                return Err(fault(
+                    format!("{part}.lead_m"),
+                    format!("«{name}» does not rotate; leave lead_m out"),
+                ));
             }
             if !(lead_m.abs() > 0.0 && lead_m.is_finite()) {
-                return Err(fault(format!("{part}.lead_m"), format!("is {lead_m}; write the travel per turn in m")));
+                return Err(fault(
+                    format!("{part}.lead_m"),
+                    format!("is {lead_m}; write the travel per turn in m"),
+                ));
             }
         }
         let travel = lead_m.map_or(1.0, numeric::unit::travel_per_radian_m);
@@ -90,18 +96,22 @@ impl Machine {
         Ok(drive)
     }
 
-    /// Returns whether closed-loop frequency responses depend on each parameter through a number of the drive. Resolutions, limits and ripple act on
-    /// motion alone.
+    /// Returns whether closed-loop frequency responses depend on each parameter through a number of the
+    /// drive. Resolutions, limits and ripple act on motion alone.
     pub fn closed_loop_parameters(&self) -> Vec<bool> {
         let drive = self.drive.iter().flat_map(Drive::numbers);
-        self.depended_on(drive.filter(|(number, _)| number.reach == Reach::ClosedLoop).map(|(_, value)| value))
+        self.depended_on(
+            drive.filter(|(number, _)| number.reach == Reach::ClosedLoop).map(|(_, value)| value),
+        )
     }
 
-    /// Returns the names of the joints whose friction, backlash or lead error at the start values is ignored by frequency responses and
-    /// modes.
+    /// Returns the names of the joints whose friction, backlash or lead error at the start values is ignored
+    /// by frequency responses and modes.
     pub fn joints_ignored_by_frequency_responses(&self) -> Vec<&str> {
         let (start, middle) = (self.start(), Operating::default());
-        let acts = |(number, value): (&Number, &Value)| number.reach == Reach::MotionIgnored && value.at(&start, &middle) != 0.0;
+        let acts = |(number, value): (&Number, &Value)| {
+            number.reach == Reach::MotionIgnored && value.at(&start, &middle) != 0.0
+        };
         let ignored = |j: &&Joint| !j.friction.table.is_empty() || numbers_of(JOINT, *j).any(acts);
         self.joints.iter().filter(ignored).map(|j| j.name.as_str()).collect()
     }
@@ -117,14 +127,23 @@ impl Machine {
         for joint in &self.joints {
             let part = |key: &str| format!("joint.{}.{key}", joint.name);
             if at(&joint.gap) > 0.0 && !(at(&joint.stiffness) > 0.0) {
-                return Err(fault(part("gap"), "the joint has no stiffness that could act beyond the backlash; write one"));
+                return Err(fault(
+                    part("gap"),
+                    "the joint has no stiffness that could act beyond the backlash; write one",
+                ));
             }
-            let waves = [("friction.position", &joint.friction.position), ("lead_error.wave", &joint.lead_error.wave)];
+            let waves = [
+                ("friction.position", &joint.friction.position),
+                ("lead_error.wave", &joint.lead_error.wave),
+            ];
             for (key, wave) in waves {
                 check_wave(&part(key), wave, &at)?;
             }
             if at(&joint.friction.stribeck) > 0.0 && !(at(&joint.friction.stribeck_velocity) > 0.0) {
-                return Err(fault(part("friction.stribeck_velocity"), "is 0; write the Stribeck velocity, over which the level falls"));
+                return Err(fault(
+                    part("friction.stribeck_velocity"),
+                    "is 0; write the Stribeck velocity, over which the level falls",
+                ));
             }
         }
         let Some(drive) = &self.drive else { return Ok(()) };
@@ -137,14 +156,19 @@ impl Machine {
         let mut inner: Option<(&str, f64)> = None;
         for (key, period_s) in periods.into_iter().filter_map(|(key, period_s)| Some((key, period_s?))) {
             if !(period_s > 0.0 && period_s.is_finite()) {
-                return Err(fault(format!("drive.{key}.period_s"), format!("is {period_s}; write the loop's period in s")));
+                return Err(fault(
+                    format!("drive.{key}.period_s"),
+                    format!("is {period_s}; write the loop's period in s"),
+                ));
             }
             if let Some((within, inner_s)) = inner {
                 let ratio = period_s / inner_s;
                 if !(ratio > 0.999_999 && (ratio - ratio.round()).abs() < 1e-6 * ratio) {
                     return Err(fault(
                         format!("drive.{key}.period_s"),
-                        format!("{period_s} s is no multiple of the {within} loop's period of {inner_s} s; write one that is"),
+                        format!(
+                            "{period_s} s is no multiple of the {within} loop's period of {inner_s} s; write one that is"
+                        ),
                     ));
                 }
             }
@@ -159,27 +183,48 @@ impl Machine {
         self.check_motor(drive)?;
         let (delay_s, inner_s) = (at(&drive.delay_s), drive.period_s());
         if !(delay_s <= MOST_PERIODS * inner_s) {
-            let message = format!("is {delay_s} s, more than {MOST_PERIODS} periods of the innermost loop; write a shorter one");
+            let message = format!(
+                "is {delay_s} s, more than {MOST_PERIODS} periods of the innermost loop; write a shorter one"
+            );
             return Err(fault("drive.delay_s", message));
         }
         if !(inner_s >= 1e-7) {
-            return Err(fault("drive", format!("its innermost loop has a period of {inner_s} s; write 1e-7 s or more")));
+            return Err(fault(
+                "drive",
+                format!("its innermost loop has a period of {inner_s} s; write 1e-7 s or more"),
+            ));
         }
         let (position_s, ratio) = (drive.position.period_s, drive.position.period_s / inner_s);
         if !(ratio <= MOST_INNER_PERIODS) {
-            let message = format!("{position_s} s is {ratio:.0} periods of the innermost loop; write at most {MOST_INNER_PERIODS}");
+            let message = format!(
+                "{position_s} s is {ratio:.0} periods of the innermost loop; write at most {MOST_INNER_PERIODS}"
+            );
             return Err(fault("drive.position.period_s", message));
         }
-        if matches!(drive.velocity.tachometry, Tachometry::Difference(periods) if periods as f64 > MOST_PERIODS) {
-            return Err(fault("drive.velocity.over_s", format!("is more than {MOST_PERIODS} periods of the loop; write a shorter time")));
+        if matches!(drive.velocity.tachometry, Tachometry::Difference(periods) if periods as f64 > MOST_PERIODS)
+        {
+            return Err(fault(
+                "drive.velocity.over_s",
+                format!("is more than {MOST_PERIODS} periods of the loop; write a shorter time"),
+            ));
         }
         if drive.velocity.tachometry == Tachometry::Difference(0) {
-            return Err(fault("drive.velocity.over_s", "is no multiple of the loop's period; write one that is, or leave it out"));
+            return Err(fault(
+                "drive.velocity.over_s",
+                "is no multiple of the loop's period; write one that is, or leave it out",
+            ));
         }
-        for (key, point) in [("on", drive.on), ("position.at", drive.position.encoder.at), ("velocity.at", drive.velocity.encoder.at)] {
+        for (key, point) in [
+            ("on", drive.on),
+            ("position.at", drive.position.encoder.at),
+            ("velocity.at", drive.velocity.encoder.at),
+        ] {
             if self.points[point].fixed {
                 let known = listing(self.points.iter().filter(|p| !p.fixed).map(|p| p.name.as_str()));
-                return Err(fault(format!("drive.{key}"), format!("«{}» does not move; {known}", self.points[point].name)));
+                return Err(fault(
+                    format!("drive.{key}"),
+                    format!("«{}» does not move; {known}", self.points[point].name),
+                ));
             }
         }
         Ok(())
@@ -191,16 +236,18 @@ impl Machine {
         let Some(motor) = &drive.motor else {
             return match drive.current {
                 None => Ok(()),
-                Some(_) => {
-                    Err(fault("drive.current", "the motor has no winding whose current could be controlled; describe one as [drive.motor]"))
-                }
+                Some(_) => Err(fault(
+                    "drive.current",
+                    "the motor has no winding whose current could be controlled; describe one as [drive.motor]",
+                )),
             };
         };
         let Some(pairs) = motor.pole_pairs else {
             return match &drive.current {
-                Some(current) if current.inverter == Inverter::Switching => {
-                    Err(fault("drive.current.inverter", "a motor without pole_pairs has no three phases to switch; leave it out"))
-                }
+                Some(current) if current.inverter == Inverter::Switching => Err(fault(
+                    "drive.current.inverter",
+                    "a motor without pole_pairs has no three phases to switch; leave it out",
+                )),
                 _ => Ok(()),
             };
         };
@@ -211,14 +258,23 @@ impl Machine {
             ));
         }
         if self.points[drive.on].motion != PointMotion::Rotation {
-            return Err(fault("drive.motor.pole_pairs", format!("«{}» does not rotate; leave pole_pairs out", self.points[drive.on].name)));
+            return Err(fault(
+                "drive.motor.pole_pairs",
+                format!("«{}» does not rotate; leave pole_pairs out", self.points[drive.on].name),
+            ));
         }
         let Some(current) = &drive.current else {
-            return Err(fault("drive.motor", "a motor with pole_pairs needs a current loop; describe one as [drive.current]"));
+            return Err(fault(
+                "drive.motor",
+                "a motor with pole_pairs needs a current loop; describe one as [drive.current]",
+            ));
         };
         let unlimited = motor.dc_link_v == Value::number(f64::INFINITY);
         if current.inverter == Inverter::Switching && unlimited {
-            return Err(fault("drive.motor.dc_link_v", "is missing; a switching inverter needs its supply voltage"));
+            return Err(fault(
+                "drive.motor.dc_link_v",
+                "is missing; a switching inverter needs its supply voltage",
+            ));
         }
         Ok(())
     }

@@ -14,13 +14,15 @@ use super::{NumberSource, Value};
 /// pairs                L_d·i̇_d = u_d − R·i_d + ω·L_q·i_q                ω = p·v,  ψ = 2·G/(3·p)
 /// ```
 ///
-/// v is the rate of the driven point and G the drive's constant. The same constant gives force and back-EMF, since the conversion conserves
-/// energy.
+/// v is the rate of the driven point and G the drive's constant. The same constant gives force and back-EMF,
+/// since the conversion conserves energy.
 ///
 /// # Units      Ω, H, V, A; amplitudes of the phases, so that power is 3/2·(u_d·i_d + u_q·i_q)
-/// # Source     lumped servo axis, Eq. 1 (direct current); hybrid multi-domain, Eq. 16–20 (dq axes), with Eq. 18 and 19 as
+/// # Source     lumped servo axis, Eq. 1 (direct current); hybrid multi-domain, Eq. 16–20 (dq axes), with Eq.
+///   18 and 19 as
 /// ψ_d = L_d·i_d + ψ, ψ_q = L_q·i_q
-/// # Deviation  the lumped paper distinguishes k_e from k_T; in SI units they are equal. Iron losses are omitted: the paper names them
+/// # Deviation  the lumped paper distinguishes k_e from k_T; in SI units they are equal. Iron losses are
+///   omitted: the paper names them
 /// without a number.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Motor {
@@ -36,7 +38,8 @@ pub struct Motor {
     pub dc_link_v: Value,
 }
 
-/// The proportional–integral current loop: u = k_c·(e + ∫e dt/T_i), e = i_ref − i; i_ref = 0 along the d axis.
+/// The proportional–integral current loop: u = k_c·(e + ∫e dt/T_i), e = i_ref − i; i_ref = 0 along the d
+/// axis.
 ///
 /// # Source     hybrid multi-domain, Eq. 15 and Tab. 2
 /// # Deviation  the sum of Eq. 15 counts errors up to the previous sample
@@ -48,7 +51,8 @@ pub struct CurrentLoop {
     pub integral_time_s: Value,
     /// Sampling period (s); the velocity loop's is a multiple of it.
     pub period_s: f64,
-    /// Whether the inverter switches (space-vector modulation, [`Inverter`]) or outputs its mean over a period.
+    /// Whether the inverter switches (space-vector modulation, [`Inverter`]) or outputs its mean over a
+    /// period.
     pub inverter: Inverter,
 }
 
@@ -60,8 +64,8 @@ pub enum Inverter {
     /// As its mean over the period, held in the dq axes.
     #[default]
     Averaged,
-    /// By space-vector modulation; a loop period is half a carrier period. It applies zero, the two vectors adjacent to the reference, and
-    /// zero; the next period reverses the order.
+    /// By space-vector modulation; a loop period is half a carrier period. It applies zero, the two vectors
+    /// adjacent to the reference, and zero; the next period reverses the order.
     Switching,
 }
 

@@ -2,14 +2,16 @@
 
 use super::error::{MachineError, fault};
 use super::quantity::{
-    ALONG_MOTOR, ALONG_TRAVEL, BALL_DIAMETER, CURRENT_GAIN, DAMPING, DELAY, DENSITY, DIAMETER, DISPLACEMENT, DRIVE_CONSTANT, ENCODER_STEP,
-    EXPANSION, EXPONENT, FEED_FORWARD, FORCE, FRICTION, GAP, GRAVITY, INDUCTANCE, INERTIA, LEAD, LENGTH, LOAD, LOSS, MASS, OTHER, OUTPUT,
-    PERIOD, POSITION_GAIN, PRESLIDING_DAMPING, PRESLIDING_STIFFNESS, PRESSURE, PROPORTIONAL_DAMPING, RATE, RATIO, RESISTANCE, SHARE,
+    ALONG_MOTOR, ALONG_TRAVEL, BALL_DIAMETER, CURRENT_GAIN, DAMPING, DELAY, DENSITY, DIAMETER, DISPLACEMENT,
+    DRIVE_CONSTANT, ENCODER_STEP, EXPANSION, EXPONENT, FEED_FORWARD, FORCE, FRICTION, GAP, GRAVITY,
+    INDUCTANCE, INERTIA, LEAD, LENGTH, LOAD, LOSS, MASS, OTHER, OUTPUT, PERIOD, POSITION_GAIN,
+    PRESLIDING_DAMPING, PRESLIDING_STIFFNESS, PRESSURE, PROPORTIONAL_DAMPING, RATE, RATIO, RESISTANCE, SHARE,
     SHEAR_MODULUS, STIFFNESS, TIME, TRAVEL, VELOCITY, VELOCITY_GAIN, VOLTAGE, YOUNGS_MODULUS,
 };
 use super::{
-    Bending, BendingFile, Chain, CurrentFile, CurrentLoop, Drive, DriveFile, Joint, JointPatch, Lever, LeverFile, Machine, Motor,
-    MotorFile, NumberSource, Point, PointMotion, PointPatch, Quantity, Shaft, ShaftFile, TargetKind, Value,
+    Bending, BendingFile, Chain, CurrentFile, CurrentLoop, Drive, DriveFile, Joint, JointPatch, Lever,
+    LeverFile, Machine, Motor, MotorFile, NumberSource, Point, PointMotion, PointPatch, Quantity, Shaft,
+    ShaftFile, TargetKind, Value,
 };
 
 /// A number of a machine's description.
@@ -100,8 +102,9 @@ macro_rules! always_given {
 }
 always_given!(Value, NumberSource);
 
-/// Writes a table of numbers, one a line: its place in the file, also its key; `=>` its place in the part, where that differs; words, quantity, range,
-/// reach, and how effects name it. `none =>` begins a number that no file states, under the key of its place.
+/// Writes a table of numbers, one a line: its place in the file, also its key; `=>` its place in the part,
+/// where that differs; words, quantity, range, reach, and how effects name it. `none =>` begins a number that
+/// no file states, under the key of its place.
 macro_rules! numbers {
     ($(#[$doc:meta])* $table:ident: $part:ty, $file:ty, $prefix:literal;
      $($place:tt $(.$inner:ident)* $([$at:literal])? $(=> $own:ident $(.$own_inner:ident)*)?: $words:literal, $quantity:expr, $range:ident, $reach:ident $(, $target:ident)?;)*) => {
@@ -139,7 +142,12 @@ const fn inertia(
     stated: fn(&PointPatch) -> Option<&NumberSource>,
 ) -> Row<Point, PointPatch> {
     let target = Some(TargetKind::PointInertia);
-    Row { number: Number { key, words, quantity, range: Range::NotNegative, reach: Reach::All, target }, value, value_mut, stated }
+    Row {
+        number: Number { key, words, quantity, range: Range::NotNegative, reach: Reach::All, target },
+        value,
+        value_mut,
+        stated,
+    }
 }
 
 /// Inertias of points: a mass or a moment of inertia.
@@ -268,15 +276,35 @@ const PLAIN: &[(&[&str], Quantity)] = &[
     (&["at_m", "deflection_m", "nuts_m"], DISPLACEMENT),
     (&["viscous_n_s_per_m"], DAMPING),
     (&["weight", "share", "outside_share", "conformity", "times"], RATIO),
-    (&["ball_count", "loaded_turns", "tandem", "pole_pairs", "contact_angle_deg", "stribeck_velocity_m_s", "table", "on"], OTHER),
+    (
+        &[
+            "ball_count",
+            "loaded_turns",
+            "tandem",
+            "pole_pairs",
+            "contact_angle_deg",
+            "stribeck_velocity_m_s",
+            "table",
+            "on",
+        ],
+        OTHER,
+    ),
 ];
 
 /// Returns the numbers of a part, each with its row.
-pub(super) fn numbers_of<'p, P, F>(rows: &'static [Row<P, F>], part: &'p P) -> impl Iterator<Item = (&'static Number, &'p Value)> {
+pub(super) fn numbers_of<'p, P, F>(
+    rows: &'static [Row<P, F>],
+    part: &'p P,
+) -> impl Iterator<Item = (&'static Number, &'p Value)> {
     rows.iter().filter_map(move |row| Some((&row.number, (row.value)(part)?)))
 }
 
-fn change_numbers_of<P, F>(rows: &[Row<P, F>], name: &str, part: &mut P, change: &mut dyn FnMut(&Number, &str, &mut Value)) {
+fn change_numbers_of<P, F>(
+    rows: &[Row<P, F>],
+    name: &str,
+    part: &mut P,
+    change: &mut dyn FnMut(&Number, &str, &mut Value),
+) {
     for row in rows {
         if let Some(value) = (row.value_mut)(part) {
             change(&row.number, name, value);
@@ -294,7 +322,10 @@ pub(super) fn check_ranges<'p>(
 }
 
 /// Returns the numbers that a section of a file states, each with its row.
-pub(super) fn stated_in<'f, P, F>(rows: &'static [Row<P, F>], file: &'f F) -> impl Iterator<Item = (&'static Number, &'f NumberSource)> {
+pub(super) fn stated_in<'f, P, F>(
+    rows: &'static [Row<P, F>],
+    file: &'f F,
+) -> impl Iterator<Item = (&'static Number, &'f NumberSource)> {
     rows.iter().filter_map(move |row| Some((&row.number, (row.stated)(file)?)))
 }
 
@@ -316,9 +347,12 @@ impl Number {
         below("friction.").or_else(|| below("lead_error.")).unwrap_or(self.key)
     }
 
-    /// Returns the quantity of the numbers with a key; the key alone, without the sections that contain it. `None` for an unknown key.
+    /// Returns the quantity of the numbers with a key; the key alone, without the sections that contain it.
+    /// `None` for an unknown key.
     pub fn quantity_of(key: &str) -> Option<Quantity> {
-        let own = Number::all().find(|number| number.key.rsplit('.').next() == Some(key)).map(|number| number.quantity);
+        let own = Number::all()
+            .find(|number| number.key.rsplit('.').next() == Some(key))
+            .map(|number| number.quantity);
         own.or_else(|| PLAIN.iter().find(|(keys, _)| keys.contains(&key)).map(|(_, quantity)| *quantity))
     }
 }
@@ -341,7 +375,8 @@ impl Range {
 }
 
 impl Machine {
-    /// Returns all numbers of the machine, each with its row and the name of its part: of a point, joint or shaft; «drive», «measurement» or «losses».
+    /// Returns all numbers of the machine, each with its row and the name of its part: of a point, joint or
+    /// shaft; «drive», «measurement» or «losses».
     pub(super) fn numbers(&self) -> impl Iterator<Item = (&'static Number, &str, &Value)> {
         fn named<'p, P, F>(
             rows: &'static [Row<P, F>],
@@ -352,9 +387,13 @@ impl Machine {
         }
         let points = self.points.iter().flat_map(|p| named(POINT, &p.name, p));
         let shafts = self.shafts.iter().flat_map(|s| named(SHAFT, &s.name, s));
-        let bending = self.shafts.iter().flat_map(|s| s.bending.iter().flat_map(|bending| named(BENDING, &s.name, bending)));
+        let bending = self
+            .shafts
+            .iter()
+            .flat_map(|s| s.bending.iter().flat_map(|bending| named(BENDING, &s.name, bending)));
         let joints = self.joints.iter().flat_map(|j| named(JOINT, &j.name, j));
-        let drive = self.drive.iter().flat_map(Drive::numbers).map(|(number, value)| (number, "drive", value));
+        let drive =
+            self.drive.iter().flat_map(Drive::numbers).map(|(number, value)| (number, "drive", value));
         let levers = self.chain.levers.iter().flat_map(|l| named(LEVER, &self.points[l.point].name, l));
         points
             .chain(shafts)
@@ -366,12 +405,16 @@ impl Machine {
             .chain(drive)
     }
 
-    /// Calls a function for each number of the machine, with its row and the name of its part as in [`Machine::numbers`].
+    /// Calls a function for each number of the machine, with its row and the name of its part as in
+    /// [`Machine::numbers`].
     pub(super) fn change_numbers(&mut self, change: &mut dyn FnMut(&Number, &str, &mut Value)) {
         self.points.iter_mut().for_each(|p| change_numbers_of(POINT, &p.name.clone(), p, change));
         for shaft in &mut self.shafts {
             change_numbers_of(SHAFT, &shaft.name.clone(), shaft, change);
-            shaft.bending.iter_mut().for_each(|bending| change_numbers_of(BENDING, &shaft.name, bending, change));
+            shaft
+                .bending
+                .iter_mut()
+                .for_each(|bending| change_numbers_of(BENDING, &shaft.name, bending, change));
         }
         self.joints.iter_mut().for_each(|j| change_numbers_of(JOINT, &j.name.clone(), j, change));
         for lever in &mut self.chain.levers {
@@ -386,8 +429,15 @@ impl Machine {
         }
     }
 
-    /// Writes what a section of a file states into the numbers of a part; those that it does not state stay. `path` is the section's place.
-    pub(super) fn set_numbers<P, F>(&self, rows: &[Row<P, F>], path: &str, file: &F, part: &mut P) -> Result<(), MachineError> {
+    /// Writes what a section of a file states into the numbers of a part; those that it does not state stay.
+    /// `path` is the section's place.
+    pub(super) fn set_numbers<P, F>(
+        &self,
+        rows: &[Row<P, F>],
+        path: &str,
+        file: &F,
+        part: &mut P,
+    ) -> Result<(), MachineError> {
         for row in rows {
             if let (Some(source), Some(value)) = ((row.stated)(file), (row.value_mut)(part)) {
                 *value = self.value(&format!("{path}.{}", row.number.key), source)?;
@@ -401,6 +451,8 @@ impl Drive {
     /// Returns its numbers with those of motor and current loop.
     pub(super) fn numbers(&self) -> impl Iterator<Item = (&'static Number, &Value)> {
         let motor = self.motor.iter().flat_map(|motor| numbers_of(MOTOR, motor));
-        numbers_of(DRIVE, self).chain(motor).chain(self.current.iter().flat_map(|current| numbers_of(CURRENT, current)))
+        numbers_of(DRIVE, self)
+            .chain(motor)
+            .chain(self.current.iter().flat_map(|current| numbers_of(CURRENT, current)))
     }
 }

@@ -52,8 +52,8 @@ pub struct Parameter {
     pub scale: Scale,
     /// Data from which it is fitted.
     pub fit: FitRule,
-    /// Prior knowledge (a weighed mass, a catalogue value); it enters a fit as one additional observation. `None`: all values of the range
-    /// are equally plausible.
+    /// Prior knowledge (a weighed mass, a catalogue value); it enters a fit as one additional observation.
+    /// `None`: all values of the range are equally plausible.
     pub prior: Option<Prior>,
     /// Source of range and start value.
     pub source: String,
@@ -108,13 +108,15 @@ impl Parameter {
         self.mechanism == other.mechanism && self.unit == other.unit
     }
 
-    /// Whether a value lies at an end of the plausible range: within a thousandth of it, on the parameter's scale.
+    /// Whether a value lies at an end of the plausible range: within a thousandth of it, on the parameter's
+    /// scale.
     pub fn is_at_bound(&self, value: f64) -> bool {
         let place = self.to_unit(value);
         !(1e-3..=1.0 - 1e-3).contains(&place)
     }
 
-    /// Returns the deviation of a value from the start value in standard deviations of the prior; `None` without a prior.
+    /// Returns the deviation of a value from the start value in standard deviations of the prior; `None`
+    /// without a prior.
     pub fn deviation(&self, value: f64) -> Option<f64> {
         Some(self.prior?.deviation(self.start, value))
     }
@@ -148,7 +150,8 @@ impl Parameter {
         }
     }
 
-    /// Returns a value shifted by a share of the range, for finite differences. The shift is downward where it would leave the range.
+    /// Returns a value shifted by a share of the range, for finite differences. The shift is downward where
+    /// it would leave the range.
     pub fn stepped(&self, value: f64, share: f64) -> f64 {
         let unit = self.to_unit(value);
         self.from_unit(if unit + share <= 1.0 { unit + share } else { unit - share })

@@ -9,7 +9,10 @@ impl NumberSource {
         match self {
             NumberSource::Parameter(own) => own == id,
             NumberSource::Series(of) => of.series.iter().any(|spring| spring.is_or_contains(id)),
-            NumberSource::Number(_) | NumberSource::Contact(_) | NumberSource::Segment(_) | NumberSource::Times(..) => false,
+            NumberSource::Number(_)
+            | NumberSource::Contact(_)
+            | NumberSource::Segment(_)
+            | NumberSource::Times(..) => false,
         }
     }
 }
@@ -18,9 +21,9 @@ impl Rescale {
     /// Returns the mechanism of a parameter that changes a number in this way.
     fn mechanism(self, target: &Target) -> Mechanism {
         match self {
-            Rescale::Replace | Rescale::InSeries | Rescale::Added | Rescale::Less => {
-                Number::all().find(|number| target.selects(number)).map_or(Mechanism::Other, |number| number.quantity.mechanism)
-            }
+            Rescale::Replace | Rescale::InSeries | Rescale::Added | Rescale::Less => Number::all()
+                .find(|number| target.selects(number))
+                .map_or(Mechanism::Other, |number| number.quantity.mechanism),
             Rescale::Relative
             | Rescale::Times
             | Rescale::AlongStroke
@@ -33,7 +36,8 @@ impl Rescale {
 }
 
 impl Patch {
-    /// Returns the mechanism of a parameter by its first use in the patch, else by its unit. Inertias come first: a stiffness may be derived from one.
+    /// Returns the mechanism of a parameter by its first use in the patch, else by its unit. Inertias come
+    /// first: a stiffness may be derived from one.
     pub fn mechanism_of(&self, id: &str, unit: &str) -> Mechanism {
         let points = self.points.iter().flat_map(|file| stated_in(POINT, file));
         let joints = self.joints.iter().flat_map(|file| stated_in(JOINT, file));
@@ -41,14 +45,25 @@ impl Patch {
         let bending = self.bending.iter().flat_map(|file| stated_in(BENDING, file));
         let drive = self.drive.iter().flat_map(|file| {
             let motor = file.motor.iter().flat_map(|file| stated_in(MOTOR, file));
-            stated_in(DRIVE, file).chain(motor).chain(file.current.iter().flat_map(|file| stated_in(CURRENT, file)))
+            stated_in(DRIVE, file)
+                .chain(motor)
+                .chain(file.current.iter().flat_map(|file| stated_in(CURRENT, file)))
         });
         let mut numbers = points.chain(joints).chain(shafts).chain(bending).chain(drive);
-        let stated = numbers.find(|(_, source)| source.is_or_contains(id)).map(|(number, _)| number.quantity.mechanism);
-        let changes = || self.rescales.iter().find(|(.., parameter)| parameter == id).map(|(target, how, _)| how.mechanism(target));
+        let stated = numbers
+            .find(|(_, source)| source.is_or_contains(id))
+            .map(|(number, _)| number.quantity.mechanism);
+        let changes = || {
+            self.rescales
+                .iter()
+                .find(|(.., parameter)| parameter == id)
+                .map(|(target, how, _)| how.mechanism(target))
+        };
         match stated.or_else(changes) {
             // Joints between rotations have waves along an angle.
-            Some(Mechanism::Period(PeriodAlong::Travel)) if unit == "rad" => Mechanism::Period(PeriodAlong::Angle),
+            Some(Mechanism::Period(PeriodAlong::Travel)) if unit == "rad" => {
+                Mechanism::Period(PeriodAlong::Angle)
+            }
             Some(mechanism) => mechanism,
             None => Mechanism::of_unit(unit),
         }
@@ -73,11 +88,21 @@ mod tests {
                 fixed: false,
                 role: Role::Described,
             }],
-            joints: vec![JointPatch { stiffness: of("m"), damping: of("c"), loss_factor: of("eta"), friction, ..JointPatch::default() }],
+            joints: vec![JointPatch {
+                stiffness: of("m"),
+                damping: of("c"),
+                loss_factor: of("eta"),
+                friction,
+                ..JointPatch::default()
+            }],
             rescales: vec![
                 (TargetKind::JointStiffness.of("nut"), Rescale::InSeries, "k".into()),
                 (TargetKind::JointStiffness.of("nut"), Rescale::AlongStroke, "slope".into()),
-                (Target { key: "ripple.period".into(), ..TargetKind::Drive.of("") }, Rescale::Replace, "ripple".into()),
+                (
+                    Target { key: "ripple.period".into(), ..TargetKind::Drive.of("") },
+                    Rescale::Replace,
+                    "ripple".into(),
+                ),
             ],
             ..Patch::default()
         };

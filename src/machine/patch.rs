@@ -8,14 +8,16 @@ use super::effect::{AttachFile, ReattachFile};
 use super::error::{MachineError, fault, listing};
 use super::number::{BENDING, JOINT, LEVER, Reach, SHAFT};
 use super::{
-    Bending, BendingFile, Derivation, Derived, DerivedPatch, Effect, FrictionTable, GROUND, Joint, JointPatch, Lever, Machine,
-    ParameterValues, Patch, Point, PointMotion, PointPatch, Shaft, ShaftFile, Station, StationPlace, Value,
+    Bending, BendingFile, Derivation, Derived, DerivedPatch, Effect, FrictionTable, GROUND, Joint,
+    JointPatch, Lever, Machine, ParameterValues, Patch, Point, PointMotion, PointPatch, Shaft, ShaftFile,
+    Station, StationPlace, Value,
 };
 
 impl Machine {
     /// Applies a patch and checks the result.
     ///
-    /// # Errors  an unknown or repeated name, a range with lower ≥ upper, a number outside its physical range.
+    /// # Errors  an unknown or repeated name, a range with lower ≥ upper, a number outside its physical
+    ///   range.
     pub fn with(&self, patch: &Patch) -> Result<Machine, MachineError> {
         let mut machine = self.clone();
         for parameter in &patch.parameters {
@@ -58,9 +60,13 @@ impl Machine {
 
     /// Returns the machine with the effects that a diagnosis chose, given by their ids.
     ///
-    /// An id may also name a released parameter, which the machine contains already. `None` where an id is neither that nor an applicable
-    /// effect.
-    pub fn with_chosen<'i>(&self, chosen: impl IntoIterator<Item = &'i str>, effects: &[Effect]) -> Option<Machine> {
+    /// An id may also name a released parameter, which the machine contains already. `None` where an id is
+    /// neither that nor an applicable effect.
+    pub fn with_chosen<'i>(
+        &self,
+        chosen: impl IntoIterator<Item = &'i str>,
+        effects: &[Effect],
+    ) -> Option<Machine> {
         chosen.into_iter().try_fold(self.clone(), |machine, id| {
             // A released parameter is already a parameter of the machine.
             if machine.parameters.iter().any(|p| p.id == id) {
@@ -72,18 +78,26 @@ impl Machine {
 
     /// Returns the values of its parameters in order, looked up by id; `None` where one is missing.
     pub fn values_of(&self, values: &BTreeMap<String, f64>) -> Option<ParameterValues> {
-        self.parameters.iter().map(|p| values.get(&p.id).copied()).collect::<Option<Vec<f64>>>().map(ParameterValues)
+        self.parameters
+            .iter()
+            .map(|p| values.get(&p.id).copied())
+            .collect::<Option<Vec<f64>>>()
+            .map(ParameterValues)
     }
 
     /// Applies an effect and lists it among the machine's effects.
     ///
-    /// # Errors  as [`Machine::with`]; the machine contains the effect already, or lacks a part that it needs.
+    /// # Errors  as [`Machine::with`]; the machine contains the effect already, or lacks a part that it
+    ///   needs.
     pub fn with_effect(&self, effect: &Effect) -> Result<Machine, MachineError> {
         if self.effects.contains(&effect.id) {
             return Err(fault(format!("effect {}", effect.id), "the machine contains it already"));
         }
         if let Some(name) = self.missing_part(effect) {
-            return Err(fault(format!("effect {}", effect.id), format!("it does not apply: the machine has no «{name}»")));
+            return Err(fault(
+                format!("effect {}", effect.id),
+                format!("it does not apply: the machine has no «{name}»"),
+            ));
         }
         let mut machine = self.with(&effect.patch)?;
         machine.effects.push(effect.id.clone());
@@ -108,18 +122,26 @@ impl Machine {
                 *index = moved[*index];
             }
         }
-        let dropped = self.parameters.iter().zip(&used).filter(|(_, used)| !**used).map(|(p, _)| p.id.clone()).collect();
+        let dropped = self
+            .parameters
+            .iter()
+            .zip(&used)
+            .filter(|(_, used)| !**used)
+            .map(|(p, _)| p.id.clone())
+            .collect();
         let mut keep = used.iter();
         self.parameters.retain(|_| *keep.next().unwrap_or(&true));
         dropped
     }
 
-    /// Whether frequency responses and modes depend on each parameter; the others affect only motion. Of the numbers of motion they depend on the
-    /// expansion of a lead.
+    /// Whether frequency responses and modes depend on each parameter; the others affect only motion. Of the
+    /// numbers of motion they depend on the expansion of a lead.
     pub fn linear_parameters(&self) -> Vec<bool> {
         let own = self.numbers().filter(|(number, ..)| number.reach == Reach::All).map(|(.., value)| value);
         let with_lead = |joint: &&Joint| joint.on.iter().any(|(point, _)| self.has_lead(joint, *point));
-        self.depended_on(own.chain(self.joints.iter().filter(with_lead).map(|joint| &joint.lead_error.growth)))
+        self.depended_on(
+            own.chain(self.joints.iter().filter(with_lead).map(|joint| &joint.lead_error.growth)),
+        )
     }
 
     /// Whether one of the numbers depends on each parameter.
@@ -129,8 +151,8 @@ impl Machine {
         depends
     }
 
-    /// Returns the first part that an effect needs, or names as its location, and the machine lacks; or the effect that it describes in more detail,
-    /// where the machine does not contain that.
+    /// Returns the first part that an effect needs, or names as its location, and the machine lacks; or the
+    /// effect that it describes in more detail, where the machine does not contain that.
     pub fn missing_part<'e>(&self, effect: &'e Effect) -> Option<&'e str> {
         effect
             .needs
@@ -138,7 +160,8 @@ impl Machine {
             .chain(effect.at.as_ref().filter(|at| *at != "measurement"))
             .find(|name| {
                 let driven = **name == "drive" && self.drive.is_some();
-                let named = self.joints.iter().any(|j| j.name == **name) || self.shafts.iter().any(|s| s.name == **name);
+                let named = self.joints.iter().any(|j| j.name == **name)
+                    || self.shafts.iter().any(|s| s.name == **name);
                 !driven && !named && self.point(name).is_none()
             })
             .or(effect.refines.as_ref().filter(|refined| !self.effects.contains(refined)))
@@ -161,7 +184,13 @@ impl Machine {
             return Err(fault(part, "this name is declared twice; give each point a name of its own"));
         }
         let inertia = self.value(&format!("{part}.{}", patch.motion.inertia_key()), &patch.inertia)?;
-        Ok(Point { name: patch.name.clone(), motion: patch.motion, inertia, fixed: patch.fixed, role: patch.role })
+        Ok(Point {
+            name: patch.name.clone(),
+            motion: patch.motion,
+            inertia,
+            fixed: patch.fixed,
+            role: patch.role,
+        })
     }
 
     fn resolve_shaft_patch(&self, patch: &ShaftFile) -> Result<Shaft, MachineError> {
@@ -169,10 +198,16 @@ impl Machine {
         if self.shafts.iter().any(|s| s.name == patch.name) {
             return Err(fault(part, "this name is declared twice; give each shaft a name of its own"));
         }
-        let point = |name: &Option<String>| name.as_ref().map(|n| self.named_point(&format!("{part}.station"), n)).transpose();
+        let point = |name: &Option<String>| {
+            name.as_ref().map(|n| self.named_point(&format!("{part}.station"), n)).transpose()
+        };
         let mut stations = Vec::new();
         for (place, station) in patch.locations()?.into_iter().zip(&patch.station) {
-            stations.push(Station { place, axial: point(&station.axial)?, torsion: point(&station.torsion)? });
+            stations.push(Station {
+                place,
+                axial: point(&station.axial)?,
+                torsion: point(&station.torsion)?,
+            });
         }
         let mut shaft = Shaft {
             name: patch.name.clone(),
@@ -206,7 +241,10 @@ impl Machine {
                 return Err(fault(part, format!("it acts on «{name}» twice; name two different points")));
             }
             if !coefficient.is_finite() || *coefficient == 0.0 {
-                return Err(fault(part, format!("its coefficient on «{name}» is {coefficient}; write a number other than 0")));
+                return Err(fault(
+                    part,
+                    format!("its coefficient on «{name}» is {coefficient}; write a number other than 0"),
+                ));
             }
             on.push((point, *coefficient));
         }
@@ -221,11 +259,16 @@ impl Machine {
             let (first, second) = (first.noun(), second.noun());
             return Err(fault(
                 part,
-                format!("«{a}» is a {first} and «{b}» a {second}; a joint between two points needs two of the same kind"),
+                format!(
+                    "«{a}» is a {first} and «{b}» a {second}; a joint between two points needs two of the same kind"
+                ),
             ));
         }
         if let Some(name) = patch.angles.iter().find(|n| motion(n) == Some(super::PointMotion::Translation)) {
-            return Err(fault(part, format!("screw.angle: «{name}» is a translation; name a point that rotates")));
+            return Err(fault(
+                part,
+                format!("screw.angle: «{name}» is a translation; name a point that rotates"),
+            ));
         }
         let mut joint = Joint::new(patch.name.clone(), on);
         joint.relaxation_stiffness = patch.relaxation_stiffness.as_ref().map(|_| Value::default());
@@ -249,17 +292,23 @@ impl Machine {
         if self.points[at].fixed || self.points[other].fixed {
             return Err(fault(part, "a fixed point does not move; name points that do"));
         }
-        let mut arms = Lever { point: at, on: other, sensor_arm: Value::default(), hammer_arm: Value::default() };
+        let mut arms =
+            Lever { point: at, on: other, sensor_arm: Value::default(), hammer_arm: Value::default() };
         self.set_numbers(LEVER, &part, lever, &mut arms)?;
         self.chain.levers.push(arms);
         Ok(())
     }
 
     pub(super) fn joint_named(&self, part: &str, name: &str) -> Result<usize, MachineError> {
-        self.joints
-            .iter()
-            .position(|j| j.name == name)
-            .ok_or_else(|| fault(part, format!("no joint is called «{name}»; {}", listing(self.joints.iter().map(|j| j.name.as_str())))))
+        self.joints.iter().position(|j| j.name == name).ok_or_else(|| {
+            fault(
+                part,
+                format!(
+                    "no joint is called «{name}»; {}",
+                    listing(self.joints.iter().map(|j| j.name.as_str()))
+                ),
+            )
+        })
     }
 
     /// Returns all joints of a name, which share one described joint.
@@ -272,24 +321,38 @@ impl Machine {
     fn add_bending(&mut self, file: &BendingFile) -> Result<(), MachineError> {
         let part = format!("bending.{}", file.shaft);
         let at = self.shafts.iter().position(|shaft| shaft.name == file.shaft);
-        let at = at.ok_or_else(|| fault(&part, format!("no shaft is called «{}»; name one of the machine", file.shaft)))?;
+        let at = at.ok_or_else(|| {
+            fault(&part, format!("no shaft is called «{}»; name one of the machine", file.shaft))
+        })?;
         if self.shafts[at].bending.is_some() {
             return Err(fault(part, "this shaft bends already; describe its bending once"));
         }
-        if !self.shafts[at].stations.iter().any(|station| matches!(station.place, StationPlace::Nut | StationPlace::NearNut(_))) {
+        if !self.shafts[at]
+            .stations
+            .iter()
+            .any(|station| matches!(station.place, StationPlace::Nut | StationPlace::NearNut(_)))
+        {
             return Err(fault(part, "the shaft carries no nut; name one with a station at the nut"));
         }
         let own = |shaft: &&Shaft| shaft.name == file.shaft || shaft.journal_of.as_ref() == Some(&file.shaft);
-        let has = |place: StationPlace| self.shafts.iter().filter(own).flat_map(|shaft| &shaft.stations).any(|s| s.place == place);
+        let has = |place: StationPlace| {
+            self.shafts.iter().filter(own).flat_map(|shaft| &shaft.stations).any(|s| s.place == place)
+        };
         if !has(StationPlace::At(0.0)) || !has(StationPlace::End) {
-            return Err(fault(part, "the shaft has no stations at both ends, where its bearings hold it; describe them"));
+            return Err(fault(
+                part,
+                "the shaft has no stations at both ends, where its bearings hold it; describe them",
+            ));
         }
         let point = self.named_point(&part, &file.point)?;
         if self.points[point].fixed {
             return Err(fault(part, format!("«{}» is fixed; name a point that moves", file.point)));
         }
         if self.points[point].motion == PointMotion::Rotation {
-            return Err(fault(part, format!("«{}» is a rotation; name a point that is a translation", file.point)));
+            return Err(fault(
+                part,
+                format!("«{}» is a rotation; name a point that is a translation", file.point),
+            ));
         }
         let mut bending = Bending {
             point,
@@ -315,7 +378,9 @@ impl Machine {
             if from == GROUND {
                 // A joint relative to the ground becomes a joint relative to the point.
                 let on = &mut self.joints[at].on;
-                let [(_, coefficient)] = on[..] else { return Err(fault(part, "the joint does not act between one point and the ground")) };
+                let [(_, coefficient)] = on[..] else {
+                    return Err(fault(part, "the joint does not act between one point and the ground"));
+                };
                 on.push((to, -coefficient));
                 continue;
             }
@@ -327,7 +392,10 @@ impl Machine {
     }
 
     /// Lets a joint act on an additional point.
-    fn attach(&mut self, AttachFile { joint, to, times: coefficient }: &AttachFile) -> Result<(), MachineError> {
+    fn attach(
+        &mut self,
+        AttachFile { joint, to, times: coefficient }: &AttachFile,
+    ) -> Result<(), MachineError> {
         let part = format!("attach {joint}");
         let point = self.named_point(&part, to)?;
         if !coefficient.is_finite() || *coefficient == 0.0 {
@@ -345,12 +413,15 @@ impl Machine {
 
     fn resolve_derived(&self, name: &str, from: &DerivedPatch) -> Result<Derivation, MachineError> {
         let part = format!("derived.{name}");
-        let order = |order: usize| if order > 0 { Ok(order) } else { Err(fault(&part, "order is 0; count from 1")) };
+        let order =
+            |order: usize| if order > 0 { Ok(order) } else { Err(fault(&part, "order is 0; count from 1")) };
         if self.derived.iter().any(|d| d.name == name) {
             return Err(fault(part, "this name is declared twice; give each quantity a name of its own"));
         }
         Ok(match from {
-            DerivedPatch::NaturalFrequency { natural_frequency } => Derivation::NaturalFrequency(order(*natural_frequency)?),
+            DerivedPatch::NaturalFrequency { natural_frequency } => {
+                Derivation::NaturalFrequency(order(*natural_frequency)?)
+            }
             DerivedPatch::Antiresonance { antiresonance, at } => {
                 Derivation::Antiresonance(order(*antiresonance)?, self.named_point(&part, at)?)
             }
@@ -360,7 +431,8 @@ impl Machine {
             DerivedPatch::Parameter { parameter: id } => {
                 let known = || listing(self.parameters.iter().map(|p| p.id.as_str()));
                 Derivation::Parameter(
-                    self.parameter(id).ok_or_else(|| fault(&part, format!("no parameter is called «{id}»; {}", known())))?,
+                    self.parameter(id)
+                        .ok_or_else(|| fault(&part, format!("no parameter is called «{id}»; {}", known())))?,
                 )
             }
         })

@@ -39,7 +39,8 @@ pub struct Twist {
 ///
 /// # Units      d, l, p in m, k in N/m
 /// # Limits     G → ∞ gives the segment without twist
-/// # Source     Duan et al., Eq. 21 (K_sl); vertical feed system, Eq. 26 (with twist, the same after clearing fractions) and 27.
+/// # Source     Duan et al., Eq. 21 (K_sl); vertical feed system, Eq. 26 (with twist, the same after clearing
+///   fractions) and 27.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Segment {
     /// Unique name.
@@ -80,16 +81,25 @@ mod tests {
     use super::*;
 
     fn segment(from: SegmentEnd, twist: Option<Twist>) -> Segment {
-        Segment { name: "s".into(), diameter_m: 0.0325, youngs_modulus_pa: 2.06e11, length_m: 1.2, from, twist }
+        Segment {
+            name: "s".into(),
+            diameter_m: 0.0325,
+            youngs_modulus_pa: 2.06e11,
+            length_m: 1.2,
+            from,
+            twist,
+        }
     }
 
     /// Eq. 26 and 27 of the vertical-axis paper, written out as printed.
     #[test]
     fn published_segment_with_and_without_twist() {
         let (d, e, g, p, z, l): (f64, f64, f64, f64, f64, f64) = (0.0325, 2.06e11, 7.9e10, 0.02, 0.35, 1.2);
-        let printed = 4.0 * g * e * PI.powi(3) * d.powi(4) / (16.0 * g * PI * PI * d * d * (l - z) + 32.0 * p * p * e * (l - z));
+        let printed = 4.0 * g * e * PI.powi(3) * d.powi(4)
+            / (16.0 * g * PI * PI * d * d * (l - z) + 32.0 * p * p * e * (l - z));
         let at = Operating::at_nut(z);
-        let upper = segment(SegmentEnd::End, Some(Twist { shear_modulus_pa: g, lead_m: p })).stiffness_n_per_m(&at);
+        let upper =
+            segment(SegmentEnd::End, Some(Twist { shear_modulus_pa: g, lead_m: p })).stiffness_n_per_m(&at);
         assert!((upper / printed - 1.0).abs() < 1e-12, "{upper:e} {printed:e}");
         let lower = segment(SegmentEnd::Start, None).stiffness_n_per_m(&at);
         assert!((lower / (PI * d * d * e / (4.0 * z)) - 1.0).abs() < 1e-12);

@@ -51,10 +51,12 @@ impl Machine {
         matches!(joint.on[..], [(point, _)] if self.points[point].motion == PointMotion::Rotation)
     }
 
-    /// Whether the coefficient of a point (index) in a joint contains a lead: it rotates, and the joint couples it with a translation.
+    /// Whether the coefficient of a point (index) in a joint contains a lead: it rotates, and the joint
+    /// couples it with a translation.
     pub fn has_lead(&self, joint: &Joint, point: usize) -> bool {
         let motion = |point: usize| self.points[point].motion;
-        motion(point) == PointMotion::Rotation && joint.on.iter().any(|(other, _)| motion(*other) == PointMotion::Translation)
+        motion(point) == PointMotion::Rotation
+            && joint.on.iter().any(|(other, _)| motion(*other) == PointMotion::Translation)
     }
 
     /// Returns the machine in a state, with the same parameters.
@@ -66,13 +68,21 @@ impl Machine {
         match state {
             State::Described => {}
             State::ServoOff => {
-                let servos: Vec<usize> = (0..self.joints.len()).filter(|at| self.is_servo(&self.joints[*at])).collect();
+                let servos: Vec<usize> =
+                    (0..self.joints.len()).filter(|at| self.is_servo(&self.joints[*at])).collect();
                 if servos.is_empty() {
-                    return missing("the machine has no servo: no joint holds a rotation against the ground; leave the state out");
+                    return missing(
+                        "the machine has no servo: no joint holds a rotation against the ground; leave the state out",
+                    );
                 }
                 for at in servos {
                     let joint = &mut machine.joints[at];
-                    let parts = [&mut joint.stiffness, &mut joint.damping, &mut joint.loss_factor, &mut joint.integral_rate];
+                    let parts = [
+                        &mut joint.stiffness,
+                        &mut joint.damping,
+                        &mut joint.loss_factor,
+                        &mut joint.integral_rate,
+                    ];
                     parts.into_iter().for_each(|value| *value = Value::number(0.0));
                     joint.relaxation_stiffness = None;
                 }
@@ -84,7 +94,12 @@ impl Machine {
                 machine.points[point].inertia.modifiers.push(Modifier::Shifted(kg));
             }
             State::Level(_) => {
-                let depends = |value: &Value| value.modifiers.iter().any(|m| matches!(m, Modifier::With(_, OperatingVariable::ForceLevel)));
+                let depends = |value: &Value| {
+                    value
+                        .modifiers
+                        .iter()
+                        .any(|m| matches!(m, Modifier::With(_, OperatingVariable::ForceLevel)))
+                };
                 if !self.numbers().any(|(.., value)| depends(value)) {
                     return missing(
                         "no number of the machine depends on the force level; add the effect contact-level, or leave the state out",

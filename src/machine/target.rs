@@ -26,7 +26,10 @@ impl TargetKind {
 
     /// Whether it is a modulus of a shaft.
     fn is_material(self) -> bool {
-        matches!(self, TargetKind::ShaftModulus | TargetKind::ShaftYoungsModulus | TargetKind::ShaftShearModulus)
+        matches!(
+            self,
+            TargetKind::ShaftModulus | TargetKind::ShaftYoungsModulus | TargetKind::ShaftShearModulus
+        )
     }
 
     /// Returns what it is a number of, for messages.
@@ -124,16 +127,27 @@ impl Rescale {
 }
 
 impl Machine {
-    pub(super) fn rescale(&mut self, target: &Target, rescale: Rescale, parameter: &str) -> Result<(), MachineError> {
+    pub(super) fn rescale(
+        &mut self,
+        target: &Target,
+        rescale: Rescale,
+        parameter: &str,
+    ) -> Result<(), MachineError> {
         let name = target.part();
         let refused = |text: &str| fault(format!("rescale of {name} by {parameter}"), text);
-        if target.kind == TargetKind::NutPosition && !matches!(rescale, Rescale::Relative | Rescale::Times | Rescale::Added) {
+        if target.kind == TargetKind::NutPosition
+            && !matches!(rescale, Rescale::Relative | Rescale::Times | Rescale::Added)
+        {
             return Err(refused("a nut position takes the modifier relative, times or added"));
         }
-        let index = self.parameter(parameter).ok_or_else(|| refused(&format!("no parameter is called «{parameter}»")))?;
+        let index = self
+            .parameter(parameter)
+            .ok_or_else(|| refused(&format!("no parameter is called «{parameter}»")))?;
         // A shaft and the journals at its ends are of one material.
-        let journals = self.shafts.iter().filter(|s| target.kind.is_material() && s.journal_of.as_deref() == Some(name));
-        let names: Vec<String> = std::iter::once(name.to_string()).chain(journals.map(|s| s.name.clone())).collect();
+        let journals =
+            self.shafts.iter().filter(|s| target.kind.is_material() && s.journal_of.as_deref() == Some(name));
+        let names: Vec<String> =
+            std::iter::once(name.to_string()).chain(journals.map(|s| s.name.clone())).collect();
         let keys: Vec<&str> = self
             .numbers()
             .filter(|(number, part, _)| *part == name && target.kind.includes(number))
@@ -146,7 +160,11 @@ impl Machine {
             }));
         }
         if target.kind.has_keys() && !keys.contains(&target.key.as_str()) {
-            return Err(refused(&format!("no number is called «{}»; {}", target.key, listing(keys.into_iter()))));
+            return Err(refused(&format!(
+                "no number is called «{}»; {}",
+                target.key,
+                listing(keys.into_iter())
+            )));
         }
         let modifier = rescale.modifier(index, self.stroke_m()).map_err(refused)?;
         let Parameter { start, lower, mut upper, .. } = self.parameters[index];
@@ -158,9 +176,12 @@ impl Machine {
                 value.base = Base::Parameter(index);
                 return;
             };
-            // At most 98 % can be subtracted. Where an effect starts above that, its range stays, and the diagnosis reports no
-            // value it finds there.
-            let most = value.described().map(|number| 0.98 * number).filter(|most| rescale == Rescale::Less && *most > start.max(lower));
+            // At most 98 % can be subtracted. Where an effect starts above that, its range stays, and the
+            // diagnosis reports no value it finds there.
+            let most = value
+                .described()
+                .map(|number| 0.98 * number)
+                .filter(|most| rescale == Rescale::Less && *most > start.max(lower));
             upper = most.map_or(upper, |most| upper.min(most));
             value.modifiers.push(modifier);
         });

@@ -1,4 +1,5 @@
-//! A number of the description: fixed or a parameter, changed by modifiers that may depend on the operating condition.
+//! A number of the description: fixed or a parameter, changed by modifiers that may depend on the operating
+//! condition.
 
 use std::sync::Arc;
 
@@ -140,7 +141,9 @@ impl Value {
     /// Computes the number for the given parameters (each in its unit) and operating condition.
     #[inline]
     pub fn at(&self, parameters: &[f64], operating: &Operating) -> f64 {
-        self.modifiers.iter().fold(self.base_at(parameters, operating), |x, modifier| modifier.apply(x, parameters, operating).0)
+        self.modifiers.iter().fold(self.base_at(parameters, operating), |x, modifier| {
+            modifier.apply(x, parameters, operating).0
+        })
     }
 
     /// Returns the described number before any modifier; `None` where it depends on parameters.
@@ -165,7 +168,9 @@ impl Value {
             Base::Contact(pair) => pair.stiffness(operating),
             Base::Segment(segment) => segment.stiffness_n_per_m(operating),
             Base::NutPosition => operating.nut_m.unwrap_or(f64::NAN),
-            Base::Series(springs) => 1.0 / springs.iter().map(|(_, spring)| 1.0 / spring.at(parameters, operating)).sum::<f64>(),
+            Base::Series(springs) => {
+                1.0 / springs.iter().map(|(_, spring)| 1.0 / spring.at(parameters, operating)).sum::<f64>()
+            }
         }
     }
 
@@ -173,10 +178,14 @@ impl Value {
     pub fn compliance_shares(&self, parameters: &[f64], operating: &Operating) -> Vec<(String, f64)> {
         let Base::Series(springs) = &self.base else { return Vec::new() };
         let whole = self.base_at(parameters, operating);
-        springs.iter().map(|(name, spring)| (name.clone(), whole / spring.at(parameters, operating))).collect()
+        springs
+            .iter()
+            .map(|(name, spring)| (name.clone(), whole / spring.at(parameters, operating)))
+            .collect()
     }
 
-    /// Computes the exact derivatives with respect to the parameters: `each(index, derivative)`, possibly several times per index.
+    /// Computes the exact derivatives with respect to the parameters: `each(index, derivative)`, possibly
+    /// several times per index.
     pub fn gradient(&self, parameters: &[f64], operating: &Operating, mut each: impl FnMut(usize, f64)) {
         self.each_gradient(parameters, operating, &mut each);
     }
@@ -200,7 +209,9 @@ impl Value {
                 let after = onward(0, x);
                 for (_, spring) in springs.iter() {
                     let share = x / spring.at(parameters, operating);
-                    spring.each_gradient(parameters, operating, &mut |index, d| each(index, after * share * share * d));
+                    spring.each_gradient(parameters, operating, &mut |index, d| {
+                        each(index, after * share * share * d)
+                    });
                 }
             }
         }
@@ -218,7 +229,9 @@ impl Value {
         match &mut self.base {
             Base::Number(_) | Base::Contact(_) | Base::Segment(_) | Base::NutPosition => {}
             Base::Parameter(index) => *index = moved[*index],
-            Base::Series(springs) => Arc::make_mut(springs).iter_mut().for_each(|(_, spring)| spring.renumber(moved)),
+            Base::Series(springs) => {
+                Arc::make_mut(springs).iter_mut().for_each(|(_, spring)| spring.renumber(moved))
+            }
         }
         for index in self.modifiers.iter_mut().filter_map(Modifier::parameter_mut) {
             *index = moved[*index];
@@ -234,7 +247,9 @@ impl Value {
                     self.base = Base::Number(number);
                 }
             }
-            Base::Series(springs) => Arc::make_mut(springs).iter_mut().for_each(|(_, spring)| spring.hold(held)),
+            Base::Series(springs) => {
+                Arc::make_mut(springs).iter_mut().for_each(|(_, spring)| spring.hold(held))
+            }
         }
         for modifier in &mut self.modifiers {
             if let Some(number) = modifier.parameter().and_then(held).and_then(|p| modifier.held_at(p)) {
@@ -246,7 +261,9 @@ impl Value {
     /// Returns the indices of the parameters on which it depends.
     pub fn depends_on(&self) -> Box<dyn Iterator<Item = usize> + '_> {
         let base: Box<dyn Iterator<Item = usize> + '_> = match &self.base {
-            Base::Number(_) | Base::Contact(_) | Base::Segment(_) | Base::NutPosition => Box::new(std::iter::empty()),
+            Base::Number(_) | Base::Contact(_) | Base::Segment(_) | Base::NutPosition => {
+                Box::new(std::iter::empty())
+            }
             Base::Parameter(index) => Box::new(std::iter::once(*index)),
             Base::Series(springs) => Box::new(springs.iter().flat_map(|(_, spring)| spring.depends_on())),
         };
@@ -270,7 +287,8 @@ mod tests {
         ];
         let single = Value { base: Base::Parameter(0), modifiers: laws };
         let other = Value { base: Base::Number(4.0), modifiers: vec![Modifier::Times(1)] };
-        let series = vec![("a".to_string(), single.clone()), ("b".into(), other), ("c".into(), Value::parameter(0))];
+        let series =
+            vec![("a".to_string(), single.clone()), ("b".into(), other), ("c".into(), Value::parameter(0))];
         let series = Value { base: Base::Series(Arc::new(series)), modifiers: vec![Modifier::Relative(2)] };
         let (here, operating) = ([3.0, 0.2, 5.0, -0.4, 1.7], Operating::at_nut(0.3));
         for value in [single, series] {

@@ -8,7 +8,8 @@ use numeric::digest::digest_of;
 use super::frf::{FrfNoise, SortedLines};
 use super::noise_estimate::{drop_coherence_of_one, estimate_unstated_noise, single_average_warning};
 use super::{
-    ChannelTolerance, Condition, DriveEffort, Frf, Gain, MeasurementError, MeasurementSet, MotionRecord, Position, Quantity, SourceFile,
+    ChannelTolerance, Condition, DriveEffort, Frf, Gain, MeasurementError, MeasurementSet, MotionRecord,
+    Position, Quantity, SourceFile,
 };
 
 /// An FRF as arrays of equal length.
@@ -83,29 +84,44 @@ pub struct SetArrays {
 }
 
 /// Checks that an array has as many entries as another.
-fn same_length(source: &str, (key, length): (&str, usize), (of, wanted): (&str, usize)) -> Result<(), MeasurementError> {
+fn same_length(
+    source: &str,
+    (key, length): (&str, usize),
+    (of, wanted): (&str, usize),
+) -> Result<(), MeasurementError> {
     if length == wanted {
         return Ok(());
     }
-    Err(MeasurementError::file(source, format!("{key} has {length} entries, {of} has {wanted}; give arrays of equal length")))
+    Err(MeasurementError::file(
+        source,
+        format!("{key} has {length} entries, {of} has {wanted}; give arrays of equal length"),
+    ))
 }
 
 /// Checks that all numbers are finite.
 fn finite(source: &str, key: &str, numbers: impl IntoIterator<Item = f64>) -> Result<(), MeasurementError> {
     match numbers.into_iter().enumerate().find(|(_, x)| !x.is_finite()) {
         None => Ok(()),
-        Some((at, x)) => Err(MeasurementError::file(source, format!("{key}[{at}] is {x}; give finite numbers"))),
+        Some((at, x)) => {
+            Err(MeasurementError::file(source, format!("{key}[{at}] is {x}; give finite numbers")))
+        }
     }
 }
 
 impl FrfArrays {
     fn source(&self, at: usize) -> String {
-        let name = [&self.position, &self.record].into_iter().flatten().cloned().collect::<Vec<_>>().join(" ");
+        let name =
+            [&self.position, &self.record].into_iter().flatten().cloned().collect::<Vec<_>>().join(" ");
         if name.is_empty() { format!("frfs[{at}]") } else { format!("frfs[{at}] ({name})") }
     }
 
     /// Returns the FRF, and whether its coherence is 1 at every line.
-    fn read(&self, source: &str, set: &SetArrays, positions: &[Position]) -> Result<(Frf, bool), MeasurementError> {
+    fn read(
+        &self,
+        source: &str,
+        set: &SetArrays,
+        positions: &[Position],
+    ) -> Result<(Frf, bool), MeasurementError> {
         let fault = |text: String| MeasurementError::file(source, text);
         let of = ("frequency_hz", self.frequency_hz.len());
         same_length(source, ("value", self.value.len()), of)?;
@@ -128,7 +144,9 @@ impl FrfArrays {
         let is_single = drop_coherence_of_one(&mut lines);
         let has_coherence = lines.iter().any(|line| matches!(line.noise, Some(FrfNoise::Coherence(_))));
         if has_coherence && averages.is_none_or(|averages| averages < 2) {
-            return Err(fault("has a coherence but no averages; state how many records were averaged, two or more".into()));
+            return Err(fault(
+                "has a coherence but no averages; state how many records were averaged, two or more".into(),
+            ));
         }
         let point = |own: &Option<String>, of_set: &Option<String>, key: &str| {
             let name = own.clone().or_else(|| of_set.clone());
@@ -139,10 +157,9 @@ impl FrfArrays {
             record: self.record.clone(),
             response: point(&self.response, &set.response, "response")?,
             excitation: point(&self.excitation, &set.excitation, "excitation")?,
-            quantity: self
-                .quantity
-                .or(set.quantity)
-                .ok_or_else(|| fault("has no quantity, nor has the set; state receptance, mobility or accelerance".into()))?,
+            quantity: self.quantity.or(set.quantity).ok_or_else(|| {
+                fault("has no quantity, nor has the set; state receptance, mobility or accelerance".into())
+            })?,
             condition: self.condition,
             averages,
             source: source.into(),
@@ -156,7 +173,11 @@ impl FrfArrays {
 impl MotionArrays {
     fn read(&self, source: &str) -> Result<MotionRecord, MeasurementError> {
         let of = ("time_s", self.time_s.len());
-        let own = [("command_m", &self.command_m[..]), ("position_m", &self.position_m), (self.load.column(), self.load.samples())];
+        let own = [
+            ("command_m", &self.command_m[..]),
+            ("position_m", &self.position_m),
+            (self.load.column(), self.load.samples()),
+        ];
         let others = self.others.iter().map(|(name, samples)| (name.as_str(), &samples[..]));
         for (key, samples) in own.into_iter().chain(others).chain([("time_s", &self.time_s[..])]) {
             same_length(source, (key, samples.len()), of)?;
@@ -179,7 +200,8 @@ impl MotionArrays {
 impl MeasurementSet {
     /// Makes a set from arrays in memory.
     ///
-    /// # Errors  there is no observation; arrays of one record differ in length or are not finite; a key is missing; frequencies or times are not in
+    /// # Errors  there is no observation; arrays of one record differ in length or are not finite; a key is
+    ///   missing; frequencies or times are not in
     /// order. The message names the record and the key.
     pub fn from_arrays(arrays: &SetArrays) -> Result<Self, MeasurementError> {
         let path = if arrays.title.is_empty() { "the measurement set" } else { &arrays.title };
@@ -187,8 +209,13 @@ impl MeasurementSet {
         if arrays.frfs.is_empty() && arrays.motions.is_empty() {
             return Err(fault("holds no observation at all; give frfs or motions".into()));
         }
-        if let Some((name, nut_m)) = arrays.nut_m.iter().find(|(_, nut_m)| nut_m.is_some_and(|x| !x.is_finite())) {
-            return Err(fault(format!("nut_m of {name} is {}; give a distance in m", nut_m.unwrap_or(f64::NAN))));
+        if let Some((name, nut_m)) =
+            arrays.nut_m.iter().find(|(_, nut_m)| nut_m.is_some_and(|x| !x.is_finite()))
+        {
+            return Err(fault(format!(
+                "nut_m of {name} is {}; give a distance in m",
+                nut_m.unwrap_or(f64::NAN)
+            )));
         }
         let mut positions: Vec<Position> =
             arrays.nut_m.iter().map(|(name, nut_m)| Position { name: name.clone(), nut_m: *nut_m }).collect();
@@ -196,7 +223,10 @@ impl MeasurementSet {
             if !positions.iter().any(|p| p.name == *name) {
                 if !arrays.nut_m.is_empty() {
                     let known: Vec<&str> = arrays.nut_m.keys().map(String::as_str).collect();
-                    return Err(fault(format!("nut_m has no position «{name}»; it has {}", known.join(", "))));
+                    return Err(fault(format!(
+                        "nut_m has no position «{name}»; it has {}",
+                        known.join(", ")
+                    )));
                 }
                 positions.push(Position { name: name.clone(), nut_m: None });
             }
@@ -216,7 +246,10 @@ impl MeasurementSet {
                 return Err(fault("a motion record has no name; give each record its own".into()));
             }
             if motions.iter().any(|m: &MotionRecord| m.name == motion.name) {
-                return Err(fault(format!("motion record «{}» appears twice; give each record its own name", motion.name)));
+                return Err(fault(format!(
+                    "motion record «{}» appears twice; give each record its own name",
+                    motion.name
+                )));
             }
             let source = format!("motion record {}", motion.name);
             motions.push(motion.read(&source)?);

@@ -15,7 +15,8 @@ pub enum FrfNoise {
     Coherence(f64),
     /// Standard deviation of the complex mean (both components together) over |H| (1).
     RelativeSd(f64),
-    /// Not stated; standard deviation of one component of ln H (1), estimated from the spread of repeated measurements.
+    /// Not stated; standard deviation of one component of ln H (1), estimated from the spread of repeated
+    /// measurements.
     Repeats(f64),
     /// Not stated; standard deviation of one component of ln H (1), estimated from neighbouring lines.
     Neighbours(f64),
@@ -75,7 +76,8 @@ pub struct Condition {
     pub velocity_m_s: Option<f64>,
     /// Acceleration of the table (m/s²).
     pub acceleration_m_s2: Option<f64>,
-    /// Decay rate σ of the exponential window on the response (1/s); 0 without one. The receptance is then that at the complex frequency ω − iσ.
+    /// Decay rate σ of the exponential window on the response (1/s); 0 without one. The receptance is then
+    /// that at the complex frequency ω − iσ.
     pub window_per_s: f64,
 }
 
@@ -105,7 +107,8 @@ pub struct Frf {
 }
 
 impl Frf {
-    /// Returns the standard deviation of one component (real or imaginary) of ln H at a line; `None` where unknown.
+    /// Returns the standard deviation of one component (real or imaginary) of ln H at a line; `None` where
+    /// unknown.
     ///
     /// # Source  Bendat and Piersol: (1 − γ²)/(2·n·γ²) for the H1 estimate without leakage.
     pub fn component_sd(&self, line: &FrfLine) -> Option<f64> {
@@ -148,18 +151,24 @@ impl Frf {
         }
     }
 
-    /// Returns [`Frf::component_sd`] at every line, with the noise power from coherence averaged over neighbouring lines, accepted or not.
+    /// Returns [`Frf::component_sd`] at every line, with the noise power from coherence averaged over
+    /// neighbouring lines, accepted or not.
     ///
-    /// With few averages, the coherence of one line is a poor estimate of its noise, and lines that seem quiet by chance would weigh most. The noise
-    /// power of the response, unlike its share of |H|, changes little from line to line. A line with far more noise than its neighbours keeps its
-    /// own. A line accepted where most are rejected has a high coherence by chance and carries no information: its standard deviation is 1.
+    /// With few averages, the coherence of one line is a poor estimate of its noise, and lines that seem
+    /// quiet by chance would weigh most. The noise power of the response, unlike its share of |H|, changes
+    /// little from line to line. A line with far more noise than its neighbours keeps its own. A line
+    /// accepted where most are rejected has a high coherence by chance and carries no information: its
+    /// standard deviation is 1.
     ///
-    /// # Source  a measured coherence leaves n − 1 of n averages to estimate the noise: (1 − γ²)/(2·(n − 1)·γ²), unbiased. It is the ratio of
+    /// # Source  a measured coherence leaves n − 1 of n averages to estimate the noise: (1 − γ²)/(2·(n −
+    ///   1)·γ²), unbiased. It is the ratio of
     /// residual to explained power of a complex regression, with 2(n − 1) degrees of freedom.
     pub fn component_sds(&self) -> Vec<Option<f64>> {
         let freedom = |n: u32| f64::from(n) / f64::from(n.saturating_sub(1).max(1));
         let power = |line: &FrfLine| match line.noise? {
-            FrfNoise::Coherence(_) => Some(self.component_sd(line)?.powi(2) * freedom(self.averages?) * line.value.norm_sqr()),
+            FrfNoise::Coherence(_) => {
+                Some(self.component_sd(line)?.powi(2) * freedom(self.averages?) * line.value.norm_sqr())
+            }
             _ => None,
         };
         let mut all: Vec<(f64, bool, f64)> = Vec::with_capacity(self.lines.len() + self.rejected.len());
@@ -193,7 +202,8 @@ pub(super) fn read_lines(path: &str, text: &str) -> Result<(Vec<FrfLine>, Vec<Fr
         let row = row?;
         let frequency_hz = row.number("frequency_hz")?;
         let value = Complex64::new(row.number("real")?, row.number("imag")?);
-        let (coherence, relative_sd) = (row.optional_number("coherence")?, row.optional_number("relative_sd")?);
+        let (coherence, relative_sd) =
+            (row.optional_number("coherence")?, row.optional_number("relative_sd")?);
         sorted.add(frequency_hz, value, coherence, relative_sd).map_err(|fault| row.fault(fault))?;
     }
     sorted.finish(table.has("coherence")).map_err(|fault| MeasurementError::file(path, fault))
@@ -213,7 +223,8 @@ pub(super) type Fault = String;
 impl SortedLines {
     /// Adds a line.
     ///
-    /// # Errors  its frequency is negative or does not follow the one before; coherence or standard deviation lie outside their ranges.
+    /// # Errors  its frequency is negative or does not follow the one before; coherence or standard deviation
+    ///   lie outside their ranges.
     pub(super) fn add(
         &mut self,
         frequency_hz: f64,
@@ -225,7 +236,9 @@ impl SortedLines {
             return Err(format!("frequency_hz is {frequency_hz}; frequencies are 0 or above"));
         }
         if let Some(last_hz) = self.last_hz.filter(|last_hz| *last_hz >= frequency_hz) {
-            return Err(format!("frequency_hz {frequency_hz} does not follow {last_hz}; sort the lines, each frequency once"));
+            return Err(format!(
+                "frequency_hz {frequency_hz} does not follow {last_hz}; sort the lines, each frequency once"
+            ));
         }
         self.last_hz = Some(frequency_hz);
         if let Some(c) = coherence.filter(|c| !(0.0..=1.0).contains(c)) {
@@ -234,9 +247,14 @@ impl SortedLines {
         if let Some(sd) = relative_sd.filter(|sd| *sd <= 0.0) {
             return Err(format!("relative_sd is {sd}; write a number above 0, or leave the column out"));
         }
-        let is_accepted = frequency_hz > 0.0 && value.norm_sqr() > 0.0 && coherence.is_none_or(|c| c >= LEAST_COHERENCE);
+        let is_accepted =
+            frequency_hz > 0.0 && value.norm_sqr() > 0.0 && coherence.is_none_or(|c| c >= LEAST_COHERENCE);
         let noise = relative_sd.map(FrfNoise::RelativeSd).or(coherence.map(FrfNoise::Coherence));
-        (if is_accepted { &mut self.accepted } else { &mut self.rejected }).push(FrfLine { frequency_hz, value, noise });
+        (if is_accepted { &mut self.accepted } else { &mut self.rejected }).push(FrfLine {
+            frequency_hz,
+            value,
+            noise,
+        });
         Ok(())
     }
 
@@ -259,8 +277,13 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_xoshiro::Xoshiro256PlusPlus;
 
-    /// Returns an FRF (H1 and coherence of `averages` records) with white force and independent response noise, and its errors; |H| falls from 1.
-    fn measured(averages: u32, (noise, last): (f64, f64), random: &mut Xoshiro256PlusPlus) -> (Frf, Vec<f64>) {
+    /// Returns an FRF (H1 and coherence of `averages` records) with white force and independent response
+    /// noise, and its errors; |H| falls from 1.
+    fn measured(
+        averages: u32,
+        (noise, last): (f64, f64),
+        random: &mut Xoshiro256PlusPlus,
+    ) -> (Frf, Vec<f64>) {
         let mut normal = || {
             let (a, b): (f64, f64) = (random.random_range(f64::MIN_POSITIVE..1.0), random.random());
             Complex64::from_polar((-a.ln()).sqrt(), std::f64::consts::TAU * b)
@@ -277,7 +300,11 @@ mod tests {
                 (xx, yy, xy) = (xx + x.norm_sqr(), yy + y.norm_sqr(), xy + x.conj() * y);
             }
             let coherence = xy.norm_sqr() / (xx * yy);
-            let line = FrfLine { frequency_hz: f64::from(at + 1), value: xy / xx, noise: Some(FrfNoise::Coherence(coherence)) };
+            let line = FrfLine {
+                frequency_hz: f64::from(at + 1),
+                value: xy / xx,
+                noise: Some(FrfNoise::Coherence(coherence)),
+            };
             if coherence >= LEAST_COHERENCE {
                 lines.push(line);
                 errors.push((line.value / level).ln().norm());
@@ -301,7 +328,8 @@ mod tests {
         (frf, errors)
     }
 
-    /// Squared errors over their estimated variance: mean 1 per component and few beyond three standard deviations, for few and many averages.
+    /// Squared errors over their estimated variance: mean 1 per component and few beyond three standard
+    /// deviations, for few and many averages.
     #[test]
     fn limit_errors_match_their_estimated_deviations() {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
@@ -316,7 +344,8 @@ mod tests {
             }
             let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
             let far = squares.iter().filter(|x| **x > 4.5).count() as f64 / squares.len() as f64;
-            // Share of squares over a mean of 9·(n − 1) others beyond three standard deviations: 1.1 % for many averages.
+            // Share of squares over a mean of 9·(n − 1) others beyond three standard deviations: 1.1 % for
+            // many averages.
             let expected = (1.0 + 4.5 / (9.0 * f64::from(averages - 1))).powi(-9 * (averages as i32 - 1));
             assert!(
                 (0.93..1.07).contains(&mean(&squares)) && far < 1.3 * expected,
@@ -334,7 +363,13 @@ mod tests {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(6);
         let (frf, _) = measured(3, (0.1, 0.02), &mut random);
         let lost = |line: &FrfLine| f64::powf(0.02, (line.frequency_hz - 1.0) / 400.0) < 0.05;
-        let by_chance: Vec<f64> = frf.lines.iter().zip(frf.component_sds()).filter(|(l, _)| lost(l)).map(|(_, sd)| sd.unwrap()).collect();
+        let by_chance: Vec<f64> = frf
+            .lines
+            .iter()
+            .zip(frf.component_sds())
+            .filter(|(l, _)| lost(l))
+            .map(|(_, sd)| sd.unwrap())
+            .collect();
         assert!(by_chance.len() > 3, "{by_chance:?}");
         assert!(by_chance.iter().all(|sd| *sd == 1.0), "{by_chance:?}");
     }

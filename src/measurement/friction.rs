@@ -37,7 +37,8 @@ pub struct FrictionTable {
     pub file: SourceFile,
 }
 
-/// Reads a table with the columns `velocity_m_s` and either `force_n` (optionally `force_sd_n`) or `torque_nm` (optionally `torque_sd_nm`).
+/// Reads a table with the columns `velocity_m_s` and either `force_n` (optionally `force_sd_n`) or
+/// `torque_nm` (optionally `torque_sd_nm`).
 ///
 /// # Errors  the file cannot be read, a column is missing, unknown or duplicated, a cell is not a number.
 pub fn read_friction(path: &str) -> Result<FrictionTable, MeasurementError> {
@@ -53,8 +54,11 @@ impl FrictionTable {
         let columns = ["force_n", "force_sd_n", "torque_nm", "torque_sd_nm"];
         let table = Table::read(path, file.text()?, &["velocity_m_s"], &columns)?;
         let column = table.one_of(EFFORT_COLUMNS)?;
-        let (unit, sd) =
-            if column == EFFORT_COLUMNS[0] { (FrictionUnit::Force, "force_sd_n") } else { (FrictionUnit::Torque, "torque_sd_nm") };
+        let (unit, sd) = if column == EFFORT_COLUMNS[0] {
+            (FrictionUnit::Force, "force_sd_n")
+        } else {
+            (FrictionUnit::Torque, "torque_sd_nm")
+        };
         let mut runs = Vec::new();
         for row in table.rows() {
             let row = row?;

@@ -69,7 +69,8 @@ pub(super) struct Split {
     pub fit: Vec<String>,
 }
 
-/// Standard deviations of channel gains, channel delays and nut positions; the defaults apply to keys left out.
+/// Standard deviations of channel gains, channel delays and nut positions; the defaults apply to keys left
+/// out.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ChannelToleranceFile {
@@ -103,7 +104,8 @@ pub(super) struct FrfFile {
     pub mount_resonance_hz: Option<f64>,
     pub mount_damping_ratio: Option<f64>,
     pub record: Option<String>,
-    /// Direction of the sensor in the imported file, such as `+Z`. The signs are applied to the values already.
+    /// Direction of the sensor in the imported file, such as `+Z`. The signs are applied to the values
+    /// already.
     pub response_direction: Option<String>,
     /// Direction of the blow in the imported file.
     pub excitation_direction: Option<String>,
@@ -122,11 +124,17 @@ pub(super) struct MotionFile {
 /// Parses the text of a manifest.
 pub(super) fn parse(path: &str, text: &str) -> Result<Manifest, MeasurementError> {
     if text.trim().is_empty() {
-        return Err(MeasurementError::file(path, "is empty; write at least title, quantity and modes, [[frf]] or [[motion]]"));
+        return Err(MeasurementError::file(
+            path,
+            "is empty; write at least title, quantity and modes, [[frf]] or [[motion]]",
+        ));
     }
     let open = toml::from_str::<toml::Table>(text).map(|table| unfilled(&table)).unwrap_or_default();
     if !open.is_empty() {
-        let fault = format!("{}: NaN, still to be filled in; write a number for each, or remove the key", open.join(", "));
+        let fault = format!(
+            "{}: NaN, still to be filled in; write a number for each, or remove the key",
+            open.join(", ")
+        );
         return Err(MeasurementError::file(path, fault));
     }
     let manifest: Manifest = toml::from_str(text).map_err(|error| {
@@ -148,9 +156,17 @@ const LONGEST_NAME: usize = 200;
 /// Checks that a manifest lists no more than the program handles, under names of bounded length.
 fn check_extent(path: &str, manifest: &Manifest) -> Result<(), MeasurementError> {
     let (positions, frfs, motions) = (manifest.position.len(), manifest.frf.len(), manifest.motion.len());
-    for (key, count, most) in [("position", positions, MOST_POSITIONS), ("frf", frfs, MOST_RECORDS), ("motion", motions, MOST_RECORDS)] {
+    for (key, count, most) in [
+        ("position", positions, MOST_POSITIONS),
+        ("frf", frfs, MOST_RECORDS),
+        ("motion", motions, MOST_RECORDS),
+    ] {
         if count > most {
-            return Err(MeasurementError::key(path, format!("[[{key}]]"), format!("appears {count} times; at most {most} are handled")));
+            return Err(MeasurementError::key(
+                path,
+                format!("[[{key}]]"),
+                format!("appears {count} times; at most {most} are handled"),
+            ));
         }
     }
     let records = manifest.frf.iter().flat_map(|frf| [frf.record.as_ref(), Some(&frf.file)]).flatten();
@@ -164,7 +180,10 @@ fn check_extent(path: &str, manifest: &Manifest) -> Result<(), MeasurementError>
     match texts.find(|(_, length)| *length > LONGEST_NAME) {
         Some((name, length)) => {
             let name = shortened(name, 20);
-            Err(MeasurementError::file(path, format!("the name «{name}» has {length} characters; at most {LONGEST_NAME} are handled")))
+            Err(MeasurementError::file(
+                path,
+                format!("the name «{name}» has {length} characters; at most {LONGEST_NAME} are handled"),
+            ))
         }
         None => Ok(()),
     }

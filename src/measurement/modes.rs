@@ -21,12 +21,17 @@ pub struct ModeTable {
     pub positions: Vec<Vec<ModeObservation>>,
     /// Rounding step of the frequencies (Hz); `None` where they are not rounded.
     pub resolution_hz: Option<f64>,
-    /// Smallest prominence of a peak that was read: ratio of its height to the higher adjacent valley (1); `None` where not stated.
+    /// Smallest prominence of a peak that was read: ratio of its height to the higher adjacent valley (1);
+    /// `None` where not stated.
     pub least_prominence: Option<f64>,
 }
 
 /// Reads `position,order,frequency_hz,amplitude`; an empty cell means «not observed».
-pub(super) fn read_modes(path: &str, text: &str, positions: &[Position]) -> Result<Vec<Vec<ModeObservation>>, MeasurementError> {
+pub(super) fn read_modes(
+    path: &str,
+    text: &str,
+    positions: &[Position],
+) -> Result<Vec<Vec<ModeObservation>>, MeasurementError> {
     let table = Table::read(path, text, &["position", "order", "frequency_hz"], &["amplitude"])?;
     let mut modes: Vec<Vec<ModeObservation>> = vec![Vec::new(); positions.len()];
     for row in table.rows() {
@@ -37,18 +42,28 @@ pub(super) fn read_modes(path: &str, text: &str, positions: &[Position]) -> Resu
             row.fault(format!("no position is called «{name}»; manifest.toml has {}", known.join(", ")))
         })?;
         let order = row.text("order")?.parse::<u32>().ok().filter(|o| *o > 0);
-        let order = order.ok_or_else(|| row.fault(format!("order «{}» is not a whole number from 1", row.text("order").unwrap_or(""))))?;
+        let order = order.ok_or_else(|| {
+            row.fault(format!("order «{}» is not a whole number from 1", row.text("order").unwrap_or("")))
+        })?;
         if modes[at].iter().any(|m| m.order == order) {
             return Err(row.fault(format!("order {order} of position {name} appears twice; keep one")));
         }
         let positive = |column: &str| match row.optional_number(column)? {
-            Some(x) if x <= 0.0 => Err(row.fault(format!("{column} is {x}; write a number above 0, or leave the cell empty"))),
+            Some(x) if x <= 0.0 => {
+                Err(row.fault(format!("{column} is {x}; write a number above 0, or leave the cell empty")))
+            }
             other => Ok(other),
         };
         if let Some(f) = positive("frequency_hz")?.filter(|f| !(1e-2..=1e5).contains(f)) {
-            return Err(row.fault(format!("frequency_hz is {f}; write a frequency in Hz, from 0.01 to 100000")));
+            return Err(
+                row.fault(format!("frequency_hz is {f}; write a frequency in Hz, from 0.01 to 100000"))
+            );
         }
-        let observation = ModeObservation { order, frequency_hz: positive("frequency_hz")?, amplitude: positive("amplitude")? };
+        let observation = ModeObservation {
+            order,
+            frequency_hz: positive("frequency_hz")?,
+            amplitude: positive("amplitude")?,
+        };
         if observation.frequency_hz.is_none() && observation.amplitude.is_some() {
             return Err(row.fault("has an amplitude without a frequency; write both or neither".into()));
         }
@@ -58,12 +73,18 @@ pub(super) fn read_modes(path: &str, text: &str, positions: &[Position]) -> Resu
         list.sort_by_key(|m| m.order);
         let seen: Vec<f64> = list.iter().filter_map(|m| m.frequency_hz).collect();
         if seen.windows(2).any(|w| w[0] >= w[1]) {
-            let fault = format!("position {}: the frequencies do not rise with the order; renumber the orders", position.name);
+            let fault = format!(
+                "position {}: the frequencies do not rise with the order; renumber the orders",
+                position.name
+            );
             return Err(MeasurementError::file(path, fault));
         }
     }
     if modes.iter().flatten().all(|m| m.frequency_hz.is_none()) {
-        return Err(MeasurementError::file(path, "holds no observation at all; write at least one frequency_hz"));
+        return Err(MeasurementError::file(
+            path,
+            "holds no observation at all; write at least one frequency_hz",
+        ));
     }
     Ok(modes)
 }

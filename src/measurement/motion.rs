@@ -60,7 +60,8 @@ impl MotionRecord {
     }
 }
 
-/// Largest deviation of a time step from the median step, relative (1): time stamps are printed with few digits.
+/// Largest deviation of a time step from the median step, relative (1): time stamps are printed with few
+/// digits.
 const STEP_TOLERANCE: f64 = 0.02;
 /// Smallest number of consecutive samples at an extreme value by which a channel counts as saturated.
 const SATURATED_SAMPLES: usize = 20;
@@ -69,9 +70,11 @@ const REQUIRED: [&str; 3] = ["time_s", "command_m", "position_m"];
 /// Columns of the drive effort; a record has exactly one of them.
 pub(super) const EFFORT_COLUMNS: [&str; 2] = ["force_n", "torque_nm"];
 
-/// Reads a time record: columns `time_s,command_m,position_m` and `force_n` or `torque_nm`; other columns are kept by name.
+/// Reads a time record: columns `time_s,command_m,position_m` and `force_n` or `torque_nm`; other columns are
+/// kept by name.
 ///
-/// # Errors  a column is missing, a cell is not a number; time stamps repeat, decrease, are uneven or skip samples (with the line); a
+/// # Errors  a column is missing, a cell is not a number; time stamps repeat, decrease, are uneven or skip
+///   samples (with the line); a
 /// channel is constant; force or torque is saturated (with the first line of the saturation).
 pub fn read_motion(path: &str, name: &str, text: &str) -> Result<MotionRecord, MeasurementError> {
     let table = Table::read_open(path, text, &REQUIRED, &EFFORT_COLUMNS)?;
@@ -88,14 +91,26 @@ pub fn read_motion(path: &str, name: &str, text: &str) -> Result<MotionRecord, M
     }
     let mut columns: BTreeMap<String, Vec<f64>> = names.into_iter().zip(cells).collect();
     let mut take = |name: &str| columns.remove(name).unwrap_or_default();
-    let (time_s, command_m, position_m, load) = (take(REQUIRED[0]), take(REQUIRED[1]), take(REQUIRED[2]), take(load_column));
-    let load = if load_column == EFFORT_COLUMNS[0] { DriveEffort::Force(load) } else { DriveEffort::Torque(load) };
-    let record = MotionRecord { name: name.into(), source: path.into(), step_s: 0.0, time_s, command_m, position_m, load, others: columns };
+    let (time_s, command_m, position_m, load) =
+        (take(REQUIRED[0]), take(REQUIRED[1]), take(REQUIRED[2]), take(load_column));
+    let load =
+        if load_column == EFFORT_COLUMNS[0] { DriveEffort::Force(load) } else { DriveEffort::Torque(load) };
+    let record = MotionRecord {
+        name: name.into(),
+        source: path.into(),
+        step_s: 0.0,
+        time_s,
+        command_m,
+        position_m,
+        load,
+        others: columns,
+    };
     record.checked(&lines)
 }
 
 impl MotionRecord {
-    /// Checks the channels, and determines the step. `lines` holds the line (or number) of each sample in its source.
+    /// Checks the channels, and determines the step. `lines` holds the line (or number) of each sample in its
+    /// source.
     ///
     /// # Errors  as [`read_motion`].
     pub(super) fn checked(mut self, lines: &[u64]) -> Result<Self, MeasurementError> {
@@ -104,7 +119,8 @@ impl MotionRecord {
         let (column, load) = (self.load.column(), self.load.samples());
         for (name, channel) in [("position_m", self.position_m.as_slice()), (column, load)] {
             if channel.iter().all(|x| *x == channel[0]) {
-                let fault = format!("{name} is constant ({}); record the channel while the axis moves", channel[0]);
+                let fault =
+                    format!("{name} is constant ({}); record the channel while the axis moves", channel[0]);
                 return Err(MeasurementError::file(path, fault));
             }
         }
@@ -133,7 +149,9 @@ pub(super) fn step(path: &str, time_s: &[f64], lines: &[u64]) -> Result<f64, Mea
             format!("time_s falls from {from} to {to}; write the samples in order of time")
         } else if to - from > 1.5 * median_step {
             let missing = ((to - from) / median_step).round() - 1.0;
-            format!("time_s skips samples: {from} to {to} at a step of {median_step:.6} s, {missing:.0} missing; split the record there")
+            format!(
+                "time_s skips samples: {from} to {to} at a step of {median_step:.6} s, {missing:.0} missing; split the record there"
+            )
         } else if (to - from - median_step).abs() > STEP_TOLERANCE * median_step {
             format!(
                 "time_s is uneven: a step of {:.9} s, the median is {median_step:.9} s; resample evenly, or write more digits",
@@ -147,7 +165,8 @@ pub(super) fn step(path: &str, time_s: &[f64], lines: &[u64]) -> Result<f64, Mea
     Ok((time_s[last] - time_s[0]) / last as f64)
 }
 
-/// Finds the first saturated run of samples at the channel's largest or smallest value: first sample, count, value.
+/// Finds the first saturated run of samples at the channel's largest or smallest value: first sample, count,
+/// value.
 fn saturated(channel: &[f64]) -> Option<(usize, usize, f64)> {
     let (low, high) = extremes(channel);
     let mut begin = 0;
@@ -226,7 +245,10 @@ mod tests {
                 "line 52: time_s is uneven",
             ),
             (Box::new(|_, r| r[2] = 0.1), "position_m is constant (0.1)"),
-            (Box::new(|_, r| r[3] = r[3].clamp(-30.0, 30.0)), "line 2: force_n stays at its extreme value 30"),
+            (
+                Box::new(|_, r| r[3] = r[3].clamp(-30.0, 30.0)),
+                "line 2: force_n stays at its extreme value 30",
+            ),
             (
                 Box::new(|i, r| {
                     if i == 9 {

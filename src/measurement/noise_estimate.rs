@@ -11,9 +11,11 @@ use numeric::statistics::median;
 const HALF_WINDOW: usize = 40;
 /// Number of lines between the middles of neighbouring windows.
 const WINDOW_STEP: usize = 20;
-/// Least number of differences in a window: the standard deviation of eight overlapping ones scatters by a third.
+/// Least number of differences in a window: the standard deviation of eight overlapping ones scatters by a
+/// third.
 const LEAST_SAMPLES: usize = 8;
-/// Ratio of a squared difference to its expectation at which it is cut (1): 5 % of the differences of normal noise exceed it.
+/// Ratio of a squared difference to its expectation at which it is cut (1): 5 % of the differences of normal
+/// noise exceed it.
 const CUT: f64 = 3.0;
 /// Largest number of multiplicative updates of the variance components.
 const UPDATES: usize = 60;
@@ -38,20 +40,26 @@ struct Sample {
 
 /// Estimates the noise of the FRFs that state none and attaches it to their lines.
 ///
-/// Repeated measurements have the same points, quantity and condition. Their spread about their mean is the noise. Without repeats it is the third
-/// difference of ln H over four neighbouring lines: the residual of a local polynomial of second order, with the phase unwrapped.
+/// Repeated measurements have the same points, quantity and condition. Their spread about their mean is the
+/// noise. Without repeats it is the third difference of ln H over four neighbouring lines: the residual of a
+/// local polynomial of second order, with the phase unwrapped.
 ///
-/// The variance of one component of ln H is the sum of three parts: a² (noise in proportion to |H|), b²/|H|² (noise of the response, which is
-/// largest at antiresonances), and the square of the third difference by curvature. A single pole or zero at a distance 1/g of lines has the
-/// slope g and the third derivative 2g³, so the slope of ln H predicts the last part up to a factor. Only the first two parts are noise. The
-/// three factors are constant over a window of lines and are estimated from its differences.
+/// The variance of one component of ln H is the sum of three parts: a² (noise in proportion to |H|), b²/|H|²
+/// (noise of the response, which is largest at antiresonances), and the square of the third difference by
+/// curvature. A single pole or zero at a distance 1/g of lines has the slope g and the third derivative 2g³,
+/// so the slope of ln H predicts the last part up to a factor. Only the first two parts are noise. The three
+/// factors are constant over a window of lines and are estimated from its differences.
 ///
-/// # Limits  noise correlated between neighbouring lines, as by a window or zero padding, is estimated too low or too high by that correlation.
+/// # Limits  noise correlated between neighbouring lines, as by a window or zero padding, is estimated too
+///   low or too high by that correlation.
 ///
-/// # Source  Pintelon and Schoukens, System Identification (2012), chapter 7: noise from the residual of local polynomials. Maximum likelihood of
-/// squared normal differences with a sum of variances: Févotte, Bertin and Durrieu, Neural Comput. 21 (2009) 793–830, multiplicative updates.
+/// # Source  Pintelon and Schoukens, System Identification (2012), chapter 7: noise from the residual of
+///   local polynomials. Maximum likelihood of
+/// squared normal differences with a sum of variances: Févotte, Bertin and Durrieu, Neural Comput. 21 (2009)
+/// 793–830, multiplicative updates.
 pub(super) fn estimate_unstated_noise(frfs: &mut [Frf]) {
-    let unstated: Vec<usize> = (0..frfs.len()).filter(|at| frfs[*at].lines.iter().all(|line| line.noise.is_none())).collect();
+    let unstated: Vec<usize> =
+        (0..frfs.len()).filter(|at| frfs[*at].lines.iter().all(|line| line.noise.is_none())).collect();
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for &at in &unstated {
         match groups.iter_mut().find(|group| is_repeat(&frfs[at], &frfs[group[0]])) {
@@ -66,9 +74,11 @@ pub(super) fn estimate_unstated_noise(frfs: &mut [Frf]) {
         for &at in &group {
             let frf = &frfs[at];
             let noise = if spread.len() >= LEAST_SAMPLES {
-                smooth(frf, &samples_of(frf, &spread), group.len() - 1).map(|sds| sds.into_iter().map(FrfNoise::Repeats).collect())
+                smooth(frf, &samples_of(frf, &spread), group.len() - 1)
+                    .map(|sds| sds.into_iter().map(FrfNoise::Repeats).collect())
             } else {
-                smooth(frf, &third_differences(frf), 1).map(|sds| sds.into_iter().map(FrfNoise::Neighbours).collect())
+                smooth(frf, &third_differences(frf), 1)
+                    .map(|sds| sds.into_iter().map(FrfNoise::Neighbours).collect())
             };
             found.extend(noise.map(|noise: Vec<FrfNoise>| (at, noise)));
         }
@@ -84,7 +94,8 @@ pub(super) fn single_average_warning(files: &[String]) -> Option<String> {
     (!files.is_empty()).then(|| format!("the coherence is 1 at every line, {remedy}: {}", files.join(", ")))
 }
 
-/// Drops a coherence of exactly 1 at every line, which a single average or a computed FRF has. Returns whether it did.
+/// Drops a coherence of exactly 1 at every line, which a single average or a computed FRF has. Returns
+/// whether it did.
 pub(super) fn drop_coherence_of_one(lines: &mut [FrfLine]) -> bool {
     let is_one = lines.iter().all(|line| line.noise == Some(FrfNoise::Coherence(1.0)));
     if is_one {
@@ -113,7 +124,8 @@ fn third_differences(frf: &Frf) -> Vec<Sample> {
         .map(|first| {
             let step = (frequency(first + 3) - frequency(first)) / 3.0;
             let x: [f64; 4] = std::array::from_fn(|i| (frequency(first + i) - frequency(first)) / step - 1.5);
-            let divided: [f64; 4] = std::array::from_fn(|i| (0..4).filter(|j| *j != i).map(|j| 1.0 / (x[i] - x[j])).product());
+            let divided: [f64; 4] =
+                std::array::from_fn(|i| (0..4).filter(|j| *j != i).map(|j| 1.0 / (x[i] - x[j])).product());
             let norm = divided.iter().map(|c| c * c).sum::<f64>();
             let (mean, square) = (x.iter().sum::<f64>() / 4.0, x.iter().map(|x| x * x).sum::<f64>());
             let mut difference = Complex64::ZERO;
@@ -138,8 +150,8 @@ fn is_same(line: &FrfLine, frequency_hz: f64) -> bool {
     (line.frequency_hz - frequency_hz).abs() <= frequency_hz * 1e-9
 }
 
-/// Returns the frequencies (Hz) of the lines that all repeated measurements have, each with the variance of one component of ln H about the mean.
-/// Empty for a single measurement.
+/// Returns the frequencies (Hz) of the lines that all repeated measurements have, each with the variance of
+/// one component of ln H about the mean. Empty for a single measurement.
 fn spread(repeats: &[&Frf]) -> Vec<(f64, f64)> {
     let [first, _, ..] = repeats else { return Vec::new() };
     let mut next = vec![0; repeats.len()];
@@ -148,10 +160,16 @@ fn spread(repeats: &[&Frf]) -> Vec<(f64, f64)> {
     for line in &first.lines {
         values.clear();
         for (repeat, next) in repeats.iter().zip(&mut next) {
-            while repeat.lines.get(*next).is_some_and(|other| other.frequency_hz < line.frequency_hz * (1.0 - 1e-9)) {
+            while repeat
+                .lines
+                .get(*next)
+                .is_some_and(|other| other.frequency_hz < line.frequency_hz * (1.0 - 1e-9))
+            {
                 *next += 1;
             }
-            values.extend(repeat.lines.get(*next).filter(|other| is_same(other, line.frequency_hz)).map(|l| l.value));
+            values.extend(
+                repeat.lines.get(*next).filter(|other| is_same(other, line.frequency_hz)).map(|l| l.value),
+            );
         }
         if values.len() < repeats.len() {
             continue;
@@ -160,7 +178,8 @@ fn spread(repeats: &[&Frf]) -> Vec<(f64, f64)> {
         let reference = values[0];
         values.iter_mut().for_each(|value| *value = (*value / reference).ln());
         let mean = values.iter().sum::<Complex64>() / repeats.len() as f64;
-        let square = values.iter().map(|r| (r - mean).norm_sqr()).sum::<f64>() / (2.0 * (repeats.len() - 1) as f64);
+        let square =
+            values.iter().map(|r| (r - mean).norm_sqr()).sum::<f64>() / (2.0 * (repeats.len() - 1) as f64);
         debug_assert!(values.iter().all(|r| r.im.abs() <= PI));
         variances.push((line.frequency_hz, square));
     }
@@ -178,8 +197,8 @@ fn samples_of(frf: &Frf, variances: &[(f64, f64)]) -> Vec<Sample> {
     variances.iter().filter_map(of_line).collect()
 }
 
-/// Estimates the standard deviation of one component of ln H at each line; `None` with too few samples. `freedom`: half the degrees of freedom of
-/// each squared difference.
+/// Estimates the standard deviation of one component of ln H at each line; `None` with too few samples.
+/// `freedom`: half the degrees of freedom of each squared difference.
 fn smooth(frf: &Frf, samples: &[Sample], freedom: usize) -> Option<Vec<f64>> {
     if samples.len() < LEAST_SAMPLES {
         return None;
@@ -190,7 +209,9 @@ fn smooth(frf: &Frf, samples: &[Sample], freedom: usize) -> Option<Vec<f64>> {
         true => {
             let last = count - HALF_WINDOW;
             let steps = (last - HALF_WINDOW).div_ceil(WINDOW_STEP).max(1);
-            (0..=steps).map(|k| HALF_WINDOW as f64 + (last - HALF_WINDOW) as f64 * k as f64 / steps as f64).collect()
+            (0..=steps)
+                .map(|k| HALF_WINDOW as f64 + (last - HALF_WINDOW) as f64 * k as f64 / steps as f64)
+                .collect()
         }
     };
     let windows: Vec<[f64; COMPONENTS]> = middles
@@ -214,14 +235,17 @@ fn smooth(frf: &Frf, samples: &[Sample], freedom: usize) -> Option<Vec<f64>> {
     let sd = |at: usize| {
         let right = middles.partition_point(|middle| *middle < at as f64);
         let (left, right) = (right.saturating_sub(1), right.min(middles.len() - 1));
-        let share = if left == right { 0.0 } else { (at as f64 - middles[left]) / (middles[right] - middles[left]) };
-        let here = variance(left, at).max(LEAST_VARIANCE).powf(1.0 - share) * variance(right, at).max(LEAST_VARIANCE).powf(share);
+        let share =
+            if left == right { 0.0 } else { (at as f64 - middles[left]) / (middles[right] - middles[left]) };
+        let here = variance(left, at).max(LEAST_VARIANCE).powf(1.0 - share)
+            * variance(right, at).max(LEAST_VARIANCE).powf(share);
         here.sqrt().min(LARGEST_SD)
     };
     Some((0..count).map(sd).collect())
 }
 
-/// Estimates the variance components of the samples of a window by maximum likelihood, with large squares cut.
+/// Estimates the variance components of the samples of a window by maximum likelihood, with large squares
+/// cut.
 fn variance_components(samples: &[Sample], freedom: usize) -> [f64; COMPONENTS] {
     let middle = |of: &dyn Fn(&Sample) -> f64| median(samples.iter().map(of)).unwrap_or(0.0);
     let level = middle(&|s| s.square).max(LEAST_VARIANCE);
@@ -232,7 +256,8 @@ fn variance_components(samples: &[Sample], freedom: usize) -> [f64; COMPONENTS] 
     for _ in 0..UPDATES {
         let (mut above, mut below) = ([0.0; COMPONENTS], [0.0; COMPONENTS]);
         for sample in samples {
-            let expected = components.iter().zip(sample.share).map(|(c, s)| c * s).sum::<f64>().max(LEAST_VARIANCE);
+            let expected =
+                components.iter().zip(sample.share).map(|(c, s)| c * s).sum::<f64>().max(LEAST_VARIANCE);
             let ratio = (sample.square / expected).min(CUT) / kept;
             for i in 0..COMPONENTS {
                 above[i] += ratio * sample.share[i] / expected;
@@ -251,9 +276,11 @@ fn variance_components(samples: &[Sample], freedom: usize) -> [f64; COMPONENTS] 
     components
 }
 
-/// Returns the mean of min(x, [`CUT`]), where x has mean 1 and is χ² with 2·`freedom` degrees of freedom over their number.
+/// Returns the mean of min(x, [`CUT`]), where x has mean 1 and is χ² with 2·`freedom` degrees of freedom over
+/// their number.
 ///
-/// # Source  E[min(x, c)] = P(n + 1, nc) + c·(1 − P(n, nc)), with the incomplete gamma function P as a Poisson sum for whole n.
+/// # Source  E[min(x, c)] = P(n + 1, nc) + c·(1 − P(n, nc)), with the incomplete gamma function P as a
+///   Poisson sum for whole n.
 fn mean_of_cut(freedom: usize) -> f64 {
     let scaled = freedom as f64 * CUT;
     // Poisson probability of fewer than n events: 1 − P(n, scaled).

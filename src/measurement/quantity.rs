@@ -31,7 +31,8 @@ impl Quantity {
         Complex64::new(0.0, omega_rad_s).powi(self.power())
     }
 
-    /// Returns (iω + σ)^p/(iω)^p: its factor on a receptance under an exponential window of decay rate σ over that without one.
+    /// Returns (iω + σ)^p/(iω)^p: its factor on a receptance under an exponential window of decay rate σ over
+    /// that without one.
     pub fn windowed(self, window_per_s: f64, omega_rad_s: f64) -> Complex64 {
         Complex64::new(1.0, -window_per_s / omega_rad_s).powi(self.power())
     }

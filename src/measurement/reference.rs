@@ -17,9 +17,11 @@ pub struct Reference {
     pub file: SourceFile,
 }
 
-/// Reads a table with the columns `time_s` and `command_m`, such as a time record; of the other columns only `pulse_v` is used.
+/// Reads a table with the columns `time_s` and `command_m`, such as a time record; of the other columns only
+/// `pulse_v` is used.
 ///
-/// # Errors  the file cannot be read; a column is missing, a cell is not a number; time stamps repeat, decrease, are uneven or skip samples.
+/// # Errors  the file cannot be read; a column is missing, a cell is not a number; time stamps repeat,
+///   decrease, are uneven or skip samples.
 pub fn read_reference(path: &str) -> Result<Reference, MeasurementError> {
     Reference::of(SourceFile::read(path, "write s-curve, sine or the name of a .csv file")?)
 }
@@ -30,7 +32,8 @@ impl Reference {
     /// # Errors  as [`read_reference`].
     pub fn of(file: SourceFile) -> Result<Self, MeasurementError> {
         let table = Table::read_open(&file.path, file.text()?, &["time_s", "command_m"], &["pulse_v"])?;
-        let (mut lines, mut time_s, mut command_m, mut added_v) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (mut lines, mut time_s, mut command_m, mut added_v) =
+            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for row in table.rows() {
             let row = row?;
             lines.push(row.line());

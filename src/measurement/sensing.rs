@@ -22,28 +22,38 @@ impl Sensing {
     /// # Errors  a number out of range, or one of both numbers of the mount.
     pub fn of(manifest: &Manifest, entry: &FrfFile) -> Result<Self, Fault> {
         let above_0 = |key: &str, own: Option<f64>, of_set: Option<f64>| match own.or(of_set) {
-            Some(x) if !(x > 0.0 && x.is_finite()) => Err(format!("{key}: is {x}; write a number above 0, or leave it out")),
+            Some(x) if !(x > 0.0 && x.is_finite()) => {
+                Err(format!("{key}: is {x}; write a number above 0, or leave it out"))
+            }
             stated => Ok(stated),
         };
         let window_s = match entry.exponential_window_s.or(manifest.exponential_window_s) {
             Some(0.0) => None,
             Some(x) if !(x > 0.0 && x.is_finite()) => {
-                return Err(format!("exponential_window_s: is {x}; write its time constant in s, or 0 for an FRF without a window"));
+                return Err(format!(
+                    "exponential_window_s: is {x}; write its time constant in s, or 0 for an FRF without a window"
+                ));
             }
             stated => stated,
         };
-        let natural_hz = above_0("mount_resonance_hz", entry.mount_resonance_hz, manifest.mount_resonance_hz)?;
-        let damping_ratio = above_0("mount_damping_ratio", entry.mount_damping_ratio, manifest.mount_damping_ratio)?;
+        let natural_hz =
+            above_0("mount_resonance_hz", entry.mount_resonance_hz, manifest.mount_resonance_hz)?;
+        let damping_ratio =
+            above_0("mount_damping_ratio", entry.mount_damping_ratio, manifest.mount_damping_ratio)?;
         if natural_hz.is_some() != damping_ratio.is_some() {
-            return Err("states only one of mount_resonance_hz and mount_damping_ratio; write both, or neither".into());
+            return Err(
+                "states only one of mount_resonance_hz and mount_damping_ratio; write both, or neither"
+                    .into(),
+            );
         }
         Ok(Sensing { mount: natural_hz.zip(damping_ratio), window_per_s: window_s.map_or(0.0, f64::recip) })
     }
 
-    /// Returns the factor that removes the mount from a recorded FRF, and under a window makes the receptance that of ω − iσ.
+    /// Returns the factor that removes the mount from a recorded FRF, and under a window makes the receptance
+    /// that of ω − iσ.
     ///
-    /// # Source  mount: a mass on a spring and a damper on the moving surface, (2ζω_m·s + ω_m²)/(s² + 2ζω_m·s + ω_m²), as the chain fault
-    ///   `mount-resonance`. Window: the transform of e^(−σt)·dx/dt is s·X(s) with s = iω + σ.
+    /// # Source  mount: a mass on a spring and a damper on the moving surface, (2ζω_m·s + ω_m²)/(s² +
+    ///   2ζω_m·s + ω_m²), as the chain fault `mount-resonance`. Window: the transform of e^(−σt)·dx/dt is s·X(s) with s = iω + σ.
     pub fn correction(&self, quantity: Quantity, frequency_hz: f64) -> Complex64 {
         if !(frequency_hz > 0.0) {
             return Complex64::ONE;
@@ -64,7 +74,8 @@ mod tests {
     use crate::manifest::parse;
 
     fn of(set: &str, frf: &str) -> Result<Sensing, Fault> {
-        let text = format!("title = \"t\"\nquantity = \"accelerance\"\n{set}\n[[frf]]\nfile = \"a.csv\"\n{frf}\n");
+        let text =
+            format!("title = \"t\"\nquantity = \"accelerance\"\n{set}\n[[frf]]\nfile = \"a.csv\"\n{frf}\n");
         let manifest = parse("manifest.toml", &text).unwrap();
         Sensing::of(&manifest, &manifest.frf[0])
     }
@@ -76,7 +87,10 @@ mod tests {
         assert_eq!(of("", ""), expected(None, 0.0));
         assert_eq!(of(set, ""), expected(Some((3000.0, 0.02)), 2.0));
         assert_eq!(of(set, "exponential_window_s = 0"), expected(Some((3000.0, 0.02)), 0.0));
-        assert_eq!(of(set, "exponential_window_s = 0.25\nmount_resonance_hz = 2000"), expected(Some((2000.0, 0.02)), 4.0));
+        assert_eq!(
+            of(set, "exponential_window_s = 0.25\nmount_resonance_hz = 2000"),
+            expected(Some((2000.0, 0.02)), 4.0)
+        );
     }
 
     #[test]
@@ -93,8 +107,9 @@ mod tests {
         }
     }
 
-    /// A free mass under a sensor on its mount, recorded with a window: the accelerometer's mass z on spring and damper follows the surface x,
-    /// z̈ = ω_m²·(x − z) + 2ζω_m·(ẋ − ż), and reads its acceleration s²·Z at s = iω + σ; the surface moves by X = F/(m·s²).
+    /// A free mass under a sensor on its mount, recorded with a window: the accelerometer's mass z on spring
+    /// and damper follows the surface x, z̈ = ω_m²·(x − z) + 2ζω_m·(ẋ − ż), and reads its acceleration s²·Z
+    /// at s = iω + σ; the surface moves by X = F/(m·s²).
     #[test]
     fn limit_the_corrected_accelerance_of_a_mass_is_its_receptance() {
         let sensing = Sensing { mount: Some((500.0, 0.05)), window_per_s: 3.0 };

@@ -58,7 +58,9 @@ pub struct Published {
 impl Published {
     /// Returns the published frequency (Hz) of an order at a position, predicted by a fit to `fit_positions`.
     pub fn predicted_hz(&self, fit_positions: &[String], position: &str, order: u32) -> Option<f64> {
-        let same = |r: &&PublishedRow| are_same(&r.fit_positions, fit_positions) && r.position == position && r.order == order;
+        let same = |r: &&PublishedRow| {
+            are_same(&r.fit_positions, fit_positions) && r.position == position && r.order == order
+        };
         self.rows.iter().find(same).map(|r| r.predicted_hz)
     }
 
@@ -75,7 +77,8 @@ fn are_same(a: &[String], b: &[String]) -> bool {
 
 /// Standard deviations of channel gains, channel delays and nut positions of a hammer test.
 ///
-/// # Source  defaults: calibration of force and acceleration sensors, synchronism of analyser channels, reading of a scale.
+/// # Source  defaults: calibration of force and acceleration sensors, synchronism of analyser channels,
+///   reading of a scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChannelTolerance {
     /// Gain of each channel: of ln(gain) (1).
@@ -139,12 +142,15 @@ impl MeasurementSet {
     }
 }
 
-/// Returns the tolerances of the measuring chain: those stated, checked against their range, else the defaults.
+/// Returns the tolerances of the measuring chain: those stated, checked against their range, else the
+/// defaults.
 fn tolerance(path: &str, file: &ChannelToleranceFile) -> Result<ChannelTolerance, MeasurementError> {
     let default = ChannelTolerance::default();
     let known = |key: &str, stated: Option<f64>, default: f64, largest: f64| match stated {
         Some(sd) if !(0.0..=largest).contains(&sd) => {
-            let remedy = format!("write a standard deviation from 0 to {largest} (default {default:e}), or leave it out");
+            let remedy = format!(
+                "write a standard deviation from 0 to {largest} (default {default:e}), or leave it out"
+            );
             Err(MeasurementError::key(path, format!("tolerance.{key}"), format!("is {sd}; {remedy}")))
         }
         stated => Ok(stated.unwrap_or(default)),
@@ -169,8 +175,12 @@ impl OpenFolder<'_> {
         let bytes = (self.read)(file).map_err(|error| {
             let here = Path::new(self.path);
             let (path, fault) = match error.kind() {
-                ErrorKind::NotFound if !here.exists() => (self.path, "there is no such folder; name one with a manifest.toml".into()),
-                ErrorKind::NotADirectory => (self.path, "is a file; name the folder that holds manifest.toml".into()),
+                ErrorKind::NotFound if !here.exists() => {
+                    (self.path, "there is no such folder; name one with a manifest.toml".into())
+                }
+                ErrorKind::NotADirectory => {
+                    (self.path, "is a file; name the folder that holds manifest.toml".into())
+                }
                 ErrorKind::NotFound => (name.as_str(), "there is no such file".to_string()),
                 ErrorKind::PermissionDenied => (name.as_str(), "reading it is not permitted".into()),
                 _ if here.join(file).is_dir() => (name.as_str(), "is a folder where a file is needed".into()),
@@ -191,7 +201,8 @@ impl OpenFolder<'_> {
 
 /// Reads a measurement set from a folder, or the embedded bench where there is no folder of that name.
 ///
-/// # Errors  a file is missing or unreadable or lies outside the folder, a key is unknown or missing, a cell is not a number, a position appears
+/// # Errors  a file is missing or unreadable or lies outside the folder, a key is unknown or missing, a cell
+///   is not a number, a position appears
 /// twice, there is no observation.
 pub fn read_set(path: &str) -> Result<MeasurementSet, MeasurementError> {
     read_set_from(path, false)
@@ -204,11 +215,15 @@ pub fn read_set_from(path: &str, allow_outside: bool) -> Result<MeasurementSet, 
     let folder = Path::new(path);
     read_set_with(path, |file| {
         if !allow_outside && file != MANIFEST && !is_inside(folder, file) {
-            return Err(io::Error::other("lies outside the folder of its manifest; copy it into the folder, or allow files outside"));
+            return Err(io::Error::other(
+                "lies outside the folder of its manifest; copy it into the folder, or allow files outside",
+            ));
         }
         let most_bytes = if file == MANIFEST { MOST_TEXT_BYTES } else { MOST_TABLE_BYTES };
         match read_file(&folder.join(file), most_bytes) {
-            Err(fault) if !folder.exists() => embedded_file(path, file).map(|text| text.as_bytes().to_vec()).ok_or(fault.into()),
+            Err(fault) if !folder.exists() => {
+                embedded_file(path, file).map(|text| text.as_bytes().to_vec()).ok_or(fault.into())
+            }
             read => Ok(read?),
         }
     })
@@ -220,7 +235,10 @@ const MANIFEST: &str = "manifest.toml";
 /// Reads a set as [`read_set`]; `read` returns the content of a file by its name in the manifest.
 ///
 /// # Errors  as [`read_set`].
-pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> Result<MeasurementSet, MeasurementError> {
+pub fn read_set_with(
+    path: &str,
+    read: impl Fn(&str) -> io::Result<Vec<u8>>,
+) -> Result<MeasurementSet, MeasurementError> {
     let mut folder = OpenFolder { path, read: &read, files: Vec::new() };
     let manifest_path = folder.name(MANIFEST);
     let fault = |fault: String| MeasurementError::file(&manifest_path, fault);
@@ -231,7 +249,10 @@ pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> 
     let mut warnings = Vec::new();
     let gain = gain(&manifest_path, &manifest, &mut warnings)?;
     if let Some(step) = manifest.frequency_resolution_hz.filter(|s| !(*s > 0.0 && s.is_finite())) {
-        return Err(at_key("frequency_resolution_hz", format!("is {step}; write a number above 0, or leave it out")));
+        return Err(at_key(
+            "frequency_resolution_hz",
+            format!("is {step}; write a number above 0, or leave it out"),
+        ));
     }
     if let Some(least) = manifest.least_prominence.filter(|p| !(*p > 1.0 && p.is_finite())) {
         let remedy = "write the smallest prominence of a read peak, above 1 (2: twice the adjacent valley), or leave it out";
@@ -273,7 +294,10 @@ pub fn read_set_with(path: &str, read: impl Fn(&str) -> io::Result<Vec<u8>>) -> 
     let mut motions: Vec<MotionRecord> = Vec::new();
     for entry in &manifest.motion {
         if motions.iter().any(|m| m.name == entry.name) {
-            return Err(fault(format!("[[motion]] «{}» appears twice; give each record its own name", entry.name)));
+            return Err(fault(format!(
+                "[[motion]] «{}» appears twice; give each record its own name",
+                entry.name
+            )));
         }
         let text = folder.text(&entry.file)?;
         motions.push(read_motion(&folder.name(&entry.file), &entry.name, &text)?);
@@ -325,7 +349,10 @@ fn positions(path: &str, manifest: &Manifest) -> Result<Vec<Position>, Measureme
     let mut positions: Vec<Position> = Vec::new();
     for p in &manifest.position {
         if positions.iter().any(|q| q.name == p.name) {
-            return Err(MeasurementError::file(path, format!("position «{}» appears twice; give each position its own name", p.name)));
+            return Err(MeasurementError::file(
+                path,
+                format!("position «{}» appears twice; give each position its own name", p.name),
+            ));
         }
         if let Some(nut_m) = p.nut_m.filter(|x| !(x.abs() <= LONGEST_M)) {
             let fault = format!("nut_m is {nut_m:e}; write a distance in m, at most {LONGEST_M} m");
@@ -337,12 +364,18 @@ fn positions(path: &str, manifest: &Manifest) -> Result<Vec<Position>, Measureme
 }
 
 /// Returns the gain of a set; unknown where the excitation is neither a force nor a torque.
-fn gain(manifest_path: &str, manifest: &Manifest, warnings: &mut Vec<String>) -> Result<Gain, MeasurementError> {
+fn gain(
+    manifest_path: &str,
+    manifest: &Manifest,
+    warnings: &mut Vec<String>,
+) -> Result<Gain, MeasurementError> {
     let at_key = |key: &str, fault: String| MeasurementError::key(manifest_path, key, fault);
     let gain = match manifest.gain {
         None => Gain::Known(1.0),
         Some(GainFile::Number(g)) if g > 0.0 && is_physical(g) => Gain::Known(g),
-        Some(GainFile::Number(g)) => return Err(at_key("gain", format!("is {g}; write a number above 0, or \"unknown\""))),
+        Some(GainFile::Number(g)) => {
+            return Err(at_key("gain", format!("is {g}; write a number above 0, or \"unknown\"")));
+        }
         Some(GainFile::Word(_)) => Gain::Unknown,
     };
     Ok(match manifest.excitation_unit.as_deref() {
@@ -366,7 +399,9 @@ pub(crate) const COMMAND: &str = "command";
 
 /// Whether every excitation of a set is the command of the position loop.
 fn is_commanded(manifest: &Manifest) -> bool {
-    let own = |frf: &FrfFile| frf.excitation.as_ref().or(manifest.excitation.as_ref()).is_some_and(|name| name == COMMAND);
+    let own = |frf: &FrfFile| {
+        frf.excitation.as_ref().or(manifest.excitation.as_ref()).is_some_and(|name| name == COMMAND)
+    };
     !manifest.frf.is_empty() && manifest.frf.iter().all(own)
 }
 
@@ -378,12 +413,18 @@ fn length_warning(path: &str, frfs: &[Frf]) -> Option<String> {
     let hours = 4e-3 * lines as f64 / 3600.0;
     let time = if hours < 1.0 { format!("{:.0} min", 60.0 * hours) } else { format!("{hours:.1} h") };
     let advice = "export with a coarser resolution, restrict the band, or fit without tolerances";
-    (lines > MANY).then(|| format!("{path}: the FRFs have {lines} lines together; a fit takes about {time} on one core; {advice}"))
+    (lines > MANY).then(|| {
+        format!(
+            "{path}: the FRFs have {lines} lines together; a fit takes about {time} on one core; {advice}"
+        )
+    })
 }
 
-/// Whether a unit of the excitation is N or N·m under another spelling; false where it is no unit of force or torque, such as A.
+/// Whether a unit of the excitation is N or N·m under another spelling; false where it is no unit of force or
+/// torque, such as A.
 fn is_newton(label: &str) -> Result<bool, Fault> {
-    let unit = parse_unit(label).map_err(|fault| format!("{fault}; write N, N*m, or the unit of a signal, such as A"))?;
+    let unit = parse_unit(label)
+        .map_err(|fault| format!("{fault}; write N, N*m, or the unit of a signal, such as A"))?;
     if ![Dimension::FORCE, Dimension::TORQUE].contains(&unit.dimension) {
         return Ok(false);
     }
@@ -416,10 +457,18 @@ fn read_frf(
         None => None,
     };
     let named = |own: &Option<String>, set: &Option<String>, key: &str| {
-        own.clone().or_else(|| set.clone()).ok_or_else(|| fault(format!("has no `{key}`, nor has the set; write the point's name")))
+        own.clone()
+            .or_else(|| set.clone())
+            .ok_or_else(|| fault(format!("has no `{key}`, nor has the set; write the point's name")))
     };
-    for (key, direction) in [("response_direction", &entry.response_direction), ("excitation_direction", &entry.excitation_direction)] {
-        let is_direction = |name: &str| name.strip_prefix(['+', '-']).is_some_and(|axis| ["X", "Y", "Z", "RX", "RY", "RZ"].contains(&axis));
+    for (key, direction) in [
+        ("response_direction", &entry.response_direction),
+        ("excitation_direction", &entry.excitation_direction),
+    ] {
+        let is_direction = |name: &str| {
+            name.strip_prefix(['+', '-'])
+                .is_some_and(|axis| ["X", "Y", "Z", "RX", "RY", "RZ"].contains(&axis))
+        };
         if let Some(name) = direction.as_ref().filter(|name| !is_direction(name)) {
             return Err(fault(format!("{key}: is «{name}»; write a sign and an axis, as in +Z or -RX")));
         }
@@ -434,14 +483,19 @@ fn read_frf(
     if averages.is_none() && lines.iter().any(|l| matches!(l.noise, Some(FrfNoise::Coherence(_)))) {
         return Err(fault("has a coherence but no `averages`; write how many records were averaged".into()));
     }
-    for (key, number) in [("force_n", entry.force_n), ("speed_m_s", entry.speed_m_s), ("acceleration_m_s2", entry.acceleration_m_s2)] {
+    for (key, number) in [
+        ("force_n", entry.force_n),
+        ("speed_m_s", entry.speed_m_s),
+        ("acceleration_m_s2", entry.acceleration_m_s2),
+    ] {
         if let Some(x) = number.filter(|x| !x.is_finite()) {
             return Err(fault(format!("{key}: is {x}; write a finite number")));
         }
     }
     let quantity = entry.quantity.or(manifest.quantity);
-    let quantity =
-        quantity.ok_or_else(|| fault("has no `quantity`, nor has the set; write one of receptance, mobility, accelerance".into()))?;
+    let quantity = quantity.ok_or_else(|| {
+        fault("has no `quantity`, nor has the set; write one of receptance, mobility, accelerance".into())
+    })?;
     let sensing = Sensing::of(manifest, entry).map_err(fault)?;
     for line in lines.iter_mut().chain(&mut rejected) {
         line.value *= sensing.correction(quantity, line.frequency_hz);

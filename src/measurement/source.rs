@@ -20,9 +20,11 @@ impl SourceFile {
     ///
     /// # Errors  the file cannot be read, or is no regular file of a bounded size.
     pub fn read(path: &str, missing: &str) -> Result<Self, MeasurementError> {
-        let bytes = read_file(Path::new(path), MOST_TABLE_BYTES).map_err(|fault| match fault.is_missing() && !missing.is_empty() {
-            true => MeasurementError::file(path, format!("{fault}; {missing}")),
-            false => MeasurementError::file(path, fault.to_string()),
+        let bytes = read_file(Path::new(path), MOST_TABLE_BYTES).map_err(|fault| {
+            match fault.is_missing() && !missing.is_empty() {
+                true => MeasurementError::file(path, format!("{fault}; {missing}")),
+                false => MeasurementError::file(path, fault.to_string()),
+            }
         })?;
         Ok(Self { path: path.into(), bytes })
     }

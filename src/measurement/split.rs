@@ -6,8 +6,8 @@ use super::{Frf, MeasurementError, MeasurementSet};
 
 /// Data that may be fitted.
 ///
-/// Only [`MeasurementSet::split`] makes one, and a part of one is again data to fit. Nothing turns held-out data into data to fit: the fields are
-/// private.
+/// Only [`MeasurementSet::split`] makes one, and a part of one is again data to fit. Nothing turns held-out
+/// data into data to fit: the fields are private.
 ///
 /// ```
 /// # fn of(set: &jointid_measurement::MeasurementSet) -> Result<(), jointid_measurement::MeasurementError> {
@@ -93,7 +93,11 @@ impl<'s, Role> DataPart<'s, Role> {
     /// Returns its positions with only those FRFs whose index satisfies a condition.
     #[must_use]
     pub fn with_frfs(&self, keep: impl Fn(usize) -> bool) -> Self {
-        Self::new(self.set, self.positions.clone(), self.frfs.iter().copied().filter(|frf| keep(*frf)).collect())
+        Self::new(
+            self.set,
+            self.positions.clone(),
+            self.frfs.iter().copied().filter(|frf| keep(*frf)).collect(),
+        )
     }
 }
 
@@ -101,7 +105,11 @@ impl<'s> FitSet<'s> {
     /// Returns its FRFs with only those positions whose index satisfies a condition.
     #[must_use]
     pub fn with_positions(&self, keep: impl Fn(usize) -> bool) -> FitSet<'s> {
-        FitSet::new(self.set, self.positions.iter().copied().filter(|position| keep(*position)).collect(), self.frfs.clone())
+        FitSet::new(
+            self.set,
+            self.positions.iter().copied().filter(|position| keep(*position)).collect(),
+            self.frfs.clone(),
+        )
     }
 
     /// Returns the fitted data themselves as data to predict: the residuals of a fit.
@@ -114,28 +122,44 @@ impl<'s> FitSet<'s> {
     #[must_use]
     pub fn both(&self, held_out: &HoldOutSet<'s>) -> HoldOutSet<'s> {
         let joined = |own: &[usize], other: &[usize]| [own, other].concat();
-        HoldOutSet::new(self.set, joined(&self.positions, &held_out.positions), joined(&self.frfs, &held_out.frfs))
+        HoldOutSet::new(
+            self.set,
+            joined(&self.positions, &held_out.positions),
+            joined(&self.frfs, &held_out.frfs),
+        )
     }
 
-    /// Returns the folds of leave-one-out cross-validation: data to fit and to predict of each, see [`FitSet::blocks`].
+    /// Returns the folds of leave-one-out cross-validation: data to fit and to predict of each, see
+    /// [`FitSet::blocks`].
     pub fn leave_one_out(&self, whole_frfs: bool) -> Vec<(FitSet<'s>, HoldOutSet<'s>)> {
         self.blocks(whole_frfs).into_iter().map(|(kept, left)| (kept, left.to_predict())).collect()
     }
 
-    /// Returns the folds of leave-one-out cross-validation within the data to fit: retained and left-out data of each. Both are data to fit.
+    /// Returns the folds of leave-one-out cross-validation within the data to fit: retained and left-out data
+    /// of each. Both are data to fit.
     ///
-    /// For modes, a fold leaves out one position with observed modes. For whole FRFs, it leaves out all FRFs of one position, or of one record where
-    /// FRFs have no position.
+    /// For modes, a fold leaves out one position with observed modes. For whole FRFs, it leaves out all FRFs
+    /// of one position, or of one record where FRFs have no position.
     pub fn blocks(&self, whole_frfs: bool) -> Vec<(FitSet<'s>, FitSet<'s>)> {
-        let observed = |p: &usize| self.set.modes.as_ref().is_some_and(|m| m.positions[*p].iter().any(|mode| mode.frequency_hz.is_some()));
+        let observed = |p: &usize| {
+            self.set
+                .modes
+                .as_ref()
+                .is_some_and(|m| m.positions[*p].iter().any(|mode| mode.frequency_hz.is_some()))
+        };
         let groups: Vec<(Vec<usize>, Vec<usize>)> = if whole_frfs {
-            self.groups().into_iter().map(|frfs| (self.set.frfs[frfs[0]].position.into_iter().collect(), frfs)).collect()
+            self.groups()
+                .into_iter()
+                .map(|frfs| (self.set.frfs[frfs[0]].position.into_iter().collect(), frfs))
+                .collect()
         } else {
             self.positions.iter().copied().filter(observed).map(|p| (vec![p], Vec::new())).collect()
         };
-        let without = |all: &[usize], left: &[usize]| all.iter().copied().filter(|i| !left.contains(i)).collect();
+        let without =
+            |all: &[usize], left: &[usize]| all.iter().copied().filter(|i| !left.contains(i)).collect();
         let fold = |(positions, frfs): (Vec<usize>, Vec<usize>)| {
-            let kept = FitSet::new(self.set, without(&self.positions, &positions), without(&self.frfs, &frfs));
+            let kept =
+                FitSet::new(self.set, without(&self.positions, &positions), without(&self.frfs, &frfs));
             (kept, FitSet::new(self.set, positions, frfs))
         };
         groups.into_iter().map(fold).collect()
@@ -143,7 +167,8 @@ impl<'s> FitSet<'s> {
 
     /// Returns its FRFs (by index), grouped by position, or by record where they have no position.
     pub fn groups(&self) -> Vec<Vec<usize>> {
-        let same = |a: &Frf, b: &Frf| a.position == b.position && (a.position.is_some() || a.record == b.record);
+        let same =
+            |a: &Frf, b: &Frf| a.position == b.position && (a.position.is_some() || a.record == b.record);
         let mut groups: Vec<Vec<usize>> = Vec::new();
         for &i in &self.frfs {
             match groups.iter_mut().find(|g| same(&self.set.frfs[g[0]], &self.set.frfs[i])) {
@@ -169,34 +194,52 @@ impl MeasurementSet {
 
     /// Creates the fault of a name that the set does not have.
     fn unknown_name(&self, of: &str, name: &str, known: &[&str]) -> MeasurementError {
-        let known = if known.is_empty() { "it has none".into() } else { format!("it has {}", known.join(", ")) };
+        let known =
+            if known.is_empty() { "it has none".into() } else { format!("it has {}", known.join(", ")) };
         MeasurementError::file(&self.path, format!("the set has no {of} «{name}»; {known}"))
     }
 
     /// Splits the set into fitted and held-out data.
     ///
-    /// The positions and records in `named` are fitted, else those of the set's `[split]`, else all. The others and those in `hold_out` are held out.
+    /// The positions and records in `named` are fitted, else those of the set's `[split]`, else all. The
+    /// others and those in `hold_out` are held out.
     ///
-    /// # Errors  a name is neither a position nor a record (the message lists the known ones), or is given twice; nothing is left to fit.
-    pub fn split(&self, named: Option<&[String]>, hold_out: &[String]) -> Result<(FitSet<'_>, HoldOutSet<'_>), MeasurementError> {
+    /// # Errors  a name is neither a position nor a record (the message lists the known ones), or is given
+    ///   twice; nothing is left to fit.
+    pub fn split(
+        &self,
+        named: Option<&[String]>,
+        hold_out: &[String],
+    ) -> Result<(FitSet<'_>, HoldOutSet<'_>), MeasurementError> {
         let named = named.or(self.split.as_deref()).map(|names| self.resolve(names)).transpose()?;
         let excluded = self.resolve(hold_out)?;
-        let is_record = |list: &[Name], frf: &Frf| list.iter().any(|n| matches!(n, Name::Record(r) if frf.record.as_ref() == Some(r)));
+        let is_record = |list: &[Name], frf: &Frf| {
+            list.iter().any(|n| matches!(n, Name::Record(r) if frf.record.as_ref() == Some(r)))
+        };
         let is_position = |list: &[Name], at: usize| list.contains(&Name::Position(at));
-        let position_fits = |at: usize| !is_position(&excluded, at) && named.as_ref().is_none_or(|list| is_position(list, at));
+        let position_fits = |at: usize| {
+            !is_position(&excluded, at) && named.as_ref().is_none_or(|list| is_position(list, at))
+        };
         let frf_fits = |frf: &Frf| {
-            let at = |list: &[Name]| is_record(list, frf) || frf.position.is_some_and(|p| is_position(list, p));
+            let at =
+                |list: &[Name]| is_record(list, frf) || frf.position.is_some_and(|p| is_position(list, p));
             !at(&excluded) && named.as_ref().is_none_or(|list| at(list))
         };
-        let (positions, other_positions): (Vec<usize>, Vec<usize>) = (0..self.positions.len()).partition(|i| position_fits(*i));
-        let (frfs, other_frfs): (Vec<usize>, Vec<usize>) = (0..self.frfs.len()).partition(|i| frf_fits(&self.frfs[*i]));
+        let (positions, other_positions): (Vec<usize>, Vec<usize>) =
+            (0..self.positions.len()).partition(|i| position_fits(*i));
+        let (frfs, other_frfs): (Vec<usize>, Vec<usize>) =
+            (0..self.frfs.len()).partition(|i| frf_fits(&self.frfs[*i]));
         if positions.is_empty() && frfs.is_empty() {
-            return Err(MeasurementError::file(&self.path, "nothing is left to fit; name fewer records to hold out, or others to fit"));
+            return Err(MeasurementError::file(
+                &self.path,
+                "nothing is left to fit; name fewer records to hold out, or others to fit",
+            ));
         }
         Ok((FitSet::new(self, positions, frfs), HoldOutSet::new(self, other_positions, other_frfs)))
     }
 
-    /// Returns all positions and FRFs of the set as data to predict: to draw them, or to check a model that was fitted to another set.
+    /// Returns all positions and FRFs of the set as data to predict: to draw them, or to check a model that
+    /// was fitted to another set.
     pub fn everything_to_predict(&self) -> HoldOutSet<'_> {
         HoldOutSet::new(self, (0..self.positions.len()).collect(), (0..self.frfs.len()).collect())
     }
@@ -210,10 +253,15 @@ impl MeasurementSet {
 
     /// Splits the time records into fitted and held-out ones (by index).
     ///
-    /// The records in `named` are fitted, else those of the set's `[split]`, else all. The others and those in `hold_out` are held out.
+    /// The records in `named` are fitted, else those of the set's `[split]`, else all. The others and those
+    /// in `hold_out` are held out.
     ///
     /// # Errors  a name is not a record, or is given twice; nothing is left to fit.
-    pub fn split_motions(&self, named: Option<&[String]>, hold_out: &[String]) -> Result<(Vec<usize>, Vec<usize>), MeasurementError> {
+    pub fn split_motions(
+        &self,
+        named: Option<&[String]>,
+        hold_out: &[String],
+    ) -> Result<(Vec<usize>, Vec<usize>), MeasurementError> {
         let named = named.or(self.split.as_deref()).map(|names| self.resolve(names)).transpose()?;
         let excluded = self.resolve(hold_out)?;
         let among = |list: &[Name], at: usize| list.contains(&Name::Record(self.motions[at].name.clone()));
@@ -233,11 +281,17 @@ impl MeasurementSet {
         let mut found: Vec<Name> = Vec::new();
         for name in names.iter().map(|n| n.trim()) {
             let position = self.positions.iter().position(|p| p.name == *name).map(Name::Position);
-            let is_record = self.frfs.iter().any(|f| f.record.as_deref() == Some(name)) || self.motions.iter().any(|m| m.name == name);
+            let is_record = self.frfs.iter().any(|f| f.record.as_deref() == Some(name))
+                || self.motions.iter().any(|m| m.name == name);
             let this = position.or_else(|| is_record.then(|| Name::Record(name.to_string())));
             let this = this.ok_or_else(|| {
                 let mut known: Vec<&str> = self.positions.iter().map(|p| p.name.as_str()).collect();
-                for record in self.frfs.iter().filter_map(|f| f.record.as_deref()).chain(self.motions.iter().map(|m| m.name.as_str())) {
+                for record in self
+                    .frfs
+                    .iter()
+                    .filter_map(|f| f.record.as_deref())
+                    .chain(self.motions.iter().map(|m| m.name.as_str()))
+                {
                     if !known.contains(&record) {
                         known.push(record);
                     }
@@ -245,7 +299,10 @@ impl MeasurementSet {
                 self.unknown_name("position or record", name, &known)
             })?;
             if found.contains(&this) {
-                return Err(MeasurementError::file(&self.path, format!("«{name}» is named twice; name it once")));
+                return Err(MeasurementError::file(
+                    &self.path,
+                    format!("«{name}» is named twice; name it once"),
+                ));
             }
             found.push(this);
         }

@@ -9,7 +9,8 @@ use super::MeasurementError;
 /// Largest number of characters of a cell that a message quotes.
 const QUOTED: usize = 40;
 
-/// A table with a header line. Its lines are parsed one at a time, so that a long table costs no memory beyond its text.
+/// A table with a header line. Its lines are parsed one at a time, so that a long table costs no memory
+/// beyond its text.
 pub(super) struct Table<'p> {
     path: &'p str,
     text: &'p str,
@@ -35,19 +36,38 @@ fn no_csv_line(path: &str, error: &csv::Error) -> MeasurementError {
 
 impl<'p> Table<'p> {
     /// Reads text with the `required` and any of the `optional` columns; others are refused.
-    pub(super) fn read(path: &'p str, text: &'p str, required: &[&str], optional: &[&str]) -> Result<Self, MeasurementError> {
+    pub(super) fn read(
+        path: &'p str,
+        text: &'p str,
+        required: &[&str],
+        optional: &[&str],
+    ) -> Result<Self, MeasurementError> {
         Self::read_with(path, text, required, optional, false)
     }
 
     /// Reads as [`Table::read`], but keeps unknown columns.
-    pub(super) fn read_open(path: &'p str, text: &'p str, required: &[&str], optional: &[&str]) -> Result<Self, MeasurementError> {
+    pub(super) fn read_open(
+        path: &'p str,
+        text: &'p str,
+        required: &[&str],
+        optional: &[&str],
+    ) -> Result<Self, MeasurementError> {
         Self::read_with(path, text, required, optional, true)
     }
 
-    fn read_with(path: &'p str, text: &'p str, required: &[&str], optional: &[&str], open: bool) -> Result<Self, MeasurementError> {
+    fn read_with(
+        path: &'p str,
+        text: &'p str,
+        required: &[&str],
+        optional: &[&str],
+        open: bool,
+    ) -> Result<Self, MeasurementError> {
         let known = || required.iter().chain(optional).copied().collect::<Vec<_>>().join(",");
         if text.trim().is_empty() {
-            return Err(MeasurementError::file(path, format!("is empty; write the header {} and at least one line", known())));
+            return Err(MeasurementError::file(
+                path,
+                format!("is empty; write the header {} and at least one line", known()),
+            ));
         }
         let mut lines = reader(text);
         let header = lines.headers().map_err(|e| no_csv_line(path, &e))?.clone();
@@ -57,12 +77,21 @@ impl<'p> Table<'p> {
             required.contains(&name) || optional.contains(&name)
         };
         if !header.iter().flat_map(|cell| cell.split([';', '\t'])).any(is_known) {
-            return Err(MeasurementError::line(path, 1, format!("is not the header of a table; the columns are {}", known())));
+            return Err(MeasurementError::line(
+                path,
+                1,
+                format!("is not the header of a table; the columns are {}", known()),
+            ));
         }
-        if let Some(separator) = header.get(0).filter(|_| header.len() == 1).and_then(|only| only.chars().find(|c| [';', '\t'].contains(c)))
+        if let Some(separator) = header
+            .get(0)
+            .filter(|_| header.len() == 1)
+            .and_then(|only| only.chars().find(|c| [';', '\t'].contains(c)))
         {
             let what = if separator == ';' { "semicolons" } else { "tabs" };
-            let fault = format!("its columns are separated by {what}; separate them by commas, and write points for decimal commas");
+            let fault = format!(
+                "its columns are separated by {what}; separate them by commas, and write points for decimal commas"
+            );
             return Err(MeasurementError::line(path, 1, fault));
         }
         let mut columns = HashMap::new();
@@ -76,11 +105,19 @@ impl<'p> Table<'p> {
                 ));
             }
             if columns.insert(name.to_string(), at).is_some() {
-                return Err(MeasurementError::line(path, 1, format!("column «{}» appears twice; keep one", shortened(name, QUOTED))));
+                return Err(MeasurementError::line(
+                    path,
+                    1,
+                    format!("column «{}» appears twice; keep one", shortened(name, QUOTED)),
+                ));
             }
         }
         if let Some(missing) = required.iter().find(|n| !columns.contains_key(**n)) {
-            return Err(MeasurementError::line(path, 1, format!("column «{missing}» is missing; the header is {}", known())));
+            return Err(MeasurementError::line(
+                path,
+                1,
+                format!("column «{missing}» is missing; the header is {}", known()),
+            ));
         }
         if lines.records().next().is_none() {
             return Err(MeasurementError::file(path, "holds a header and no line; write at least one"));
@@ -104,7 +141,8 @@ impl<'p> Table<'p> {
 
     /// Returns the names of all columns, in the order of the header.
     pub(super) fn columns(&self) -> Vec<&str> {
-        let mut names: Vec<(&str, usize)> = self.columns.iter().map(|(name, at)| (name.as_str(), *at)).collect();
+        let mut names: Vec<(&str, usize)> =
+            self.columns.iter().map(|(name, at)| (name.as_str(), *at)).collect();
         names.sort_by_key(|(_, at)| *at);
         names.into_iter().map(|(name, _)| name).collect()
     }
@@ -114,8 +152,14 @@ impl<'p> Table<'p> {
         match (self.has(a), self.has(b)) {
             (true, false) => Ok(a),
             (false, true) => Ok(b),
-            (true, true) => Err(MeasurementError::line(self.path, 1, format!("has both {a} and {b}; keep one of them"))),
-            (false, false) => Err(MeasurementError::line(self.path, 1, format!("has neither {a} nor {b}; write one of them"))),
+            (true, true) => {
+                Err(MeasurementError::line(self.path, 1, format!("has both {a} and {b}; keep one of them")))
+            }
+            (false, false) => Err(MeasurementError::line(
+                self.path,
+                1,
+                format!("has neither {a} nor {b}; write one of them"),
+            )),
         }
     }
 
@@ -146,11 +190,14 @@ impl Row<'_> {
         let cell = self.text(column)?;
         match cell.parse::<f64>() {
             Ok(x) if is_physical(x) || x.abs() < 1.0 => Ok(x),
-            Ok(x) if x.is_finite() => Err(self.fault(format!("{column} is {x:e}; no quantity in SI units is that large"))),
+            Ok(x) if x.is_finite() => {
+                Err(self.fault(format!("{column} is {x:e}; no quantity in SI units is that large")))
+            }
             _ => {
                 let cell = shortened(cell, QUOTED);
                 let hint = if cell.contains(',') { ", with a decimal point" } else { "" };
-                Err(self.fault(format!("{column} is «{cell}»; write a finite number such as 12.5 or 1e-6{hint}")))
+                Err(self
+                    .fault(format!("{column} is «{cell}»; write a finite number such as 12.5 or 1e-6{hint}")))
             }
         }
     }

@@ -7,7 +7,8 @@ pub fn digest(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
 }
 
-/// Returns the SHA-256 digest (hexadecimal) of a value as its `Debug` text, which is never held as a whole. Numbers enter with all their digits.
+/// Returns the SHA-256 digest (hexadecimal) of a value as its `Debug` text, which is never held as a whole.
+/// Numbers enter with all their digits.
 pub fn digest_of(value: &impl std::fmt::Debug) -> String {
     struct Sink(Sha256);
     impl std::fmt::Write for Sink {

@@ -1,7 +1,7 @@
 //! Zero-phase low-pass filters, run forward and backward over complete records.
 //!
-//! Second-order sections in the transposed direct form II. The crate sci-rs 0.4 lacks the Chebyshev design, and other
-//! crates pad the record differently from the published evaluations used for comparison.
+//! Second-order sections in the transposed direct form II. The crate sci-rs 0.4 lacks the Chebyshev design,
+//! and other crates pad the record differently from the published evaluations used for comparison.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -18,16 +18,18 @@ pub struct LowPass {
 impl LowPass {
     /// Designs a Butterworth filter; `cutoff` (−3 dB) as a share of half the sampling rate, between 0 and 1.
     ///
-    /// # Source  poles e^{iπ(2k+n+1)/(2n)}, k = 0…n−1, prewarped and mapped by the bilinear transform s = (z − 1)/(z + 1).
+    /// # Source  poles e^{iπ(2k+n+1)/(2n)}, k = 0…n−1, prewarped and mapped by the bilinear transform s = (z
+    ///   − 1)/(z + 1).
     pub fn butterworth(order: usize, cutoff: f64) -> Self {
         let pole = |k: usize| Complex64::cis(PI * (2 * k + order + 1) as f64 / (2 * order) as f64);
         Self::of_poles(order, cutoff, pole, 1.0)
     }
 
-    /// Designs a Chebyshev filter of the first kind with `ripple_db` in the pass band, which ends at `cutoff`, a share of half the sampling
-    /// rate.
+    /// Designs a Chebyshev filter of the first kind with `ripple_db` in the pass band, which ends at
+    /// `cutoff`, a share of half the sampling rate.
     ///
-    /// # Source  poles −sinh(asinh(1/ε)/n)·sin θₖ + i·cosh(asinh(1/ε)/n)·cos θₖ, θₖ = π(2k+1)/(2n), ε² = 10^(ripple/10) − 1; for even
+    /// # Source  poles −sinh(asinh(1/ε)/n)·sin θₖ + i·cosh(asinh(1/ε)/n)·cos θₖ, θₖ = π(2k+1)/(2n), ε² =
+    ///   10^(ripple/10) − 1; for even
     /// orders the gain at 0 Hz is the minimum of the ripple.
     pub fn chebyshev(order: usize, ripple_db: f64, cutoff: f64) -> Self {
         let epsilon = (10f64.powf(0.1 * ripple_db) - 1.0).sqrt();
@@ -71,8 +73,8 @@ impl LowPass {
         3 * self.order
     }
 
-    /// Filters some columns in place, from the steady state at the first sample. All sections advance sample by sample: their recursions do not wait
-    /// for each other.
+    /// Filters some columns in place, from the steady state at the first sample. All sections advance sample
+    /// by sample: their recursions do not wait for each other.
     fn run<const COLUMNS: usize>(&self, x: &mut [[f64; COLUMNS]]) {
         let Some(&first) = x.first() else { return };
         let mut level = first;
@@ -97,8 +99,12 @@ impl LowPass {
         }
     }
 
-    /// Filters columns of equal length forward and backward over records extended at both ends by their point reflections.
-    fn forward_backward_abreast<const COLUMNS: usize>(&self, columns: [&[f64]; COLUMNS]) -> Option<[Vec<f64>; COLUMNS]> {
+    /// Filters columns of equal length forward and backward over records extended at both ends by their point
+    /// reflections.
+    fn forward_backward_abreast<const COLUMNS: usize>(
+        &self,
+        columns: [&[f64]; COLUMNS],
+    ) -> Option<[Vec<f64>; COLUMNS]> {
         let (pad, count) = (self.padding(), columns[0].len());
         let last = count.checked_sub(1).filter(|last| *last >= pad)?;
         let at = |i: usize| columns.map(|x| x[i]);
@@ -113,7 +119,8 @@ impl LowPass {
         Some(std::array::from_fn(|c| all[pad..pad + count].iter().map(|x| x[c]).collect()))
     }
 
-    /// Filters forward and backward over a record extended at both ends by its point reflection; `None` where it has no more samples than
+    /// Filters forward and backward over a record extended at both ends by its point reflection; `None` where
+    /// it has no more samples than
     /// [`LowPass::padding`].
     ///
     /// # Source  `filtfilt` of MATLAB; the default of SciPy pads by three more samples.
@@ -125,8 +132,9 @@ impl LowPass {
 /// Number of records that are filtered together: their recursions do not wait for each other.
 const ABREAST: usize = 4;
 
-/// Decimates records of equal length: keeps every `factor`-th sample, counted from the last, after a zero-phase Chebyshev filter of order 8 (0.05 dB
-/// up to 0.8 of the new half rate). A factor of one returns the records themselves; `None` where they are too short.
+/// Decimates records of equal length: keeps every `factor`-th sample, counted from the last, after a
+/// zero-phase Chebyshev filter of order 8 (0.05 dB up to 0.8 of the new half rate). A factor of one returns
+/// the records themselves; `None` where they are too short.
 ///
 /// # Source  `decimate` of MATLAB.
 pub fn decimate(records: &[Vec<f64>], factor: usize) -> Option<Vec<Vec<f64>>> {
@@ -134,7 +142,8 @@ pub fn decimate(records: &[Vec<f64>], factor: usize) -> Option<Vec<Vec<f64>>> {
         return Some(records.to_vec());
     }
     let filter = LowPass::chebyshev(8, 0.05, 0.8 / factor as f64);
-    let kept = |smooth: &[f64]| smooth.iter().copied().skip((smooth.len() - 1) % factor).step_by(factor).collect();
+    let kept =
+        |smooth: &[f64]| smooth.iter().copied().skip((smooth.len() - 1) % factor).step_by(factor).collect();
     let mut decimated = Vec::with_capacity(records.len());
     for group in records.chunks(ABREAST) {
         match group {
@@ -149,10 +158,15 @@ pub fn decimate(records: &[Vec<f64>], factor: usize) -> Option<Vec<Vec<f64>>> {
     Some(decimated)
 }
 
-/// Computes the derivative by central differences (per sample), one-sided at the ends; zeros for fewer than two samples.
+/// Computes the derivative by central differences (per sample), one-sided at the ends; zeros for fewer than
+/// two samples.
 pub fn central_differences(x: &[f64]) -> Vec<f64> {
     let Some(last) = x.len().checked_sub(1).filter(|last| *last > 0) else { return vec![0.0; x.len()] };
-    (0..x.len()).map(|i| (x[(i + 1).min(last)] - x[i.saturating_sub(1)]) / ((i + 1).min(last) - i.saturating_sub(1)) as f64).collect()
+    (0..x.len())
+        .map(|i| {
+            (x[(i + 1).min(last)] - x[i.saturating_sub(1)]) / ((i + 1).min(last) - i.saturating_sub(1)) as f64
+        })
+        .collect()
 }
 
 #[cfg(test)]
@@ -160,7 +174,9 @@ mod tests {
     use super::*;
 
     fn signal() -> Vec<f64> {
-        (0..200).map(|i| (0.1 * i as f64).sin() + 0.01 * i as f64 + if i % 7 == 3 { 1.0 } else { 0.0 }).collect()
+        (0..200)
+            .map(|i| (0.1 * i as f64).sin() + 0.01 * i as f64 + if i % 7 == 3 { 1.0 } else { 0.0 })
+            .collect()
     }
 
     /// SciPy 1.17.1: `filtfilt(*design, x, padlen=3*order)` at samples 0, 1, 57, 100, 198, 199.
@@ -237,7 +253,10 @@ mod tests {
         let lines = vec![line.clone(); ABREAST + 1];
         assert_eq!(decimate(&lines, 1).unwrap(), lines);
         let decimated = decimate(&lines, 10).unwrap();
-        assert!(decimated.iter().all(|x| x.len() == 40 && *x == decimated[0]), "a record filtered beside others is filtered as alone");
+        assert!(
+            decimated.iter().all(|x| x.len() == 40 && *x == decimated[0]),
+            "a record filtered beside others is filtered as alone"
+        );
         let slope = central_differences(&line);
         assert!(slope.iter().all(|s| (s + 0.2).abs() < 1e-12));
         assert!(central_differences(&[1.0]) == [0.0] && central_differences(&[]).is_empty());

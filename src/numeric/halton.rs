@@ -2,7 +2,8 @@
 
 const PRIMES: [usize; 16] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53];
 
-/// Returns a point of the Halton sequence in the unit cube; `index` from 1. Beyond sixteen dimensions coordinates repeat.
+/// Returns a point of the Halton sequence in the unit cube; `index` from 1. Beyond sixteen dimensions
+/// coordinates repeat.
 ///
 /// # Source  Halton, Numerische Mathematik 2 (1960) 84–90.
 pub fn halton_point(index: usize, dimension: usize) -> Vec<f64> {

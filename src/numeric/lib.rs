@@ -1,5 +1,5 @@
-//! Mathematics independent of machines: bracketed roots, filters, statistics, digests, and parallel work with results independent of the
-//! number of threads.
+//! Mathematics independent of machines: bracketed roots, filters, statistics, digests, and parallel work with
+//! results independent of the number of threads.
 
 pub mod digest;
 pub mod distribution;

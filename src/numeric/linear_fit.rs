@@ -2,7 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Least independent share of a column's length; below it the column counts as a linear combination of the previous ones.
+/// Least independent share of a column's length; below it the column counts as a linear combination of the
+/// previous ones.
 const INDEPENDENT: f64 = 1e-9;
 
 /// Linear least squares by QR, each column scaled to unit length.
@@ -20,9 +21,14 @@ impl LinearFit {
         Self::penalised(columns, &[], y, INDEPENDENT)
     }
 
-    /// Minimises |y − X·c|² + Σ p_j·c_j², with additional rows √p_j below X. `None` where less than the share `independent` of a column's
-    /// length, including its penalty row, is independent of the previous columns.
-    pub fn penalised(columns: &DMatrix<f64>, penalty: &[f64], y: &DVector<f64>, independent: f64) -> Option<Self> {
+    /// Minimises |y − X·c|² + Σ p_j·c_j², with additional rows √p_j below X. `None` where less than the share
+    /// `independent` of a column's length, including its penalty row, is independent of the previous columns.
+    pub fn penalised(
+        columns: &DMatrix<f64>,
+        penalty: &[f64],
+        y: &DVector<f64>,
+        independent: f64,
+    ) -> Option<Self> {
         let lengths: Vec<f64> = columns.column_iter().map(|c| c.norm()).collect();
         if lengths.iter().any(|l| !(*l > 0.0 && l.is_finite())) {
             return None;
@@ -33,7 +39,10 @@ impl LinearFit {
             Some(at) if at == j => penalty[at].sqrt() / lengths[j],
             Some(_) => 0.0,
         });
-        let right = DVector::from_iterator(rows + penalties, y.iter().copied().chain(std::iter::repeat_n(0.0, penalties)));
+        let right = DVector::from_iterator(
+            rows + penalties,
+            y.iter().copied().chain(std::iter::repeat_n(0.0, penalties)),
+        );
         let qr = scaled.clone().qr();
         let r = qr.r();
         if (0..r.ncols()).any(|i| r[(i, i)].abs() < independent) {
@@ -41,7 +50,8 @@ impl LinearFit {
         }
         let solved = r.solve_upper_triangular(&(qr.q().transpose() * &right))?;
         let residual = (right - scaled * &solved).rows(0, rows).into_owned();
-        let coefficients = DVector::from_iterator(solved.len(), solved.iter().zip(&lengths).map(|(x, l)| x / l));
+        let coefficients =
+            DVector::from_iterator(solved.len(), solved.iter().zip(&lengths).map(|(x, l)| x / l));
         Some(LinearFit { coefficients, residual })
     }
 }
@@ -56,9 +66,13 @@ mod tests {
         let y = DVector::from_fn(40, |i, _| (0.1 * (i * i) as f64).cos() + 2.0);
         for penalty in [[0.0, 0.0, 0.0], [3.0, 0.0, 1e-5]] {
             let found = LinearFit::penalised(&columns, &penalty, &y, 1e-9).unwrap();
-            let normal = columns.tr_mul(&columns) + DMatrix::from_diagonal(&DVector::from_column_slice(&penalty));
+            let normal =
+                columns.tr_mul(&columns) + DMatrix::from_diagonal(&DVector::from_column_slice(&penalty));
             let expected = normal.lu().solve(&columns.tr_mul(&y)).unwrap();
-            assert!(found.coefficients.iter().zip(&expected).all(|(a, b)| (a / b - 1.0).abs() < 1e-9), "{found:?} {expected}");
+            assert!(
+                found.coefficients.iter().zip(&expected).all(|(a, b)| (a / b - 1.0).abs() < 1e-9),
+                "{found:?} {expected}"
+            );
             assert!((&found.residual - (&y - &columns * &expected)).norm() < 1e-9);
         }
         let twice = DMatrix::from_fn(40, 2, |i, j| columns[(i, 2)] * (1.0 + j as f64));

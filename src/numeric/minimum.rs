@@ -1,6 +1,7 @@
 //! Minimum of a function of one variable.
 
-/// Returns the least point of a function of one minimum between two ends, with its value, after a number of steps of golden section.
+/// Returns the least point of a function of one minimum between two ends, with its value, after a number of
+/// steps of golden section.
 ///
 /// # Errors  those of the function.
 ///
@@ -34,7 +35,8 @@ mod tests {
 
     #[test]
     fn limit_minimum_of_a_parabola_and_of_an_end() {
-        let Ok((x, value)) = golden_section((-1.0, 3.0), 40, |x| Ok::<f64, Infallible>((x - 0.7).powi(2) + 2.0));
+        let Ok((x, value)) =
+            golden_section((-1.0, 3.0), 40, |x| Ok::<f64, Infallible>((x - 0.7).powi(2) + 2.0));
         assert!((x - 0.7).abs() < 1e-7 && (value - 2.0).abs() < 1e-13, "{x} {value}");
         let Ok((x, _)) = golden_section((1.0, 2.0), 30, Ok::<f64, Infallible>);
         assert!((x - 1.0).abs() < 1e-5, "{x}");

@@ -6,7 +6,8 @@ use rayon::iter::ParallelIterator;
 pub trait OrFirstError<T, E> {
     /// Returns all results in order, or the error of the first item in order that failed.
     ///
-    /// Collecting into a `Result` would return the error that occurred first in time, which varies between runs.
+    /// Collecting into a `Result` would return the error that occurred first in time, which varies between
+    /// runs.
     ///
     /// # Errors  that of the first failed item in order.
     fn or_first_error(self) -> Result<Vec<T>, E>;
@@ -33,6 +34,9 @@ mod tests {
             if at == 0 { Ok(at) } else { Err(at) }
         };
         assert_eq!((0..64).into_par_iter().map(slow).or_first_error(), Err(1));
-        assert_eq!((0..64).into_par_iter().map(Ok::<_, ()>).or_first_error(), Ok((0..64).collect::<Vec<_>>()));
+        assert_eq!(
+            (0..64).into_par_iter().map(Ok::<_, ()>).or_first_error(),
+            Ok((0..64).collect::<Vec<_>>())
+        );
     }
 }

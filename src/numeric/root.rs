@@ -11,8 +11,8 @@ pub struct Bracket {
 
 /// Shrinks a bracket until its width is at most `relative_width` of its upper end, and returns the midpoint.
 ///
-/// Regula falsi with the Illinois rule, and bisection whenever a step fails to halve the bracket. The worst case therefore takes twice the
-/// steps of bisection. Infinite values are allowed.
+/// Regula falsi with the Illinois rule, and bisection whenever a step fails to halve the bracket. The worst
+/// case therefore takes twice the steps of bisection. Infinite values are allowed.
 ///
 /// # Source  Dowell and Jarratt, "A modified regula falsi method", BIT 11 (1971) 168–174.
 pub fn refine(bracket: Bracket, relative_width: f64, mut function: impl FnMut(f64) -> f64) -> f64 {
@@ -62,8 +62,8 @@ pub fn refine(bracket: Bracket, relative_width: f64, mut function: impl FnMut(f6
     0.5 * (a + b)
 }
 
-/// Returns the root of a continuous function whose values at the two ends differ in sign, to machine precision; `None` if they do not
-/// differ. Infinite values at the ends are allowed.
+/// Returns the root of a continuous function whose values at the two ends differ in sign, to machine
+/// precision; `None` if they do not differ. Infinite values at the ends are allowed.
 pub fn bracketed_root(lower: f64, upper: f64, mut function: impl FnMut(f64) -> f64) -> Option<f64> {
     let (at_lower, at_upper) = (function(lower), function(upper));
     if at_lower == 0.0 {
@@ -73,7 +73,9 @@ pub fn bracketed_root(lower: f64, upper: f64, mut function: impl FnMut(f64) -> f
         return Some(upper);
     }
     let differ = !at_lower.is_nan() && !at_upper.is_nan() && (at_lower > 0.0) != (at_upper > 0.0);
-    differ.then(|| refine(Bracket { lower: (lower, at_lower), upper: (upper, at_upper) }, f64::EPSILON, function))
+    differ.then(|| {
+        refine(Bracket { lower: (lower, at_lower), upper: (upper, at_upper) }, f64::EPSILON, function)
+    })
 }
 
 #[cfg(test)]

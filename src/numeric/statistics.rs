@@ -6,9 +6,11 @@ pub fn root_mean_square(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     (count > 0).then(|| (sum / count as f64).sqrt())
 }
 
-/// Computes the root mean square of groups, each given by its root mean square and its number of values; `None` without values.
+/// Computes the root mean square of groups, each given by its root mean square and its number of values;
+/// `None` without values.
 pub fn root_mean_square_of_parts(parts: impl IntoIterator<Item = (f64, usize)>) -> Option<f64> {
-    let (square, count) = parts.into_iter().fold((0.0, 0), |(s, n), (rms, lines)| (s + rms * rms * lines as f64, n + lines));
+    let (square, count) =
+        parts.into_iter().fold((0.0, 0), |(s, n), (rms, lines)| (s + rms * rms * lines as f64, n + lines));
     (count > 0).then(|| (square / count as f64).sqrt())
 }
 

@@ -4,7 +4,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use argmin::argmin_error;
-use argmin::core::{CostFunction, Error, KV, PopulationState, Problem, Solver, SyncAlias, TerminationReason, TerminationStatus};
+use argmin::core::{
+    CostFunction, Error, KV, PopulationState, Problem, Solver, SyncAlias, TerminationReason,
+    TerminationStatus,
+};
 use rand::{RngExt, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use serde::{Deserialize, Serialize};
@@ -14,12 +17,13 @@ use numeric::random::{latin_hypercube, normal};
 /// How a trial is formed from the population.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Strategy {
-    /// rand/1/bin: a random member plus one scaled difference. Storn and Price, J. Global Optim. 11 (1997) 341–359.
+    /// rand/1/bin: a random member plus one scaled difference. Storn and Price, J. Global Optim. 11 (1997)
+    /// 341–359.
     Rand1Bin,
     /// best/1/bin with dithered scale: the best member plus one scaled difference.
     Best1Bin,
-    /// current-to-pbest/1/bin with an archive and success-history adaptation of scale and crossover: Tanabe and Fukunaga, IEEE CEC 2013,
-    /// 71–78 (SHADE).
+    /// current-to-pbest/1/bin with an archive and success-history adaptation of scale and crossover: Tanabe
+    /// and Fukunaga, IEEE CEC 2013, 71–78 (SHADE).
     CurrentToPbest,
 }
 
@@ -30,8 +34,8 @@ const FIXED: (f64, f64) = (0.7, 0.9);
 
 /// Differential evolution on the unit cube.
 ///
-/// Trials of a generation are drawn sequentially and evaluated in bulk; selection follows after the whole generation. A search that is
-/// serialised between generations and restored continues with identical results.
+/// Trials of a generation are drawn sequentially and evaluated in bulk; selection follows after the whole
+/// generation. A search that is serialised between generations and restored continues with identical results.
 #[derive(Serialize, Deserialize)]
 pub struct DifferentialEvolution {
     strategy: Strategy,
@@ -64,8 +68,8 @@ pub struct Trial {
 }
 
 impl DifferentialEvolution {
-    /// Creates a search with `size` members in `dimension` coordinates. It has converged when the costs of all members lie within `spread`
-    /// of the best, relative to it.
+    /// Creates a search with `size` members in `dimension` coordinates. It has converged when the costs of
+    /// all members lie within `spread` of the best, relative to it.
     pub fn new(strategy: Strategy, dimension: usize, size: usize, spread: f64, seed: u64) -> Self {
         DifferentialEvolution {
             strategy,
@@ -124,7 +128,8 @@ impl DifferentialEvolution {
                 let mut scale = 0.0;
                 while scale <= 0.0 {
                     // Cauchy distribution.
-                    scale = scale_mean + 0.1 * (std::f64::consts::PI * (self.generator.random::<f64>() - 0.5)).tan();
+                    scale = scale_mean
+                        + 0.1 * (std::f64::consts::PI * (self.generator.random::<f64>() - 0.5)).tan();
                 }
                 (scale.min(1.0), crossover)
             }
@@ -147,19 +152,33 @@ impl DifferentialEvolution {
         let b = self.other_than(&[target, a]);
         let mutant: Vec<f64> = match self.strategy {
             Strategy::Rand1Bin | Strategy::Best1Bin => {
-                let base = if self.strategy == Strategy::Best1Bin { ranking[0] } else { self.other_than(&[target, a, b]) };
-                (0..self.dimension).map(|d| self.members[base].0[d] + scale * (self.members[a].0[d] - self.members[b].0[d])).collect()
+                let base = if self.strategy == Strategy::Best1Bin {
+                    ranking[0]
+                } else {
+                    self.other_than(&[target, a, b])
+                };
+                (0..self.dimension)
+                    .map(|d| self.members[base].0[d] + scale * (self.members[a].0[d] - self.members[b].0[d]))
+                    .collect()
             }
             Strategy::CurrentToPbest => {
-                let share = self.generator.random_range(2.0 / self.size as f64..=0.2_f64.max(2.0 / self.size as f64 + 1e-9));
+                let share = self
+                    .generator
+                    .random_range(2.0 / self.size as f64..=0.2_f64.max(2.0 / self.size as f64 + 1e-9));
                 let count = ((share * self.size as f64).round() as usize).clamp(1, self.size);
                 let leader = ranking[self.generator.random_range(0..count)];
                 let second = self.generator.random_range(0..self.size + self.archive.len());
                 let here = &self.members[target].0;
-                let minus = if second < self.size { &self.members[second].0 } else { &self.archive[second - self.size] };
+                let minus = if second < self.size {
+                    &self.members[second].0
+                } else {
+                    &self.archive[second - self.size]
+                };
                 let plus = &self.members[a].0;
                 (0..self.dimension)
-                    .map(|d| here[d] + scale * (self.members[leader].0[d] - here[d]) + scale * (plus[d] - minus[d]))
+                    .map(|d| {
+                        here[d] + scale * (self.members[leader].0[d] - here[d]) + scale * (plus[d] - minus[d])
+                    })
                     .collect()
             }
         };
@@ -243,7 +262,10 @@ where
         let mut trials = Vec::with_capacity(self.size);
         for target in 0..self.size {
             let (scale, crossover) = self.controls();
-            trials.push(Trial { place: self.trial(target, &ranking, scale, crossover), limit: self.members[target].1 });
+            trials.push(Trial {
+                place: self.trial(target, &ranking, scale, crossover),
+                limit: self.members[target].1,
+            });
             controls.push((scale, crossover));
         }
         let costs = problem.bulk_cost(&trials)?;
@@ -353,7 +375,9 @@ mod tests {
 
     #[test]
     fn costs_above_the_limit_need_not_be_exact() {
-        let run = |solver: DifferentialEvolution| Executor::new(Bounded, solver).configure(|s| s.max_iters(80)).run().unwrap().solver;
+        let run = |solver: DifferentialEvolution| {
+            Executor::new(Bounded, solver).configure(|s| s.max_iters(80)).run().unwrap().solver
+        };
         let bounded = run(DifferentialEvolution::new(Strategy::CurrentToPbest, 4, 40, 1e-12, 9));
         let solver = DifferentialEvolution::new(Strategy::CurrentToPbest, 4, 40, 1e-12, 9);
         let whole = Executor::new(Rastrigin, solver).configure(|s| s.max_iters(80)).run().unwrap().solver;

@@ -1,4 +1,5 @@
-//! Gauss–Newton on bounded parameters, for predictions that are linear in most of them. A fully linear prediction needs a single step.
+//! Gauss–Newton on bounded parameters, for predictions that are linear in most of them. A fully linear
+//! prediction needs a single step.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -14,8 +15,8 @@ pub trait PredictionFunction {
     /// # Errors  those of the model. A step that leads to an error is shortened.
     fn at(&self, values: &[f64]) -> Result<Option<DVector<f64>>, Self::Error>;
 
-    /// Computes its derivatives with respect to the coordinates, in their order, at values that predict `here`; `None` where the work was
-    /// stopped.
+    /// Computes its derivatives with respect to the coordinates, in their order, at values that predict
+    /// `here`; `None` where the work was stopped.
     ///
     /// # Errors  those of the model.
     fn derivatives(&self, values: &[f64], here: &DVector<f64>) -> Result<Option<DMatrix<f64>>, Self::Error>;
@@ -60,8 +61,8 @@ pub struct GaussNewtonFit {
     pub prediction: DVector<f64>,
     /// Observed minus predicted values.
     pub residual: DVector<f64>,
-    /// Derivatives of the prediction with respect to the coordinates at the start of the last step; zero where the fit stopped before the
-    /// first.
+    /// Derivatives of the prediction with respect to the coordinates at the start of the last step; zero
+    /// where the fit stopped before the first.
     pub derivatives: DMatrix<f64>,
     /// Whether the last step reduced nothing, so that the derivatives are those at the result.
     pub at_end: bool,
@@ -78,13 +79,15 @@ pub enum GaussNewtonError<E> {
     Model(E),
     /// Stopped before the first step.
     Stopped,
-    /// Coordinates are linearly dependent, or one has no influence at the start: the coordinates that were to move, and the derivatives.
+    /// Coordinates are linearly dependent, or one has no influence at the start: the coordinates that were to
+    /// move, and the derivatives.
     Dependent(Vec<usize>, DMatrix<f64>),
 }
 
 impl GaussNewton {
-    /// Minimises the sum of squares of `observed` minus the prediction. Steps stay within the ranges and are shortened where they do not
-    /// reduce the sum. A coordinate that loses its influence on the way keeps its value.
+    /// Minimises the sum of squares of `observed` minus the prediction. Steps stay within the ranges and are
+    /// shortened where they do not reduce the sum. A coordinate that loses its influence on the way keeps its
+    /// value.
     ///
     /// # Errors  see [`GaussNewtonError`].
     pub fn fit<P: PredictionFunction>(
@@ -95,7 +98,8 @@ impl GaussNewton {
         coordinates: &[Coordinate],
     ) -> Result<GaussNewtonFit, GaussNewtonError<P::Error>> {
         let mut values = start.to_vec();
-        let mut here = prediction.at(&values).map_err(GaussNewtonError::Model)?.ok_or(GaussNewtonError::Stopped)?;
+        let mut here =
+            prediction.at(&values).map_err(GaussNewtonError::Model)?.ok_or(GaussNewtonError::Stopped)?;
         let mut residual = observed - &here;
         let mut evaluations = 1;
         let mut derivatives = DMatrix::zeros(observed.len(), coordinates.len());
@@ -106,7 +110,8 @@ impl GaussNewton {
             let Some(found) = found else { break };
             let step = step(&values, coordinates, &found, &residual, round == 0).ok_or_else(|| {
                 // The first step needs all coordinates; later steps need those that still have an influence.
-                let moving = if round == 0 { (0..coordinates.len()).collect() } else { nonzero_columns(&found) };
+                let moving =
+                    if round == 0 { (0..coordinates.len()).collect() } else { nonzero_columns(&found) };
                 GaussNewtonError::Dependent(moving.clone(), found.select_columns(&moving))
             })?;
             (derivatives, at_end) = (found, true);
@@ -131,7 +136,9 @@ impl GaussNewton {
                     Err(_) => None,
                 };
                 let candidate = there.map(|there| (observed - &there, there));
-                if let Some((next_residual, there)) = candidate.filter(|(residual, _)| residual.norm_squared() < squares) {
+                if let Some((next_residual, there)) =
+                    candidate.filter(|(residual, _)| residual.norm_squared() < squares)
+                {
                     gained = Some((next, next_residual, there));
                     break;
                 }
@@ -159,7 +166,13 @@ pub fn nonzero_columns(derivatives: &DMatrix<f64>) -> Vec<usize> {
 /// Computes the step of each coordinate, zero for one without influence.
 ///
 /// `None` where moving coordinates are linearly dependent, or where `all` must move and one has no influence.
-fn step(values: &[f64], coordinates: &[Coordinate], derivatives: &DMatrix<f64>, residual: &DVector<f64>, all: bool) -> Option<Vec<f64>> {
+fn step(
+    values: &[f64],
+    coordinates: &[Coordinate],
+    derivatives: &DMatrix<f64>,
+    residual: &DVector<f64>,
+    all: bool,
+) -> Option<Vec<f64>> {
     let influential = nonzero_columns(derivatives);
     if all && influential.len() < coordinates.len() {
         return None;
@@ -179,7 +192,8 @@ fn step(values: &[f64], coordinates: &[Coordinate], derivatives: &DMatrix<f64>, 
     Some(step)
 }
 
-/// Moves the values by a share of a step. A value that does not move stays bit-identical, which a double inversion would not preserve.
+/// Moves the values by a share of a step. A value that does not move stays bit-identical, which a double
+/// inversion would not preserve.
 fn moved(values: &[f64], coordinates: &[Coordinate], step: &[f64], share: f64) -> Vec<f64> {
     let mut next = values.to_vec();
     for (coordinate, delta) in coordinates.iter().zip(step).filter(|(_, delta)| **delta != 0.0) {
@@ -192,9 +206,13 @@ fn moved(values: &[f64], coordinates: &[Coordinate], step: &[f64], share: f64) -
 
 /// Computes the bounded least-squares step of linear columns from (value, lower, upper) triples.
 ///
-/// Where coordinates would leave their ranges, the one that reaches its end first is held there, and the others are solved again. Of two
-/// nearly dependent coordinates, the one with the narrow range is thus held.
-fn step_within(places: &[(f64, f64, f64)], derivatives: &DMatrix<f64>, residual: &DVector<f64>) -> Option<Vec<f64>> {
+/// Where coordinates would leave their ranges, the one that reaches its end first is held there, and the
+/// others are solved again. Of two nearly dependent coordinates, the one with the narrow range is thus held.
+fn step_within(
+    places: &[(f64, f64, f64)],
+    derivatives: &DMatrix<f64>,
+    residual: &DVector<f64>,
+) -> Option<Vec<f64>> {
     let mut step = vec![0.0; places.len()];
     let mut open: Vec<usize> = (0..places.len()).collect();
     let mut remaining = residual.clone();
@@ -235,7 +253,9 @@ mod tests {
             if v[2] > 40.0 {
                 return Err(TooFast);
             }
-            Ok(Some(DVector::from_fn(50, |i, _| v[0] * 0.1 * i as f64 + 1e6 / v[1] + (-v[2] * 0.1 * i as f64).exp())))
+            Ok(Some(DVector::from_fn(50, |i, _| {
+                v[0] * 0.1 * i as f64 + 1e6 / v[1] + (-v[2] * 0.1 * i as f64).exp()
+            })))
         }
         fn derivatives(&self, v: &[f64], _: &DVector<f64>) -> Result<Option<DMatrix<f64>>, TooFast> {
             Ok(Some(DMatrix::from_fn(50, 3, |i, j| {
@@ -257,7 +277,10 @@ mod tests {
         let truth = [1.5, 2e5, 3.0];
         let observed = Decay.at(&truth).unwrap().unwrap();
         let found = SETTINGS.fit(&Decay, &observed, &[-3.0, 1e8, 20.0], &coordinates()).unwrap();
-        assert!(found.converged && found.values.iter().zip(truth).all(|(a, b)| (a / b - 1.0).abs() < 1e-8), "{found:?}");
+        assert!(
+            found.converged && found.values.iter().zip(truth).all(|(a, b)| (a / b - 1.0).abs() < 1e-8),
+            "{found:?}"
+        );
     }
 
     /// The same prediction, stopped after a number of evaluations.
@@ -278,11 +301,17 @@ mod tests {
     #[test]
     fn a_stopped_fit_keeps_its_progress() {
         let observed = Decay.at(&[1.5, 2e5, 3.0]).unwrap().unwrap();
-        let run = |predictions: u64| SETTINGS.fit(&Stopped(predictions.into()), &observed, &[-3.0, 1e8, 20.0], &coordinates());
+        let run = |predictions: u64| {
+            SETTINGS.fit(&Stopped(predictions.into()), &observed, &[-3.0, 1e8, 20.0], &coordinates())
+        };
         assert_eq!(run(0), Err(GaussNewtonError::Stopped));
         let (first, third) = (run(1).unwrap(), run(3).unwrap());
         assert!(!first.converged && first.values == [-3.0, 1e8, 20.0] && first.derivatives.norm() > 0.0);
-        assert!(!third.converged && third.residual.norm() < first.residual.norm() && third.derivatives.norm() > 0.0);
+        assert!(
+            !third.converged
+                && third.residual.norm() < first.residual.norm()
+                && third.derivatives.norm() > 0.0
+        );
         assert_eq!(first.evaluations, 1 + 3 + 1);
     }
 
@@ -299,7 +328,12 @@ mod tests {
             }
         }
         for same in [2.0, 0.0] {
-            let found = SETTINGS.fit(&Twice(same), &DVector::from_element(9, 1.0), &[0.0, 1e6, 0.0], &coordinates()[..2]);
+            let found = SETTINGS.fit(
+                &Twice(same),
+                &DVector::from_element(9, 1.0),
+                &[0.0, 1e6, 0.0],
+                &coordinates()[..2],
+            );
             assert!(matches!(found, Err(GaussNewtonError::Dependent(moving, _)) if moving == [0, 1]));
         }
     }
@@ -311,16 +345,19 @@ mod tests {
         assert_eq!(found.values[0], 10.0);
     }
 
-    /// Two nearly dependent columns: the coordinate with the narrow range stops at its end, and the other takes the remaining step.
+    /// Two nearly dependent columns: the coordinate with the narrow range stops at its end, and the other
+    /// takes the remaining step.
     #[test]
     fn limit_the_coordinate_with_the_narrow_range_is_held_first() {
         let wave = |n: f64, i: usize| (n * i as f64 / 50.0).sin();
-        let columns = DMatrix::from_fn(400, 2, |i, column| wave(1.0, i) + 1e-3 * column as f64 * wave(3.0, i));
+        let columns =
+            DMatrix::from_fn(400, 2, |i, column| wave(1.0, i) + 1e-3 * column as f64 * wave(3.0, i));
         let y = DVector::from_fn(400, |i, _| 0.2 * wave(1.0, i) - 0.05 * wave(3.0, i));
         let places = [(1.0, 0.97, 1.03), (0.0, -0.5, 0.5)];
         let step = step_within(&places, &columns, &y).unwrap();
         let misfit = |step: &[f64]| (&y - &columns * DVector::from_column_slice(step)).norm();
-        let grid = (0..=60).flat_map(|a| (0..=1000).map(move |b| [-0.03 + 1e-3 * f64::from(a), -0.5 + 1e-3 * f64::from(b)]));
+        let grid = (0..=60)
+            .flat_map(|a| (0..=1000).map(move |b| [-0.03 + 1e-3 * f64::from(a), -0.5 + 1e-3 * f64::from(b)]));
         let least = grid.map(|step| misfit(&step)).fold(f64::INFINITY, f64::min);
         assert!(misfit(&step) < least + 1e-3, "{step:?}: {} for {least}", misfit(&step));
     }

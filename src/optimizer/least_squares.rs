@@ -3,10 +3,14 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use argmin::core::{CostFunction, Error, Executor, IterState, Jacobian, KV, Problem, Solver, State, TerminationReason, TerminationStatus};
+use argmin::core::{
+    CostFunction, Error, Executor, IterState, Jacobian, KV, Problem, Solver, State, TerminationReason,
+    TerminationStatus,
+};
 use nalgebra::{DMatrix, DVector};
 
-/// The normal equations of a sum of squares χ² = Σ r² at a place. They suffice for a step, for the covariance and for a sum over data sets.
+/// The normal equations of a sum of squares χ² = Σ r² at a place. They suffice for a step, for the covariance
+/// and for a sum over data sets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NormalEquations {
     /// χ².
@@ -20,10 +24,15 @@ pub struct NormalEquations {
 impl NormalEquations {
     /// Returns the normal equations of no residuals.
     pub fn zero(dimension: usize) -> Self {
-        NormalEquations { chi_square: 0.0, gradient: DVector::zeros(dimension), information: DMatrix::zeros(dimension, dimension) }
+        NormalEquations {
+            chi_square: 0.0,
+            gradient: DVector::zeros(dimension),
+            information: DMatrix::zeros(dimension, dimension),
+        }
     }
 
-    /// Adds one residual and its derivatives, with a weight on its square. Only the lower triangle of the information is filled: see
+    /// Adds one residual and its derivatives, with a weight on its square. Only the lower triangle of the
+    /// information is filled: see
     /// [`NormalEquations::mirror`].
     #[inline]
     pub fn add(&mut self, weight: f64, residual: f64, row: &[f64]) {
@@ -85,8 +94,9 @@ const LONGEST_STEP: f64 = 0.25;
 
 /// Levenberg–Marquardt with Nielsen's damping, inside the unit cube.
 ///
-/// Coordinates at a face with a descent direction pointing outward are excluded from a step. Those that would cross a face stop there, and
-/// the others are solved again. The gain is measured relative to the actual step.
+/// Coordinates at a face with a descent direction pointing outward are excluded from a step. Those that would
+/// cross a face stop there, and the others are solved again. The gain is measured relative to the actual
+/// step.
 ///
 /// # Source  Madsen, Nielsen, Tingleff, Methods for Non-Linear Least Squares Problems, IMM 2004, Alg. 3.16;
 /// bounds by projection: Kanzow, Yamashita, Fukushima, J. Comput. Appl. Math. 172 (2004) 375–397.
@@ -101,10 +111,18 @@ pub struct LevenbergMarquardt {
 }
 
 impl LevenbergMarquardt {
-    /// Creates a solver. Coordinates marked in `held` keep their place; the solver ends when a step reduces χ² by less than `tolerance`
-    /// (relative).
+    /// Creates a solver. Coordinates marked in `held` keep their place; the solver ends when a step reduces
+    /// χ² by less than `tolerance` (relative).
     pub fn new(held: Vec<bool>, tolerance: f64) -> Self {
-        LevenbergMarquardt { held, damping: 1e-3, growth: 2.0, here: None, tolerance, converged: false, stop: Arc::default() }
+        LevenbergMarquardt {
+            held,
+            damping: 1e-3,
+            growth: 2.0,
+            here: None,
+            tolerance,
+            converged: false,
+            stop: Arc::default(),
+        }
     }
 
     /// Sets the flag that ends the solver after the current step.
@@ -125,8 +143,8 @@ impl LevenbergMarquardt {
 
     /// Computes the step from a place with the present damping, and the predicted decrease of χ².
     ///
-    /// Coordinates whose step would leave the cube stop at its face, and the others are solved again with those fixed there. The clipping
-    /// thus does not distort the rest of the step.
+    /// Coordinates whose step would leave the cube stop at its face, and the others are solved again with
+    /// those fixed there. The clipping thus does not distort the rest of the step.
     fn step(&self, place: &[f64], normal: &NormalEquations) -> Option<(Vec<f64>, f64)> {
         let mut active = self.active(place, normal);
         let mut made = DVector::zeros(place.len());
@@ -136,7 +154,8 @@ impl LevenbergMarquardt {
                 let next = place[active[at]] + direction[at];
                 if next < 0.0 { Some(0.0) } else { (next > 1.0).then_some(1.0) }
             };
-            let cut: Vec<(usize, f64)> = (0..active.len()).filter_map(|at| Some((at, outside(at)?))).collect();
+            let cut: Vec<(usize, f64)> =
+                (0..active.len()).filter_map(|at| Some((at, outside(at)?))).collect();
             if cut.is_empty() {
                 active.iter().enumerate().for_each(|(at, &i)| made[i] = direction[at]);
                 break;
@@ -151,8 +170,15 @@ impl LevenbergMarquardt {
         Some((next, predicted))
     }
 
-    /// Solves for the damped step of the active coordinates, with the coordinates moved by `made` at their new places.
-    fn solved(&self, normal: &NormalEquations, made: &DVector<f64>, active: &[usize], ridge: f64) -> Option<DVector<f64>> {
+    /// Solves for the damped step of the active coordinates, with the coordinates moved by `made` at their
+    /// new places.
+    fn solved(
+        &self,
+        normal: &NormalEquations,
+        made: &DVector<f64>,
+        active: &[usize],
+        ridge: f64,
+    ) -> Option<DVector<f64>> {
         let slopes = &normal.gradient + &normal.information * made;
         let largest = active.iter().map(|i| normal.information[(*i, *i)]).fold(f64::MIN_POSITIVE, f64::max);
         let damped = DMatrix::from_fn(active.len(), active.len(), |a, b| {
@@ -163,7 +189,8 @@ impl LevenbergMarquardt {
         Some(damped.cholesky()?.solve(&slope))
     }
 
-    /// Computes the decrease of χ² by an undamped step of the active coordinates without regard to the faces; zero at a minimum.
+    /// Computes the decrease of χ² by an undamped step of the active coordinates without regard to the faces;
+    /// zero at a minimum.
     fn remaining_gain(&self, place: &[f64], normal: &NormalEquations) -> f64 {
         let active = self.active(place, normal);
         let largest = active.iter().map(|i| normal.information[(*i, *i)]).fold(f64::MIN_POSITIVE, f64::max);
@@ -171,7 +198,8 @@ impl LevenbergMarquardt {
         // The limit of 1 keeps a step in a poorly determined direction inside the cube.
         let step = within(1.0, |ridge| {
             let information = DMatrix::from_fn(active.len(), active.len(), |a, b| {
-                normal.information[(active[a], active[b])] + if a == b { 1e-12 * largest + ridge } else { 0.0 }
+                normal.information[(active[a], active[b])]
+                    + if a == b { 1e-12 * largest + ridge } else { 0.0 }
             });
             Some(information.cholesky()?.solve(&slope))
         });
@@ -185,21 +213,26 @@ impl NormalEquations {
         let size = self.gradient.len();
         let largest = (0..size).map(|d| self.information[(d, d)]).fold(f64::MIN_POSITIVE, f64::max);
         let step = within(longest, |ridge| {
-            let damped = DMatrix::from_fn(size, size, |a, b| self.information[(a, b)] + if a == b { 1e-9 * largest + ridge } else { 0.0 });
+            let damped = DMatrix::from_fn(size, size, |a, b| {
+                self.information[(a, b)] + if a == b { 1e-9 * largest + ridge } else { 0.0 }
+            });
             Some(-damped.cholesky()?.solve(&self.gradient))
         });
         step.map_or(self.chi_square, |step| {
-            (self.chi_square + 2.0 * step.dot(&self.gradient) + step.dot(&(&self.information * &step))).max(0.0)
+            (self.chi_square + 2.0 * step.dot(&self.gradient) + step.dot(&(&self.information * &step)))
+                .max(0.0)
         })
     }
 }
 
 /// Computes a step with no coordinate longer than `longest`.
 ///
-/// A ridge on the information shortens the step in poorly determined directions and leaves the others nearly unchanged. It is the smallest
-/// sufficient one of 1e-6, 1e-5, …, found by bisection: a larger ridge gives a shorter step.
+/// A ridge on the information shortens the step in poorly determined directions and leaves the others nearly
+/// unchanged. It is the smallest sufficient one of 1e-6, 1e-5, …, found by bisection: a larger ridge gives a
+/// shorter step.
 ///
-/// # Source  Levenberg's damping as a trust region in the unit cube: Nocedal and Wright, Numerical Optimization, 2nd ed., §4.3.
+/// # Source  Levenberg's damping as a trust region in the unit cube: Nocedal and Wright, Numerical
+///   Optimization, 2nd ed., §4.3.
 fn within(longest: f64, solve: impl Fn(f64) -> Option<DVector<f64>>) -> Option<DVector<f64>> {
     let step = solve(0.0)?;
     if step.amax() <= longest {
@@ -233,15 +266,24 @@ where
         "bounded Levenberg–Marquardt"
     }
 
-    fn init(&mut self, problem: &mut Problem<O>, state: PolishState) -> Result<(PolishState, Option<KV>), Error> {
-        let start: Vec<f64> = state.get_param().cloned().unwrap_or_default().iter().map(|x: &f64| x.clamp(0.0, 1.0)).collect();
+    fn init(
+        &mut self,
+        problem: &mut Problem<O>,
+        state: PolishState,
+    ) -> Result<(PolishState, Option<KV>), Error> {
+        let start: Vec<f64> =
+            state.get_param().cloned().unwrap_or_default().iter().map(|x: &f64| x.clamp(0.0, 1.0)).collect();
         let normal = problem.jacobian(&start)?;
         let cost = normal.chi_square;
         self.here = Some((start.clone(), normal));
         Ok((state.param(start).cost(cost), None))
     }
 
-    fn next_iter(&mut self, problem: &mut Problem<O>, state: PolishState) -> Result<(PolishState, Option<KV>), Error> {
+    fn next_iter(
+        &mut self,
+        problem: &mut Problem<O>,
+        state: PolishState,
+    ) -> Result<(PolishState, Option<KV>), Error> {
         let Some((place, normal)) = self.here.take() else {
             self.converged = true;
             return Ok((state, None));
@@ -250,7 +292,8 @@ where
         let stepped = self.step(&place, &normal);
         let least_gain = self.tolerance * before.max(f64::MIN_POSITIVE);
         let Some((next, predicted)) = stepped.filter(|(_, predicted)| *predicted > least_gain) else {
-            // Either a minimum, or a step distorted by faces and damping; then a shorter step, closer to the gradient, is tried.
+            // Either a minimum, or a step distorted by faces and damping; then a shorter step, closer to the
+            // gradient, is tried.
             self.converged = self.remaining_gain(&place, &normal) <= least_gain || self.damping > 1e12;
             self.damping = (self.damping * self.growth).max(1e-3);
             self.growth *= 2.0;
@@ -261,9 +304,10 @@ where
         let gain = (before - after) / predicted;
         if gain > 1e-4 && after.is_finite() {
             let normal = problem.jacobian(&next)?;
-            self.converged =
-                before - after <= self.tolerance * before && self.remaining_gain(&next, &normal) <= 10.0 * self.tolerance * after;
-            self.damping = (self.damping * (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(1.0 / 3.0, 2.0)).max(1e-12);
+            self.converged = before - after <= self.tolerance * before
+                && self.remaining_gain(&next, &normal) <= 10.0 * self.tolerance * after;
+            self.damping =
+                (self.damping * (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(1.0 / 3.0, 2.0)).max(1e-12);
             self.growth = 2.0;
             self.here = Some((next.clone(), normal));
             return Ok((state.param(next).cost(after), None));
@@ -279,7 +323,11 @@ where
         if self.stop.load(Ordering::Relaxed) {
             return TerminationStatus::Terminated(TerminationReason::Interrupt);
         }
-        if self.converged { TerminationStatus::Terminated(TerminationReason::SolverConverged) } else { TerminationStatus::NotTerminated }
+        if self.converged {
+            TerminationStatus::Terminated(TerminationReason::SolverConverged)
+        } else {
+            TerminationStatus::NotTerminated
+        }
     }
 }
 
@@ -307,7 +355,8 @@ pub fn least_squares<P: LeastSquares + ?Sized>(
     least_squares_within(problem, start, held, (iterations, 1e-9), stop)
 }
 
-/// As [`least_squares`], with the maximum number of iterations and the relative reduction of χ² below which a step is the last.
+/// As [`least_squares`], with the maximum number of iterations and the relative reduction of χ² below which a
+/// step is the last.
 pub fn least_squares_within<P: LeastSquares + ?Sized>(
     problem: &P,
     start: &[f64],
@@ -325,12 +374,19 @@ pub fn least_squares_within<P: LeastSquares + ?Sized>(
         Ok(mut result) => {
             let counts = &result.problem.counts;
             let evaluations = ["cost_count", "jacobian_count"].iter().filter_map(|k| counts.get(*k)).sum();
-            let converged = matches!(result.state.get_termination_reason(), Some(TerminationReason::SolverConverged));
-            let (place, normal) = result.solver.here.take().unwrap_or_else(|| (start.to_vec(), problem.normal(start)));
+            let converged =
+                matches!(result.state.get_termination_reason(), Some(TerminationReason::SolverConverged));
+            let (place, normal) =
+                result.solver.here.take().unwrap_or_else(|| (start.to_vec(), problem.normal(start)));
             Polished { place, normal, evaluations, converged }
         }
         // A `LeastSquares` problem returns no errors; the start is the fallback.
-        Err(_) => Polished { place: start.to_vec(), normal: problem.normal(start), evaluations: 1, converged: false },
+        Err(_) => Polished {
+            place: start.to_vec(),
+            normal: problem.normal(start),
+            evaluations: 1,
+            converged: false,
+        },
     }
 }
 
@@ -426,6 +482,9 @@ mod tests {
     #[test]
     fn limit_a_minimum_outside_the_square_is_reached_at_the_face() {
         let found = least_squares(&Outside, &[0.9, 0.9], &[], 100, &Arc::default());
-        assert!(found.converged && found.place[0] == 0.0 && (found.normal.chi_square - 1.0).abs() < 1e-9, "{found:?}");
+        assert!(
+            found.converged && found.place[0] == 0.0 && (found.normal.chi_square - 1.0).abs() < 1e-9,
+            "{found:?}"
+        );
     }
 }

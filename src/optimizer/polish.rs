@@ -10,8 +10,8 @@ use long_work::Control;
 const STEPS: u64 = 400;
 const STEPS_PER_COORDINATE: u64 = 150;
 
-/// The cost scaled to O(1), with points outside the unit cube mirrored into it. argmin's Nelder–Mead has no bounds and uses an absolute
-/// tolerance.
+/// The cost scaled to O(1), with points outside the unit cube mirrored into it. argmin's Nelder–Mead has no
+/// bounds and uses an absolute tolerance.
 struct Scaled<'c, C: Cost> {
     cost: &'c C,
     scale: f64,
@@ -37,9 +37,15 @@ impl<C: Cost> CostFunction for Scaled<'_, C> {
     }
 }
 
-/// Improves a place of known cost by a Nelder–Mead simplex of edge length `edge`, until the relative spread of its costs is below `spread`.
-/// Returns place, cost and number of evaluations. It runs sequentially on one thread.
-pub fn simplex<C: Cost>(cost: &C, start: (&[f64], f64), (edge, spread): (f64, f64), control: &Control) -> (Vec<f64>, f64, u64) {
+/// Improves a place of known cost by a Nelder–Mead simplex of edge length `edge`, until the relative spread
+/// of its costs is below `spread`. Returns place, cost and number of evaluations. It runs sequentially on one
+/// thread.
+pub fn simplex<C: Cost>(
+    cost: &C,
+    start: (&[f64], f64),
+    (edge, spread): (f64, f64),
+    control: &Control,
+) -> (Vec<f64>, f64, u64) {
     let (place, value) = start;
     if control.stopped() {
         return (place.to_vec(), value, 0);
@@ -53,7 +59,9 @@ pub fn simplex<C: Cost>(cost: &C, start: (&[f64], f64), (edge, spread): (f64, f6
     let problem = Scaled { cost, scale: value.abs().max(1e-300) };
     let most = STEPS + STEPS_PER_COORDINATE * place.len() as u64;
     let solver = NelderMead::new(corners).with_sd_tolerance(spread);
-    let run = solver.and_then(|solver| Executor::new(problem, solver).configure(|s| s.max_iters(most)).timer(false).run());
+    let run = solver.and_then(|solver| {
+        Executor::new(problem, solver).configure(|s| s.max_iters(most)).timer(false).run()
+    });
     match run {
         Ok(result) => {
             let evaluations = result.problem.counts.get("cost_count").copied().unwrap_or(0);
@@ -61,7 +69,11 @@ pub fn simplex<C: Cost>(cost: &C, start: (&[f64], f64), (edge, spread): (f64, f6
                 Some(best) => {
                     let best = mirrored(&best);
                     let best_cost = cost.at(&best);
-                    if best_cost <= value { (best, best_cost, evaluations + 1) } else { (place.to_vec(), value, evaluations + 1) }
+                    if best_cost <= value {
+                        (best, best_cost, evaluations + 1)
+                    } else {
+                        (place.to_vec(), value, evaluations + 1)
+                    }
                 }
                 None => (place.to_vec(), value, evaluations),
             }

@@ -28,7 +28,13 @@ pub struct SearchSettings {
 impl SearchSettings {
     /// Returns settings suited to `dimension` unknowns.
     pub fn for_dimension(dimension: usize, seed: u64) -> Self {
-        SearchSettings { strategy: Strategy::CurrentToPbest, population: (6 * dimension).max(24), generations: 400, spread: 1e-3, seed }
+        SearchSettings {
+            strategy: Strategy::CurrentToPbest,
+            population: (6 * dimension).max(24),
+            generations: 400,
+            spread: 1e-3,
+            seed,
+        }
     }
 }
 
@@ -69,15 +75,23 @@ impl<C: Cost> CostFunction for Finite<'_, C> {
 /// Number of searches begun, which numbers concurrent searches.
 static BEGUN: AtomicUsize = AtomicUsize::new(0);
 
-/// Searches the unit cube for the minimum cost. A search that an earlier run has not finished continues from its last population.
+/// Searches the unit cube for the minimum cost. A search that an earlier run has not finished continues from
+/// its last population.
 pub fn search<C: Cost>(cost: &C, settings: SearchSettings, control: &Control) -> SearchResult {
     let piece = format!("population {settings:?}");
     let mut states = control.states(&piece);
-    let (reporter, most, number) = (control.clone(), settings.generations, BEGUN.fetch_add(1, Ordering::Relaxed));
+    let (reporter, most, number) =
+        (control.clone(), settings.generations, BEGUN.fetch_add(1, Ordering::Relaxed));
     let solver = control
         .last_state(&piece)
         .unwrap_or_else(|| {
-            DifferentialEvolution::new(settings.strategy, cost.dimension(), settings.population, settings.spread, settings.seed)
+            DifferentialEvolution::new(
+                settings.strategy,
+                cost.dimension(),
+                settings.population,
+                settings.spread,
+                settings.seed,
+            )
         })
         .with_stop_flag(Arc::clone(control.stop()))
         .with_watcher(move |solver: &DifferentialEvolution| {
@@ -90,11 +104,20 @@ pub fn search<C: Cost>(cost: &C, settings: SearchSettings, control: &Control) ->
             }
         });
     let remaining = settings.generations.saturating_sub(solver.trace().len() as u64);
-    let run = Executor::new(Finite { cost, stop: control.stop() }, solver).configure(|state| state.max_iters(remaining)).timer(false).run();
+    let run = Executor::new(Finite { cost, stop: control.stop() }, solver)
+        .configure(|state| state.max_iters(remaining))
+        .timer(false)
+        .run();
     let middle = vec![0.5; cost.dimension()];
     let Ok(result) = run else {
         let value = cost.at(&middle);
-        return SearchResult { place: middle, cost: value, evaluations: 1, trace: Vec::new(), complete: false };
+        return SearchResult {
+            place: middle,
+            cost: value,
+            evaluations: 1,
+            trace: Vec::new(),
+            complete: false,
+        };
     };
     let evaluations = result.solver.evaluations();
     let trace = result.solver.trace().to_vec();

@@ -14,7 +14,8 @@ use crate::measurement::MeasurementSet;
 ///
 /// # Errors  the text is no document of this kind.
 pub fn parsed<T: DeserializeOwned>(text: &str) -> PyResult<T> {
-    serde_json::from_str(text).map_err(|e| argument("document", &format!("is no result document of this kind: {e}")))
+    serde_json::from_str(text)
+        .map_err(|e| argument("document", &format!("is no result document of this kind: {e}")))
 }
 
 fn peaks_request(band_hz: Option<(f64, f64)>, local: bool, max_order: Option<usize>) -> PeaksRequest {
@@ -48,13 +49,23 @@ pub fn stabilisation(
     max_order: Option<usize>,
 ) -> PyResult<Vec<(usize, f64, f64, bool)>> {
     let request = peaks_request(None, false, max_order);
-    let found = py.detach(|| study::stabilisation(&measurements.set, frf, &request)).map_err(|e| to_exception(&e))?;
-    Ok(found.into_iter().map(|pole| (pole.order, pole.frequency_hz, pole.damping_ratio, pole.stable)).collect())
+    let found =
+        py.detach(|| study::stabilisation(&measurements.set, frf, &request)).map_err(|e| to_exception(&e))?;
+    Ok(found
+        .into_iter()
+        .map(|pole| (pole.order, pole.frequency_hz, pole.damping_ratio, pole.stable))
+        .collect())
 }
 
 /// Fits a Stribeck curve to a table of friction.
 #[pyfunction]
-pub fn friction(py: Python<'_>, path: String, lead_m: Option<f64>, efficiency: f64, noise: Option<String>) -> PyResult<String> {
+pub fn friction(
+    py: Python<'_>,
+    path: String,
+    lead_m: Option<f64>,
+    efficiency: f64,
+    noise: Option<String>,
+) -> PyResult<String> {
     let noise = word("noise", noise.as_deref())?;
     let request = FrictionRequest { path, lead_m, efficiency, noise };
     py.detach(|| Ok(to_json(&study::friction(&request)?)?)).map_err(|e: StudyError| to_exception(&e))

@@ -71,8 +71,12 @@ pub fn place(nut_m: Option<f64>, position: Option<String>) -> Place {
 pub fn reject_duplicates(places: &[Place]) -> PyResult<()> {
     match places.iter().enumerate().find(|(at, place)| places[..*at].contains(place)) {
         None => Ok(()),
-        Some((_, Place::Nut(nut_m))) => Err(argument("nut_m", &format!("{nut_m} is named twice; write each position once"))),
-        Some((_, Place::Position(name))) => Err(argument("positions", &format!("«{name}» is named twice; write each position once"))),
+        Some((_, Place::Nut(nut_m))) => {
+            Err(argument("nut_m", &format!("{nut_m} is named twice; write each position once")))
+        }
+        Some((_, Place::Position(name))) => {
+            Err(argument("positions", &format!("«{name}» is named twice; write each position once")))
+        }
         Some((_, Place::MidStroke)) => Ok(()),
     }
 }
@@ -80,13 +84,18 @@ pub fn reject_duplicates(places: &[Place]) -> PyResult<()> {
 /// Converts FRFs to an array of places (in the requested order, else that of the document) by lines.
 ///
 /// # Errors  never: the document has the requested places.
-pub fn as_array<'py>(py: Python<'py>, request: &FrfRequest, document: &FrfsDocument) -> PyResult<Bound<'py, PyArray2<Complex64>>> {
+pub fn as_array<'py>(
+    py: Python<'py>,
+    request: &FrfRequest,
+    document: &FrfsDocument,
+) -> PyResult<Bound<'py, PyArray2<Complex64>>> {
     let named = request.places.iter().filter_map(|place| match place {
         Place::Nut(nut_m) => document.positions.get(&nut_m.to_string()),
         Place::Position(name) => document.positions.get(name),
         Place::MidStroke => None,
     });
-    let rows: Vec<&Vec<[f64; 2]>> = if request.places.is_empty() { document.positions.values().collect() } else { named.collect() };
+    let rows: Vec<&Vec<[f64; 2]>> =
+        if request.places.is_empty() { document.positions.values().collect() } else { named.collect() };
     let mut values = Vec::with_capacity(rows.len() * document.frequency_hz.len());
     rows.iter().for_each(|row| values.extend(row.iter().map(|[re, im]| Complex64::new(*re, *im))));
     let flat = PyArray1::from_vec(py, values);
@@ -113,7 +122,8 @@ impl Identification {
         let request = given.request(&lines_hz)?;
         reject_duplicates(&request.places)?;
         let input = Input { path: NAME.into(), sha256: String::new() };
-        let computed = py.detach(|| identified_frf(&self.study, Path::new(NAME), (&self.document, &input), &request));
+        let computed =
+            py.detach(|| identified_frf(&self.study, Path::new(NAME), (&self.document, &input), &request));
         as_array(py, &request, &computed.map_err(|e| to_exception(&e))?)
     }
 
@@ -133,21 +143,46 @@ impl Identification {
     ) -> PyResult<String> {
         let usual = PredictionRequest::default();
         let draws = draws.unwrap_or(usual.draws);
-        let request = PredictionRequest { places: places(nut_m, positions), band_hz, frf, lines_hz, draws, seed, ..usual };
+        let request = PredictionRequest {
+            places: places(nut_m, positions),
+            band_hz,
+            frf,
+            lines_hz,
+            draws,
+            seed,
+            ..usual
+        };
         let document = self.document.clone();
-        run(py, self.study.clone(), &running, move |study| Ok(to_json(&study.predict_with(&document, &request)?)?))
+        run(py, self.study.clone(), &running, move |study| {
+            Ok(to_json(&study.predict_with(&document, &request)?)?)
+        })
     }
 
-    /// Draws machines that data and tolerances leave possible: ids of the parameters, and an array of the best fit and the draws by parameters.
-    fn draws<'py>(&self, py: Python<'py>, count: usize, seed: u64, lines: bool, running: Running) -> PyResult<Drawn<'py>> {
+    /// Draws machines that data and tolerances leave possible: ids of the parameters, and an array of the
+    /// best fit and the draws by parameters.
+    fn draws<'py>(
+        &self,
+        py: Python<'py>,
+        count: usize,
+        seed: u64,
+        lines: bool,
+        running: Running,
+    ) -> PyResult<Drawn<'py>> {
         let drawing = if lines { Drawing::Lines } else { Drawing::Posterior };
         let document = self.document.clone();
-        let (ids, rows) = run(py, self.study.clone(), &running, move |study| study.draw(&document, (count, seed, drawing)))?;
+        let (ids, rows) = run(py, self.study.clone(), &running, move |study| {
+            study.draw(&document, (count, seed, drawing))
+        })?;
         Ok((ids, PyArray2::from_vec2(py, &rows).map_err(internal)?))
     }
 
     /// Predicts what was held out, or another set.
-    fn validate(&self, py: Python<'_>, positions: Option<Vec<String>>, measurements: Option<&MeasurementSet>) -> PyResult<String> {
+    fn validate(
+        &self,
+        py: Python<'_>,
+        positions: Option<Vec<String>>,
+        measurements: Option<&MeasurementSet>,
+    ) -> PyResult<String> {
         let request = ValidationRequest { positions, file: None };
         let study = match measurements {
             None => self.study.clone(),

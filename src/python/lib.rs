@@ -1,6 +1,8 @@
-//! The extension module `jointid._core`: machines, measurement sets, studies and identifications for the Python package, and the command.
+//! The extension module `jointid._core`: machines, measurement sets, studies and identifications for the
+//! Python package, and the command.
 //!
-//! Documents cross the border as their JSON text, arrays as NumPy arrays. Names, defaults and docstrings are those of the Python sources.
+//! Documents cross the border as their JSON text, arrays as NumPy arrays. Names, defaults and docstrings are
+//! those of the Python sources.
 
 mod document;
 mod error;
@@ -13,7 +15,8 @@ mod work;
 
 use pyo3::prelude::*;
 
-/// Tells the Python sources, which read it in the file before they load it, that the extension needs the instructions of x86-64-v3.
+/// Tells the Python sources, which read it in the file before they load it, that the extension needs the
+/// instructions of x86-64-v3.
 #[cfg(all(target_arch = "x86_64", target_feature = "avx2"))]
 #[used]
 static PROCESSOR: [u8; 27] = *b"jointid-processor:x86-64-v3";

@@ -56,6 +56,11 @@ impl Machine {
     /// Parameters: id, unit, start, lower and upper.
     #[getter]
     fn parameters(&self) -> Vec<(String, String, f64, f64, f64)> {
-        self.0.machine.parameters.iter().map(|p| (p.id.clone(), p.unit.clone(), p.start, p.lower, p.upper)).collect()
+        self.0
+            .machine
+            .parameters
+            .iter()
+            .map(|p| (p.id.clone(), p.unit.clone(), p.start, p.lower, p.upper))
+            .collect()
     }
 }

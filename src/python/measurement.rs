@@ -8,8 +8,8 @@ use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use study::{
-    ChannelTolerance, Condition, DriveEffort, FrfArrays, FrfNoise, Gain, ImportRequest, MotionArrays, SetArrays, StudyError, export,
-    import, read_set_files, read_set_from,
+    ChannelTolerance, Condition, DriveEffort, FrfArrays, FrfNoise, Gain, ImportRequest, MotionArrays,
+    SetArrays, StudyError, export, import, read_set_files, read_set_from,
 };
 
 use crate::error::{argument, to_exception, word};
@@ -154,7 +154,11 @@ impl MeasurementSet {
 
     /// Makes a set from arrays.
     #[staticmethod]
-    fn from_arrays(given: GivenSet, frfs: Vec<GivenFrf<'_>>, motions: Vec<GivenMotion<'_>>) -> PyResult<Self> {
+    fn from_arrays(
+        given: GivenSet,
+        frfs: Vec<GivenFrf<'_>>,
+        motions: Vec<GivenMotion<'_>>,
+    ) -> PyResult<Self> {
         let usual = ChannelTolerance::default();
         let (gain_sd, delay_s, nut_m) = given.tolerance;
         let arrays = SetArrays {
@@ -174,7 +178,8 @@ impl MeasurementSet {
             frfs: frfs.iter().map(GivenFrf::arrays).collect::<PyResult<_>>()?,
             motions: motions.iter().map(GivenMotion::arrays).collect(),
         };
-        let set = study::MeasurementSet::from_arrays(&arrays).map_err(|e| to_exception(&StudyError::from(e)))?;
+        let set =
+            study::MeasurementSet::from_arrays(&arrays).map_err(|e| to_exception(&StudyError::from(e)))?;
         Ok(MeasurementSet::of(set))
     }
 
@@ -215,7 +220,11 @@ impl MeasurementSet {
     /// Returns the contents of the files by name.
     fn files<'py>(&self, py: Python<'py>) -> Vec<(String, Bound<'py, PyBytes>)> {
         let folder = Path::new(&self.set.path);
-        let name = |path: &str| Path::new(path).strip_prefix(folder).map_or_else(|_| path.to_string(), |name| name.display().to_string());
+        let name = |path: &str| {
+            Path::new(path)
+                .strip_prefix(folder)
+                .map_or_else(|_| path.to_string(), |name| name.display().to_string())
+        };
         self.set.files.iter().map(|file| (name(&file.path), PyBytes::new(py, &file.bytes))).collect()
     }
 
@@ -257,12 +266,20 @@ impl MeasurementSet {
     fn modes(&self) -> Vec<(String, u32, Option<f64>, Option<f64>)> {
         let Some(table) = &self.set.modes else { return Vec::new() };
         let named = self.set.positions.iter().zip(&table.positions);
-        named.flat_map(|(p, modes)| modes.iter().map(|m| (p.name.clone(), m.order, m.frequency_hz, m.amplitude))).collect()
+        named
+            .flat_map(|(p, modes)| {
+                modes.iter().map(|m| (p.name.clone(), m.order, m.frequency_hz, m.amplitude))
+            })
+            .collect()
     }
 
     /// Returns an FRF by its index, with its accepted lines as arrays.
     fn frf<'py>(&self, py: Python<'py>, at: usize) -> PyResult<Bound<'py, PyDict>> {
-        let frf = self.set.frfs.get(at).ok_or_else(|| argument("frf", &format!("is {at}; the set has {}", self.set.frfs.len())))?;
+        let frf = self
+            .set
+            .frfs
+            .get(at)
+            .ok_or_else(|| argument("frf", &format!("is {at}; the set has {}", self.set.frfs.len())))?;
         let found = PyDict::new(py);
         found.set_item("position", frf.position.map(|p| self.set.positions[p].name.as_str()))?;
         found.set_item("record", &frf.record)?;
@@ -270,10 +287,14 @@ impl MeasurementSet {
         found.set_item("excitation", &frf.excitation)?;
         found.set_item("quantity", frf.quantity.word())?;
         found.set_item("averages", frf.averages)?;
-        found.set_item("frequency_hz", PyArray1::from_iter(py, frf.lines.iter().map(|line| line.frequency_hz)))?;
+        found.set_item(
+            "frequency_hz",
+            PyArray1::from_iter(py, frf.lines.iter().map(|line| line.frequency_hz)),
+        )?;
         found.set_item("value", PyArray1::from_iter(py, frf.lines.iter().map(|line| line.value)))?;
-        let noise =
-            |pick: fn(FrfNoise) -> Option<f64>| -> Option<Vec<f64>> { frf.lines.iter().map(|line| line.noise.and_then(pick)).collect() };
+        let noise = |pick: fn(FrfNoise) -> Option<f64>| -> Option<Vec<f64>> {
+            frf.lines.iter().map(|line| line.noise.and_then(pick)).collect()
+        };
         let coherence = noise(|n| if let FrfNoise::Coherence(gamma2) = n { Some(gamma2) } else { None });
         let relative_sd = noise(|n| if let FrfNoise::RelativeSd(sd) = n { Some(sd) } else { None });
         found.set_item("coherence", coherence.map(|array| PyArray1::from_vec(py, array)))?;

@@ -64,14 +64,25 @@ impl GivenDiagnosis {
 impl Study {
     /// Makes a study from a machine's text and a measurement set.
     #[new]
-    fn new(name: &str, text: &str, measurements: &MeasurementSet, overrides: Vec<String>, without: Vec<String>) -> PyResult<Self> {
+    fn new(
+        name: &str,
+        text: &str,
+        measurements: &MeasurementSet,
+        overrides: Vec<String>,
+        without: Vec<String>,
+    ) -> PyResult<Self> {
         let study = study::Study::described((name, text), measurements.set.clone(), &overrides, &without);
         study.map(Study).map_err(|e| to_exception(&e))
     }
 
     /// Reads machine and measurements as the command does; what is absent is that of the published bench.
     #[staticmethod]
-    fn open(config: Option<String>, measurements: Option<String>, overrides: Vec<String>, without: Vec<String>) -> PyResult<Self> {
+    fn open(
+        config: Option<String>,
+        measurements: Option<String>,
+        overrides: Vec<String>,
+        without: Vec<String>,
+    ) -> PyResult<Self> {
         let sources = Sources { config, measurements, overrides, without, allow_outside: false };
         study::Study::open(&sources).map(Study).map_err(|e| to_exception(&e))
     }
@@ -136,7 +147,13 @@ impl Study {
         run(py, self.0.clone(), &running, move |study| Ok(to_json(&study.compare_with(single.as_deref())?)?))
     }
 
-    fn plan(&self, py: Python<'_>, identified: Option<&Identification>, given: GivenPlan, running: Running) -> PyResult<String> {
+    fn plan(
+        &self,
+        py: Python<'_>,
+        identified: Option<&Identification>,
+        given: GivenPlan,
+        running: Running,
+    ) -> PyResult<String> {
         let usual = PlanRequest::default();
         let request = PlanRequest {
             identified: identified.map(|found| (found.document.clone(), None)),
@@ -146,7 +163,11 @@ impl Study {
             channels: given.channels,
             states: given.states,
             predict_at_m: given.predict_at_m,
-            diagnosis: given.diagnosis.map(|text| parsed(&text)).transpose()?.map(|document| (document, None)),
+            diagnosis: given
+                .diagnosis
+                .map(|text| parsed(&text))
+                .transpose()?
+                .map(|document| (document, None)),
             noise: given.noise.unwrap_or(usual.noise),
             band_hz: given.band_hz,
             lines: given.lines.unwrap_or(usual.lines),
@@ -168,12 +189,19 @@ impl Study {
     ) -> PyResult<Bound<'py, PyArray2<Complex64>>> {
         let request = given.request(&lines_hz)?;
         reject_duplicates(&request.places)?;
-        let document = py.detach(|| study::simulation::frf(&self.0, &request)).map_err(|e| to_exception(&e))?;
+        let document =
+            py.detach(|| study::simulation::frf(&self.0, &request)).map_err(|e| to_exception(&e))?;
         as_array(py, &request, &document)
     }
 
     /// Computes undamped modes at the start values, as the text of a document.
-    fn modes(&self, py: Python<'_>, nut_m: Option<f64>, position: Option<String>, max_hz: f64) -> PyResult<String> {
+    fn modes(
+        &self,
+        py: Python<'_>,
+        nut_m: Option<f64>,
+        position: Option<String>,
+        max_hz: f64,
+    ) -> PyResult<String> {
         let place = crate::identification::place(nut_m, position);
         let request = study::simulation::ModesRequest { place, max_hz, ..Default::default() };
         let made = py.detach(|| Ok(to_json(&study::simulation::modes(&self.0, &request)?)?));

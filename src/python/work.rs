@@ -34,9 +34,11 @@ pub struct Running {
 /// Largest number of threads.
 const MOST_THREADS: usize = 1024;
 
-/// Does a piece of work on a study in a thread of its own. The calling thread looks for Ctrl-C, and calls back with the progress.
+/// Does a piece of work on a study in a thread of its own. The calling thread looks for Ctrl-C, and calls
+/// back with the progress.
 ///
-/// # Errors  the error of the work or of the callback; `KeyboardInterrupt`. Work that does not stop in time is left behind, and ends on its own.
+/// # Errors  the error of the work or of the callback; `KeyboardInterrupt`. Work that does not stop in time
+///   is left behind, and ends on its own.
 pub fn run<T: Send + 'static>(
     py: Python<'_>,
     study: Study,
@@ -47,9 +49,13 @@ pub fn run<T: Send + 'static>(
         None => None,
         Some(count) if (1..=MOST_THREADS).contains(&count) => {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build();
-            Some(pool.map_err(|e| argument("threads", &format!("{count} cannot be started ({e}); ask for fewer")))?)
+            Some(pool.map_err(|e| {
+                argument("threads", &format!("{count} cannot be started ({e}); ask for fewer"))
+            })?)
         }
-        Some(count) => return Err(argument("threads", &format!("is {count}; write a number from 1 to {MOST_THREADS}"))),
+        Some(count) => {
+            return Err(argument("threads", &format!("is {count}; write a number from 1 to {MOST_THREADS}")));
+        }
     };
     let state = Arc::new(Mutex::new(WorkState::default()));
     let control = Control::new(Arc::default(), running.progress.is_some().then(|| watcher(&state)));
@@ -70,14 +76,20 @@ pub fn run<T: Send + 'static>(
     let mut interrupted: Option<(PyErr, Instant)> = None;
     let receiver = Mutex::new(receiver);
     loop {
-        let received = py.detach(|| receiver.lock().map_or(Err(RecvTimeoutError::Disconnected), |receiver| receiver.recv_timeout(LOOK)));
+        let received = py.detach(|| {
+            receiver
+                .lock()
+                .map_or(Err(RecvTimeoutError::Disconnected), |receiver| receiver.recv_timeout(LOOK))
+        });
         match (received, interrupted.take()) {
             (Ok(_), Some((error, _))) => return Err(error),
             (Ok(done), None) => {
                 report(py, running, &state, &mut seen)?;
                 return done.map_err(|error| to_exception(&error));
             }
-            (Err(RecvTimeoutError::Disconnected), _) => return Err(internal("the work ended without a result; please report it")),
+            (Err(RecvTimeoutError::Disconnected), _) => {
+                return Err(internal("the work ended without a result; please report it"));
+            }
             (Err(RecvTimeoutError::Timeout), Some((error, since))) => {
                 if since.elapsed() > STOPPING {
                     return Err(error);
@@ -103,13 +115,20 @@ fn watcher(state: &Arc<Mutex<WorkState>>) -> Watcher {
             Progress::Stage(stage) => *state = WorkState { stage: stage.into(), steps: None },
             // Searches end as soon as they have converged: how far they are is unknown.
             Progress::Generation { .. } => state.steps = None,
-            Progress::Step { what, done, of } => *state = WorkState { stage: what.into(), steps: Some((done as u64, of as u64)) },
+            Progress::Step { what, done, of } => {
+                *state = WorkState { stage: what.into(), steps: Some((done as u64, of as u64)) }
+            }
         }
     })
 }
 
 /// Calls back with the state of the work, if it has changed.
-fn report(py: Python<'_>, running: &Running, state: &Arc<Mutex<WorkState>>, seen: &mut WorkState) -> PyResult<()> {
+fn report(
+    py: Python<'_>,
+    running: &Running,
+    state: &Arc<Mutex<WorkState>>,
+    seen: &mut WorkState,
+) -> PyResult<()> {
     let Some(callback) = &running.progress else { return Ok(()) };
     let now = state.lock().map_or_else(|_| WorkState::default(), |state| state.clone());
     if now != *seen {

@@ -6,8 +6,13 @@ use super::{Result, SimulatorError};
 /// Largest number of machines drawn for one case.
 const ATTEMPTS: usize = 20;
 
-/// Returns the result of the first successful attempt. Each attempt gets its number and its own branch of `draw`.
-pub fn first_accepted<T>(index: usize, draw: &Draw, make: impl Fn(usize, &mut Draw) -> Result<T>) -> Result<T> {
+/// Returns the result of the first successful attempt. Each attempt gets its number and its own branch of
+/// `draw`.
+pub fn first_accepted<T>(
+    index: usize,
+    draw: &Draw,
+    make: impl Fn(usize, &mut Draw) -> Result<T>,
+) -> Result<T> {
     let mut last = String::new();
     for attempt in 0..ATTEMPTS {
         match make(attempt, &mut draw.branch(attempt as u64)) {

@@ -13,7 +13,8 @@ pub fn create_folder(parent: &Path, name: &str) -> Result<PathBuf> {
         let source = std::io::Error::new(ErrorKind::AlreadyExists, "is a link; remove it");
         return Err(SimulatorError::Write { path: path.display().to_string(), source });
     }
-    fs::create_dir_all(&path).map_err(|source| SimulatorError::Write { path: path.display().to_string(), source })?;
+    fs::create_dir_all(&path)
+        .map_err(|source| SimulatorError::Write { path: path.display().to_string(), source })?;
     Ok(path)
 }
 
@@ -29,8 +30,14 @@ pub fn write_text(path: &Path, text: &str) -> Result<()> {
         .map_err(|source| SimulatorError::Write { path: path.display().to_string(), source })
 }
 
-/// Writes motion records, each by its name and its rows, and their manifest: its head, the fitted records if any, and the files.
-pub fn write_motions<'r>(folder: &Path, head: &str, fit: &[String], records: impl Iterator<Item = (&'r str, String)>) -> Result<()> {
+/// Writes motion records, each by its name and its rows, and their manifest: its head, the fitted records if
+/// any, and the files.
+pub fn write_motions<'r>(
+    folder: &Path,
+    head: &str,
+    fit: &[String],
+    records: impl Iterator<Item = (&'r str, String)>,
+) -> Result<()> {
     let motion = create_folder(folder, "motion")?;
     let mut manifest = head.to_owned();
     if !fit.is_empty() {

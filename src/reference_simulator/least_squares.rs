@@ -32,7 +32,8 @@ pub struct Minimum {
 /// # Errors  the residuals have no value at the start.
 pub fn minimum(residuals: &Residuals<'_>, penalties: &[f64], start: Vec<f64>) -> Result<Minimum> {
     let cost_of = |residual: &DVector<f64>, point: &[f64]| {
-        residual.norm_squared() + point.iter().zip(penalties).map(|(value, penalty)| penalty * value * value).sum::<f64>()
+        residual.norm_squared()
+            + point.iter().zip(penalties).map(|(value, penalty)| penalty * value * value).sum::<f64>()
     };
     let mut point = start;
     let mut residual = DVector::from_vec(residuals(&point)?);
@@ -54,12 +55,15 @@ pub fn minimum(residuals: &Residuals<'_>, penalties: &[f64], start: Vec<f64>) ->
                 damped[(index, index)] += damping * (1.0 + normal[(index, index)]);
             }
             damping *= 8.0;
-            let Some(mut change) = Cholesky::new(damped).map(|factors| factors.solve(&downhill)) else { continue };
+            let Some(mut change) = Cholesky::new(damped).map(|factors| factors.solve(&downhill)) else {
+                continue;
+            };
             let largest = change.amax();
             if largest > LONGEST {
                 change *= LONGEST / largest;
             }
-            let moved: Vec<f64> = point.iter().zip(change.iter()).map(|(value, change)| value + change).collect();
+            let moved: Vec<f64> =
+                point.iter().zip(change.iter()).map(|(value, change)| value + change).collect();
             // A point without a response is no minimum.
             let Ok(there) = residuals(&moved) else { continue };
             let there = DVector::from_vec(there);

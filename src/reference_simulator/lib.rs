@@ -1,4 +1,5 @@
-//! An independent reference simulator for the blind check: finite-element machines in a simulated hammer test, and driven axes in motion.
+//! An independent reference simulator for the blind check: finite-element machines in a simulated hammer
+//! test, and driven axes in motion.
 //!
 //! ```text
 //! element   rods, beams, branch laws, dense complex solver, the assembled structure
@@ -10,8 +11,8 @@
 //! servo     a servo axis with its electrics, for tests of the analytical model
 //! ```
 //!
-//! This crate imports no model under test, and no model under test may import this crate: a check of a model against itself proves
-//! nothing. Responses are response / force with e^{+iωt}; SI units throughout.
+//! This crate imports no model under test, and no model under test may import this crate: a check of a model
+//! against itself proves nothing. Responses are response / force with e^{+iωt}; SI units throughout.
 
 #[macro_use]
 mod named;
@@ -37,8 +38,8 @@ mod sizing;
 mod tests;
 
 pub use case::{
-    Case, ChannelSet, Counts, Gap, HammerTest, Imitation, Kind, Label, Ordinary, Plan, Scatter, Slot, Strength, VISIBLE, generate_one,
-    labels_json, measured_again, ordinary, ordinary_on_guide, write_case,
+    Case, ChannelSet, Counts, Gap, HammerTest, Imitation, Kind, Label, Ordinary, Plan, Scatter, Slot,
+    Strength, VISIBLE, generate_one, labels_json, measured_again, ordinary, ordinary_on_guide, write_case,
 };
 pub use error::{Result, SimulatorError};
 pub use machine::layout::Layout;

@@ -23,14 +23,22 @@ pub struct Parameter {
 
 impl Parameter {
     /// Creates a parameter from its start and limits.
-    pub fn new(name: &'static str, unit: &'static str, [start, lower, upper]: [f64; 3], source: &'static str) -> Self {
+    pub fn new(
+        name: &'static str,
+        unit: &'static str,
+        [start, lower, upper]: [f64; 3],
+        source: &'static str,
+    ) -> Self {
         Self { name, unit, start, lower, upper, further: None, source }
     }
 
     /// Writes the parameter's table of a machine file.
     pub fn write(&self, out: &mut String) {
         let Self { name, unit, start, lower, upper, further, source } = self;
-        let _ = writeln!(out, "[parameter.{name}]\nunit = \"{unit}\"\nstart = {start:e}\nlower = {lower:e}\nupper = {upper:e}");
+        let _ = writeln!(
+            out,
+            "[parameter.{name}]\nunit = \"{unit}\"\nstart = {start:e}\nlower = {lower:e}\nupper = {upper:e}"
+        );
         if let Some((key, value)) = further {
             let _ = writeln!(out, "{key} = \"{value}\"");
         }

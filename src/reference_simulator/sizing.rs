@@ -2,8 +2,8 @@
 
 use super::{Result, SimulatorError};
 
-/// Searches between the least and the largest size until `gap_ratio` is about `ratio`, and returns the size and its gap ratio.
-/// `gap_ratio` is the gap with the effect over the gap without it.
+/// Searches between the least and the largest size until `gap_ratio` is about `ratio`, and returns the size
+/// and its gap ratio. `gap_ratio` is the gap with the effect over the gap without it.
 pub fn size_for_gap_ratio(
     [least, largest]: [f64; 2],
     ratio: f64,
@@ -32,7 +32,9 @@ pub fn size_for_gap_ratio(
 /// Returns the size for a wanted strength. The second of two effects may be weaker than drawn.
 pub fn size_or_weaker(is_second: bool, wanted: f64, size_for: impl Fn(f64) -> Result<f64>) -> Result<f64> {
     match size_for(wanted) {
-        Err(SimulatorError::TooWeak { reached, .. }) if is_second && reached > 0.2 * wanted => size_for(0.9 * reached),
+        Err(SimulatorError::TooWeak { reached, .. }) if is_second && reached > 0.2 * wanted => {
+            size_for(0.9 * reached)
+        }
         other => other,
     }
 }
@@ -57,8 +59,15 @@ pub struct Sizing {
 impl Sizing {
     /// Finds the size, at most `largest`, at which the effect has the strength `wanted`.
     ///
-    /// The strength of a small effect grows with the square of its size. Where a step by that law leaves the bracket, the search bisects.
-    pub fn size_for(&self, effect: &str, largest: f64, wanted: f64, strength: impl Fn(f64) -> Result<f64>) -> Result<f64> {
+    /// The strength of a small effect grows with the square of its size. Where a step by that law leaves the
+    /// bracket, the search bisects.
+    pub fn size_for(
+        &self,
+        effect: &str,
+        largest: f64,
+        wanted: f64,
+        strength: impl Fn(f64) -> Result<f64>,
+    ) -> Result<f64> {
         let [longest, down] = self.steps;
         let (mut low, mut high) = (f64::NEG_INFINITY, largest.ln());
         let (mut trial, mut reached) = (self.start.min(0.5 * largest).ln(), 0.0);

@@ -12,7 +12,8 @@ use super::vocabulary::PriorKind;
 pub struct PriorRow {
     /// Mean of a normal prior, median of a log-normal one (in the unit of the tolerance).
     pub mean: f64,
-    /// Standard deviation of a normal or half-normal prior (in the unit of the tolerance); of the logarithm for a log-normal one (1).
+    /// Standard deviation of a normal or half-normal prior (in the unit of the tolerance); of the logarithm
+    /// for a log-normal one (1).
     pub sd: f64,
     /// Distribution: `normal`, `log-normal` or `half-normal`, whose value is a size.
     #[serde(default)]
@@ -40,7 +41,8 @@ impl ToleranceRow {
     }
 }
 
-/// How far the global search went: rounds of new spread starts, until the best minimum was found as often as required.
+/// How far the global search went: rounds of new spread starts, until the best minimum was found as often as
+/// required.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SearchRow {
     /// Number of spread starts.
@@ -60,7 +62,8 @@ pub struct RepeatRow {
     pub cost: f64,
     /// Number of evaluations of the objective.
     pub evaluations: u64,
-    /// Lowest cost after each generation or start; for whole FRFs the mean square of ln(measured/predicted) on few lines over a variance of 0.09.
+    /// Lowest cost after each generation or start; for whole FRFs the mean square of ln(measured/predicted)
+    /// on few lines over a variance of 0.09.
     pub trace: Vec<f64>,
 }
 
@@ -87,7 +90,8 @@ pub struct CoordinateRow {
     pub prior: Option<[f64; 2]>,
 }
 
-/// Minima of χ² and covariance of all fitted coordinates, tolerances included, each in the unit interval of its range.
+/// Minima of χ² and covariance of all fitted coordinates, tolerances included, each in the unit interval of
+/// its range.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PosteriorRow {
     /// The coordinates.
@@ -120,7 +124,8 @@ pub struct CombinationRow {
 /// Intervals of the parameters by bootstrap.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BootstrapRow {
-    /// Unit of resampling: `lines` (frequency lines or modes of a position) or `positions` (positions or records).
+    /// Unit of resampling: `lines` (frequency lines or modes of a position) or `positions` (positions or
+    /// records).
     pub drawn: String,
     /// Number of bootstrap samples.
     pub samples: usize,

@@ -17,13 +17,15 @@ pub struct ChangeRow {
     pub second: f64,
     /// Unit of both.
     pub unit: String,
-    /// Change with the tolerances of the machine common to both: relative to the first (1), or a difference (in `unit`) where `relative` is false.
+    /// Change with the tolerances of the machine common to both: relative to the first (1), or a difference
+    /// (in `unit`) where `relative` is false.
     pub change: f64,
     /// 95 % interval of the change.
     pub change95: [f64; 2],
     /// Whether the change is relative.
     pub relative: bool,
-    /// Probability of a change at least this large where nothing changed, for this parameter alone; absent where it is not identifiable in both.
+    /// Probability of a change at least this large where nothing changed, for this parameter alone; absent
+    /// where it is not identifiable in both.
     pub p_value: Option<f64>,
     /// The same over all compared parameters (Holm).
     pub p_adjusted: Option<f64>,
@@ -49,8 +51,12 @@ pub struct ChangeDocument {
 
 /// Changes as text: the significant ones first.
 pub fn change_text(title: &str, document: &ChangeDocument) -> String {
-    let changed: Vec<String> =
-        document.parameters.iter().filter(|(_, row)| row.changed).map(|(id, row)| format!("{id} by {}", amount(row.change, row))).collect();
+    let changed: Vec<String> = document
+        .parameters
+        .iter()
+        .filter(|(_, row)| row.changed)
+        .map(|(id, row)| format!("{id} by {}", amount(row.change, row)))
+        .collect();
     let verdict = match changed.is_empty() {
         true => "no significant change".to_string(),
         false => format!("significant change: {}", changed.join(", ")),
@@ -77,7 +83,11 @@ pub fn change_text(title: &str, document: &ChangeDocument) -> String {
             if row.changed { "yes" } else { "" }.into(),
         ]
     });
-    text += &columns(&["Parameter", "First", "Second", "Unit", "Change", "95 % interval", "p (Holm)", "Changed"].map(String::from), rows);
+    text += &columns(
+        &["Parameter", "First", "Second", "Unit", "Change", "95 % interval", "p (Holm)", "Changed"]
+            .map(String::from),
+        rows,
+    );
     if document.compared < document.parameters.len() {
         text += "p –: not identifiable in both results\n";
     }

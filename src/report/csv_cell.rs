@@ -2,9 +2,11 @@
 
 use std::borrow::Cow;
 
-/// Quotes a text as a cell of a CSV table where it must be: with a separator, a quote, a line end, or a space at its ends.
+/// Quotes a text as a cell of a CSV table where it must be: with a separator, a quote, a line end, or a space
+/// at its ends.
 pub fn csv_cell(text: &str) -> Cow<'_, str> {
-    let must = text.contains([',', ';', '"', '\n', '\r', '\t']) || text.trim() != text || text.starts_with('#');
+    let must =
+        text.contains([',', ';', '"', '\n', '\r', '\t']) || text.trim() != text || text.starts_with('#');
     if must { Cow::Owned(format!("\"{}\"", text.replace('"', "\"\""))) } else { Cow::Borrowed(text) }
 }
 

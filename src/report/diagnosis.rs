@@ -42,8 +42,8 @@ pub struct DiagnosisDocument {
     pub noise_floor: Option<f64>,
     /// Gaps of the machine as described.
     pub gap: GapRow,
-    /// Misfit of the machine as described over the median of null simulations, at least 1 (1): χ² per compared number; of motion records the squared
-    /// prediction error at left-out parts.
+    /// Misfit of the machine as described over the median of null simulations, at least 1 (1): χ² per
+    /// compared number; of motion records the squared prediction error at left-out parts.
     #[serde(default)]
     pub misfit_over_null: f64,
     /// Null simulations of FRFs or modes, to which p-values refer.
@@ -61,7 +61,8 @@ pub struct DiagnosisDocument {
     /// Missing dynamic stiffness at the best interfaces.
     #[serde(default)]
     pub delta_z: Vec<DeltaZ>,
-    /// All candidates, best first: by χ² with a penalty for flexibility; of motion records by cross-validated prediction error.
+    /// All candidates, best first: by χ² with a penalty for flexibility; of motion records by cross-validated
+    /// prediction error.
     pub effects: Vec<EffectRow>,
     /// Values of the parameters of the machine as described.
     #[serde(default)]
@@ -98,7 +99,8 @@ pub(super) fn combination_text(combination: &str, between: &str) -> String {
 }
 
 impl DiagnosisDocument {
-    /// Returns the rows of the effects that the verdict names, in its order, those of a combination one after another.
+    /// Returns the rows of the effects that the verdict names, in its order, those of a combination one after
+    /// another.
     pub(super) fn named_effects(&self) -> impl Iterator<Item = &EffectRow> {
         let ids = self.verdict.effects.iter().flat_map(|combination| effect_ids(combination));
         ids.filter_map(|id| self.effects.iter().find(|row| row.id == id))
@@ -209,7 +211,9 @@ pub struct WhereRow {
 impl WhereRow {
     /// Returns the location in words.
     pub fn place_text(&self) -> String {
-        self.over.as_ref().map_or_else(|| self.interface.clone(), |over| format!("{}, over {over}", self.interface))
+        self.over
+            .as_ref()
+            .map_or_else(|| self.interface.clone(), |over| format!("{}, over {over}", self.interface))
     }
 
     /// Returns the shape in words.
@@ -232,14 +236,17 @@ pub struct EffectRow {
     pub gap_held_out_before: Option<f64>,
     /// Held-out gap with it (1).
     pub gap_held_out_after: Option<f64>,
-    /// Share of the squared held-out gap above the noise floor that it closes (1); negative where the gap grows.
+    /// Share of the squared held-out gap above the noise floor that it closes (1); negative where the gap
+    /// grows.
     pub closed: Option<f64>,
-    /// Interval of `closed` in 95 of 100 repetitions of the test, for the effect that the verdict names first.
+    /// Interval of `closed` in 95 of 100 repetitions of the test, for the effect that the verdict names
+    /// first.
     #[serde(default)]
     pub closed95: Option<[f64; 2]>,
     /// Share of null simulations with a statistic as large (1).
     pub p_value: Option<f64>,
-    /// Reduction of χ², for motion records −ln of the share of the squared prediction error that it leaves, over its scale in null simulations (1).
+    /// Reduction of χ², for motion records −ln of the share of the squared prediction error that it leaves,
+    /// over its scale in null simulations (1).
     #[serde(default)]
     pub statistic: f64,
     /// Reduction of χ² (motion: of the squared prediction error) over its value without it (1).
@@ -285,7 +292,8 @@ pub struct Chosen {
     /// Interval of `closed` in 95 of 100 repetitions of the test, simulated with the chosen model.
     #[serde(default)]
     pub closed95: Option<[f64; 2]>,
-    /// Largest share of it that a generic impedance at one interface closes (1); of motion records a free function of one variable.
+    /// Largest share of it that a generic impedance at one interface closes (1); of motion records a free
+    /// function of one variable.
     pub ceiling: Option<f64>,
     /// Headline metrics before and after.
     #[serde(default, alias = "plain")]
@@ -325,7 +333,8 @@ pub struct VerdictRow {
     /// Ids of faults of the measuring chain, `id@record` where one record is concerned.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<String>,
-    /// Whether held-out data speak for the named explanation for certain, false also where that leaves none; null where nothing is named or held out.
+    /// Whether held-out data speak for the named explanation for certain, false also where that leaves none;
+    /// null where nothing is named or held out.
     #[serde(default)]
     pub confirmed: Option<bool>,
     /// Reason in words.
@@ -348,6 +357,7 @@ pub struct VerdictRow {
 impl VerdictRow {
     /// Returns the band in words.
     pub fn band_text(&self) -> Option<String> {
-        self.band_hz.map(|[from, to]| format!("it changes the FRFs most from {} to {} Hz", figure(from), figure(to)))
+        self.band_hz
+            .map(|[from, to]| format!("it changes the FRFs most from {} to {} Hz", figure(from), figure(to)))
     }
 }

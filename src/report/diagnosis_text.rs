@@ -17,7 +17,8 @@ pub(super) fn is_undetermined([low, high]: [f64; 2]) -> bool {
     high - low > UNDETERMINED
 }
 
-/// Returns the interval of the share that the chosen model closes, in brackets; empty where the verdict names no effect.
+/// Returns the interval of the share that the chosen model closes, in brackets; empty where the verdict names
+/// no effect.
 pub(super) fn interval_text(document: &DiagnosisDocument) -> String {
     match document.chosen.closed95.filter(|interval| !is_undetermined(*interval)) {
         None if document.verdict.effects.is_empty() => String::new(),
@@ -32,20 +33,32 @@ pub(super) fn interval_text(document: &DiagnosisDocument) -> String {
 /// Returns verdict, reason and next measurement as text.
 pub(super) fn verdict_text(document: &DiagnosisDocument) -> String {
     let verdict = &document.verdict;
-    let named = if verdict.effects.is_empty() { verdict.faults.join(", ") } else { listed(&verdict.effects, "or") };
-    let head = if named.is_empty() { format!("verdict: {}", verdict.kind) } else { format!("verdict: {} — {named}", verdict.kind) };
-    let described = document.named_effects().filter_map(|row| Some(wrapped(&format!("  {}: {}", row.id, row.description.as_ref()?))));
-    let next = verdict.next_measurement.as_ref().map_or(String::new(), |next| wrapped(&format!("next measurement: {next}")));
+    let named =
+        if verdict.effects.is_empty() { verdict.faults.join(", ") } else { listed(&verdict.effects, "or") };
+    let head = if named.is_empty() {
+        format!("verdict: {}", verdict.kind)
+    } else {
+        format!("verdict: {} — {named}", verdict.kind)
+    };
+    let described = document
+        .named_effects()
+        .filter_map(|row| Some(wrapped(&format!("  {}: {}", row.id, row.description.as_ref()?))));
+    let next = verdict
+        .next_measurement
+        .as_ref()
+        .map_or(String::new(), |next| wrapped(&format!("next measurement: {next}")));
     wrapped(&head) + &described.collect::<String>() + &wrapped(&verdict.reason) + &next
 }
 
-/// Returns the held-out gap before and after, and the share that the chosen model closes. `name` is the name of the gap.
+/// Returns the held-out gap before and after, and the share that the chosen model closes. `name` is the name
+/// of the gap.
 pub(super) fn gap_text(document: &DiagnosisDocument, name: &str) -> String {
     let (chosen, before) = (&document.chosen, document.gap.held_out);
-    let floor = document.noise_floor.map_or(String::new(), |floor| format!("; noise floor {}", percent(floor)));
-    let ceiling = chosen
-        .ceiling
-        .map_or(String::new(), |c| format!("; a generic impedance at one interface closes {} at most", share_closed(Some(c))));
+    let floor =
+        document.noise_floor.map_or(String::new(), |floor| format!("; noise floor {}", percent(floor)));
+    let ceiling = chosen.ceiling.map_or(String::new(), |c| {
+        format!("; a generic impedance at one interface closes {} at most", share_closed(Some(c)))
+    });
     if before.is_none() {
         return wrapped(&format!("{name}: nothing is held out{floor}"));
     }
@@ -57,7 +70,12 @@ pub(super) fn gap_text(document: &DiagnosisDocument, name: &str) -> String {
         Some(closed) if closed < 0.005 => format!("it closes none of it{interval}"),
         closed => format!("it closes {} of the squared gap{interval}", share_closed(closed)),
     };
-    let text = format!("{name}: {} as described, {} with {}{floor}; {closed}{ceiling}", gap(before), gap(chosen.gap_held_out), chosen.id);
+    let text = format!(
+        "{name}: {} as described, {} with {}{floor}; {closed}{ceiling}",
+        gap(before),
+        gap(chosen.gap_held_out),
+        chosen.id
+    );
     let is_open = chosen.closed95.is_some_and(|[low, _]| low <= 0.0);
     let remark = "  the effect is statistically significant, but does not clearly improve predictions: the model as described predicts about as well";
     wrapped(&text) + &if is_open { wrapped(remark) } else { String::new() }
@@ -70,12 +88,14 @@ pub(super) fn estimated_text(document: &DiagnosisDocument) -> String {
         .iter()
         .filter(|row| row.selected)
         .flat_map(|row| {
-            // Of the chosen model the values are those of the joint fit; of other effects of an ambiguous verdict those of their own.
+            // Of the chosen model the values are those of the joint fit; of other effects of an ambiguous
+            // verdict those of their own.
             let is_chosen = document.chosen.effects().any(|id| id == row.id);
             row.parameters.iter().map(move |(id, own)| {
                 let value = document.chosen.parameters.get(id).filter(|_| is_chosen).unwrap_or(own);
                 let stated = row.parameter_units.get(id).map_or("", String::as_str);
-                let remark = if row.parameters_at_bound.contains(id) { "at the end of its range" } else { "" };
+                let remark =
+                    if row.parameters_at_bound.contains(id) { "at the end of its range" } else { "" };
                 vec![format!("  {}", row.id), id.clone(), figure(*value), unit(stated), remark.into()]
             })
         })
@@ -83,7 +103,10 @@ pub(super) fn estimated_text(document: &DiagnosisDocument) -> String {
     if rows.is_empty() {
         return String::new();
     }
-    format!("\nestimated parameters\n{}", columns(&["  effect", "parameter", "value", "unit", ""].map(String::from), rows.into_iter()))
+    format!(
+        "\nestimated parameters\n{}",
+        columns(&["  effect", "parameter", "value", "unit", ""].map(String::from), rows.into_iter())
+    )
 }
 
 /// Number of listed candidates that the verdict does not name.
@@ -103,21 +126,35 @@ pub(super) fn candidates_text(document: &DiagnosisDocument, heads: [&str; 5]) ->
             row.p_value.map_or("–".into(), probability),
         ]
     });
-    let mut text = format!("\ncandidates, best first (* in the verdict)\n{}", columns(&heads.map(String::from), rows));
+    let mut text =
+        format!("\ncandidates, best first (* in the verdict)\n{}", columns(&heads.map(String::from), rows));
     let open: Vec<&str> = listed().filter(|row| row.open).map(|row| row.id.as_str()).collect();
     if !open.is_empty() {
         text += &wrapped(&format!("open, since their best fit was found once: {}", open.join(", ")));
     }
-    let with_status =
-        |status: EffectStatus| document.effects.iter().filter(|row| row.status == status).map(|row| row.id.as_str()).collect::<Vec<_>>();
+    let with_status = |status: EffectStatus| {
+        document
+            .effects
+            .iter()
+            .filter(|row| row.status == status)
+            .map(|row| row.id.as_str())
+            .collect::<Vec<_>>()
+    };
     let failed = with_status(EffectStatus::Failed);
     if !failed.is_empty() {
         text += &wrapped(&format!("not decided, since their fit failed: {}", failed.join(", ")));
     }
     match with_status(EffectStatus::NotApplicable).len() {
         0 => {}
-        1 => text += &wrapped("1 effect does not apply to this machine or these data (named with verbose output)"),
-        count => text += &wrapped(&format!("{count} effects do not apply to this machine or these data (named with verbose output)")),
+        1 => {
+            text +=
+                &wrapped("1 effect does not apply to this machine or these data (named with verbose output)")
+        }
+        count => {
+            text += &wrapped(&format!(
+                "{count} effects do not apply to this machine or these data (named with verbose output)"
+            ))
+        }
     }
     text
 }
@@ -127,14 +164,32 @@ pub fn diagnosis_text(document: &DiagnosisDocument) -> String {
     let mut text = verdict_text(document);
     text.push('\n');
     text += &gap_text(document, "gap at held-out positions");
-    let named = if document.verdict.kind == VerdictKind::Ambiguous { "one of the named effects" } else { "the best effect" };
-    let confirm = |does: bool| if does { format!("confirm {named}") } else { format!("do not confirm {named} for certain") };
-    text += &document.verdict.confirmed.map_or(String::new(), |does| format!("  held-out data {}\n", confirm(does)));
+    let named = if document.verdict.kind == VerdictKind::Ambiguous {
+        "one of the named effects"
+    } else {
+        "the best effect"
+    };
+    let confirm = |does: bool| {
+        if does { format!("confirm {named}") } else { format!("do not confirm {named} for certain") }
+    };
+    text += &document
+        .verdict
+        .confirmed
+        .map_or(String::new(), |does| format!("  held-out data {}\n", confirm(does)));
     if let Some([before, after]) = document.chosen.gap_held_out_with_nuisances {
-        text += &wrapped(&format!("  with tolerances fitted as nuisance parameters: {} as described, {} with it", gap(before), gap(after)));
+        text += &wrapped(&format!(
+            "  with tolerances fitted as nuisance parameters: {} as described, {} with it",
+            gap(before),
+            gap(after)
+        ));
     }
     for metric in &document.chosen.headline_metrics {
-        text += &wrapped(&format!("  {}: {} as described, {} with it", metric.figure, percent(metric.before), percent(metric.after)));
+        text += &wrapped(&format!(
+            "  {}: {} as described, {} with it",
+            metric.figure,
+            percent(metric.before),
+            percent(metric.after)
+        ));
     }
     text += &estimated_text(document);
     text += &candidates_text(document, ["effect", "χ² reduction", "held-out gap", "closed", "p"]);
@@ -146,7 +201,9 @@ pub fn diagnosis_text(document: &DiagnosisDocument) -> String {
     text += &format!("\nlocation: {first}generic impedances at interfaces, best first\n");
     text += &document.verdict.band_text().map_or(String::new(), |band| wrapped(&band));
     let rows = document.places.iter().take(5);
-    let rows = rows.map(|row| vec![row.place_text(), row.shape_text().into(), percent(row.misfit_reduction), gap(row.gap_held_out)]);
+    let rows = rows.map(|row| {
+        vec![row.place_text(), row.shape_text().into(), percent(row.misfit_reduction), gap(row.gap_held_out)]
+    });
     text += &columns(&["interface", "shape", "χ² reduction", "held-out gap"].map(String::from), rows);
     for ratio in &document.ratio {
         text += &wrapped(&format!("measured over predicted, {}: {}", ratio.channel, ratio.looks_like));

@@ -1,11 +1,14 @@
-//! Result documents of identification, validation and measurement: printed as JSON or written into the result folder.
+//! Result documents of identification, validation and measurement: printed as JSON or written into the result
+//! folder.
 
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::certainty::{BasinRow, BootstrapRow, CombinationRow, PosteriorRow, RepeatRow, SearchRow, ToleranceRow};
+use super::certainty::{
+    BasinRow, BootstrapRow, CombinationRow, PosteriorRow, RepeatRow, SearchRow, ToleranceRow,
+};
 use super::motion_row::{CurveRow, MotionRecordRow, PreprocessingRow};
 pub use super::parameter::ParameterRow;
 pub use super::plan::{ChoiceRow, PlanDocument, PlanRanking};
@@ -24,7 +27,8 @@ pub struct RunSettings {
     pub model: String,
     /// Number of masses per rod of the lumped model; absent for `receptance`.
     pub lumps: Option<usize>,
-    /// Objective: `least-squares`, `eq26` or `frequencies` for modes, `frf`, `inverse-dynamics` or `output-error` for motion records.
+    /// Objective: `least-squares`, `eq26` or `frequencies` for modes, `frf`, `inverse-dynamics` or
+    /// `output-error` for motion records.
     pub objective: ObjectiveKind,
     /// Relative standard deviation of natural frequencies due to model error (1).
     pub frequency_model_error: f64,
@@ -36,7 +40,8 @@ pub struct RunSettings {
     /// Lowest and highest fitted frequency of FRFs (Hz); absent without a limit.
     #[serde(default)]
     pub band_hz: Option<[f64; 2]>,
-    /// `fit`: tolerances of machine and set were fitted jointly with the parameters (whole FRFs only); `none`: they were held.
+    /// `fit`: tolerances of machine and set were fitted jointly with the parameters (whole FRFs only);
+    /// `none`: they were held.
     #[serde(default)]
     pub tolerances: ToleranceUse,
     /// Names of the positions and records requested for the fit; absent where none were named.
@@ -86,18 +91,22 @@ pub struct LonePeak {
     pub frequency_hz: f64,
     /// Prominence: |H| at the peak over |H| at the higher of the two neighbouring minima (1).
     pub prominence: f64,
-    /// Whether the measurement should show it: it lies in the measured band and is at least as prominent as the least prominent peak read.
+    /// Whether the measurement should show it: it lies in the measured band and is at least as prominent as
+    /// the least prominent peak read.
     pub unexpected: bool,
 }
 
-/// Prediction errors at one position. For whole FRFs and motion records, only `role`, `gap` and `noise_floor` are given.
+/// Prediction errors at one position. For whole FRFs and motion records, only `role`, `gap` and `noise_floor`
+/// are given.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PositionRow {
     /// `fit`: used in the fit; `held_out`: predicted only.
     pub role: Role,
-    /// Root sum of squares of the relative frequency errors (1; Tian et al., Eq. 27). Absent where a measured mode has no prediction.
+    /// Root sum of squares of the relative frequency errors (1; Tian et al., Eq. 27). Absent where a measured
+    /// mode has no prediction.
     pub overall_error: Option<f64>,
-    /// `overall_error` with predictions rounded to the frequency resolution of the measurement, as Tian et al. round them (1).
+    /// `overall_error` with predictions rounded to the frequency resolution of the measurement, as Tian et
+    /// al. round them (1).
     pub overall_error_rounded: Option<f64>,
     /// `overall_error` of the published predictions, which are rounded to the same resolution (1).
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -106,7 +115,8 @@ pub struct PositionRow {
     pub orders: Vec<OrderRow>,
     /// Predicted peaks of the band without a measured mode.
     pub lone_peaks: Vec<LonePeak>,
-    /// Gap: root mean square of ln(measured/predicted) over log-magnitude and phase (1); for motion records the relative force error (1).
+    /// Gap: root mean square of ln(measured/predicted) over log-magnitude and phase (1); for motion records
+    /// the relative force error (1).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<f64>,
     /// Gap due to measurement noise alone (1), where the noise is stated or estimated.
@@ -129,7 +139,8 @@ impl PositionRow {
         }
     }
 
-    /// Returns the largest relative frequency error (1). A measured mode without a prediction and an unexpected peak count as `missing` (30 %).
+    /// Returns the largest relative frequency error (1). A measured mode without a prediction and an
+    /// unexpected peak count as `missing` (30 %).
     pub fn largest_error(&self, missing: f64) -> Option<f64> {
         self.orders
             .iter()
@@ -160,7 +171,8 @@ pub struct FrfRow {
     pub gap: f64,
     /// Gap due to measurement noise alone (1), where the noise is stated or estimated.
     pub noise_floor: Option<f64>,
-    /// Origin of the noise: `coherence` or `relative_sd` where stated, else estimated from `repeats` or `neighbouring lines`, or `unknown`.
+    /// Origin of the noise: `coherence` or `relative_sd` where stated, else estimated from `repeats` or
+    /// `neighbouring lines`, or `unknown`.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub noise_source: String,
     /// Number of frequency lines compared.
@@ -187,7 +199,8 @@ pub struct MisplacedModeRow {
 pub struct RenumberedRow {
     /// The misplaced modes.
     pub modes: Vec<MisplacedModeRow>,
-    /// Minimum of the objective with the fitting orders, to compare with `cost` of the document (1); absent where no fitted position is concerned.
+    /// Minimum of the objective with the fitting orders, to compare with `cost` of the document (1); absent
+    /// where no fitted position is concerned.
     pub cost: Option<f64>,
     /// Estimates with the fitting orders, by parameter id.
     pub parameters: BTreeMap<String, ParameterRow>,
@@ -212,13 +225,15 @@ pub struct IdentificationDocument {
     /// Estimates of the tolerances fitted jointly with the parameters, by name; empty where they were held.
     #[serde(default)]
     pub tolerances: BTreeMap<String, ToleranceRow>,
-    /// Minima whose χ² lies within the 95 % limit of the lowest, in ascending χ²; absent for a single minimum.
+    /// Minima whose χ² lies within the 95 % limit of the lowest, in ascending χ²; absent for a single
+    /// minimum.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub basins: Vec<BasinRow>,
     /// Modes under a wrong order, and the fit with the orders that they fit; absent where all orders fit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub renumbered: Option<RenumberedRow>,
-    /// Derived quantities by name: those of the machine description, largest errors and gaps, χ² and its degrees of freedom.
+    /// Derived quantities by name: those of the machine description, largest errors and gaps, χ² and its
+    /// degrees of freedom.
     pub derived: BTreeMap<String, f64>,
     /// 95 % confidence intervals of the derived quantities of the machine description, by name.
     #[serde(default)]
@@ -236,11 +251,13 @@ pub struct IdentificationDocument {
     /// How far the global search went; absent for motion records, which need none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub search: Option<SearchRow>,
-    /// Whether the best minimum was found as often as required; absent where once was enough, or the search was stopped.
+    /// Whether the best minimum was found as often as required; absent where once was enough, or the search
+    /// was stopped.
     pub searches_agree: Option<bool>,
     /// Rounds of the search in ascending cost.
     pub searches: Vec<RepeatRow>,
-    /// Whether the errors of each position or record are those of a fit without it, because none was held out.
+    /// Whether the errors of each position or record are those of a fit without it, because none was held
+    /// out.
     #[serde(default)]
     pub leave_one_out: bool,
     /// Ids of the rows and columns of `correlation`, `gain` included where it is estimated.
@@ -256,13 +273,15 @@ pub struct IdentificationDocument {
     /// Natural modes of the identified machine by position; absent for motion records.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub modes: BTreeMap<String, Vec<NaturalMode>>,
-    /// Minima and covariance of all fitted coordinates, from which predictions and comparisons are made; absent where χ² is no likelihood.
+    /// Minima and covariance of all fitted coordinates, from which predictions and comparisons are made;
+    /// absent where χ² is no likelihood.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub posterior: Option<PosteriorRow>,
     /// Prediction errors by FRF, where whole FRFs were fitted.
     #[serde(default)]
     pub frfs: Vec<FrfRow>,
-    /// Prediction errors of motion records by name. `positions` contains them, too, with the force error as gap.
+    /// Prediction errors of motion records by name. `positions` contains them, too, with the force error as
+    /// gap.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub records: BTreeMap<String, MotionRecordRow>,
     /// Filter and decimation of motion records.
@@ -282,12 +301,14 @@ pub struct ValidationDocument {
     pub stamp: Stamp,
     /// Prediction errors by position or record.
     pub positions: BTreeMap<String, PositionRow>,
-    /// Largest relative frequency error (1). A measured mode without a prediction and an unexpected peak count as 30 %.
+    /// Largest relative frequency error (1). A measured mode without a prediction and an unexpected peak
+    /// count as 30 %.
     pub largest_error: Option<f64>,
     /// Largest gap of a position or record (1), for FRFs and motion records.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub largest_gap: Option<f64>,
-    /// Prediction errors of motion records by name. `positions` contains them, too, with the force error as gap.
+    /// Prediction errors of motion records by name. `positions` contains them, too, with the force error as
+    /// gap.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub records: BTreeMap<String, MotionRecordRow>,
 }
@@ -301,8 +322,8 @@ pub struct ComparisonRun {
     pub parameters: BTreeMap<String, ParameterRow>,
     /// Prediction errors by position.
     pub positions: BTreeMap<String, PositionRow>,
-    /// Root sum of squares of the relative frequency errors at the common positions (1), which are held out of every run.
-    /// Absent where a measured mode there has no prediction.
+    /// Root sum of squares of the relative frequency errors at the common positions (1), which are held out
+    /// of every run. Absent where a measured mode there has no prediction.
     pub common_error: Option<f64>,
     /// `common_error` of the published predictions (1).
     pub common_error_published: Option<f64>,
@@ -330,9 +351,11 @@ pub struct ComparisonDocument {
 pub struct ObjectiveRow {
     /// Objective: `least-squares`, `eq26` or `frequencies`.
     pub objective: ObjectiveKind,
-    /// Root mean square of the relative frequency errors at the positions left out (1); a mode without a prediction counts as 30 %.
+    /// Root mean square of the relative frequency errors at the positions left out (1); a mode without a
+    /// prediction counts as 30 %.
     pub frequency_error: f64,
-    /// Root mean square of ln(predicted/measured amplitude) at these positions (1); absent for an objective without a gain.
+    /// Root mean square of ln(predicted/measured amplitude) at these positions (1); absent for an objective
+    /// without a gain.
     pub ln_amplitude_error: Option<f64>,
     /// Number of measured modes without a prediction.
     pub missing: usize,

@@ -15,7 +15,8 @@ pub struct EffectLibraryDocument {
     /// Provenance.
     #[serde(flatten)]
     pub stamp: Stamp,
-    /// Effects in the order of the library. An effect written for machines described in different words has an entry for each.
+    /// Effects in the order of the library. An effect written for machines described in different words has
+    /// an entry for each.
     pub effects: Vec<EffectEntry>,
 }
 
@@ -32,7 +33,8 @@ pub struct EffectEntry {
     pub discriminating_test: Option<String>,
     /// Kinds of data it shows in: `frf` (and modes), `motion`.
     pub data: Vec<DataKind>,
-    /// Points, joints or shafts (by name) that a machine must have for it to apply; `drive` stands for its drive.
+    /// Points, joints or shafts (by name) that a machine must have for it to apply; `drive` stands for its
+    /// drive.
     pub needs: Vec<String>,
     /// Effect (id) that it describes in more detail; a machine must contain that for it to apply.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -85,7 +87,10 @@ pub fn effects_table(document: &EffectLibraryDocument) -> String {
             continue;
         }
         let optional = |text: &Option<String>| text.clone().unwrap_or_default();
-        let more = is_wide.then(|| [optional(&effect.signature), optional(&effect.discriminating_test)]).into_iter().flatten();
+        let more = is_wide
+            .then(|| [optional(&effect.signature), optional(&effect.discriminating_test)])
+            .into_iter()
+            .flatten();
         out.add_row([effect.id.clone(), data.clone(), effect.description.clone()].into_iter().chain(more));
         listed.push((&effect.id, data));
     }
@@ -111,7 +116,10 @@ pub fn effect_text(document: &EffectLibraryDocument) -> String {
             let range = format!("{} … {}", figure(p.lower), figure(p.upper));
             vec![format!("  {id}"), unit(&p.unit), figure(p.start), range, p.source.clone()]
         });
-        text + &columns(&["  parameter", "unit", "start", "range", "source of the range"].map(String::from), rows)
+        text + &columns(
+            &["  parameter", "unit", "start", "range", "source of the range"].map(String::from),
+            rows,
+        )
     };
     document.effects.iter().map(form).collect::<Vec<_>>().join("\n")
 }

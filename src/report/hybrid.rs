@@ -1,4 +1,5 @@
-//! Result document of a model and a neural network trained on its residual. The laboratory writes it, the page draws it.
+//! Result document of a model and a neural network trained on its residual. The laboratory writes it, the
+//! page draws it.
 
 use std::collections::BTreeMap;
 
@@ -45,7 +46,8 @@ pub struct NeuralResidualRow {
     pub evaluations: u64,
 }
 
-/// Contour error of one circle of two axes: distance from the commanded circle (m). Each figure is the maximum over the circle.
+/// Contour error of one circle of two axes: distance from the commanded circle (m). Each figure is the
+/// maximum over the circle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ContourRow {
     /// `fit`: used in the fit of both axes; `held_out`: predicted only.

@@ -6,14 +6,19 @@ use super::order::renumbered_table;
 use super::prediction::natural_frequencies_text;
 use super::record::records_table;
 use super::table::{
-    bootstrap, derived_table, frfs, gaps, moved_tolerances, parameters_table, positions, run_frequencies_table, run_parameters_table,
-    summary,
+    bootstrap, derived_table, frfs, gaps, moved_tolerances, parameters_table, positions,
+    run_frequencies_table, run_parameters_table, summary,
 };
 use super::terminal::wrapped;
 
-/// An identification as text. `title` is that of the machine; `derived` names the derived quantities of its description, in their order.
+/// An identification as text. `title` is that of the machine; `derived` names the derived quantities of its
+/// description, in their order.
 pub fn identification_text(title: &str, document: &IdentificationDocument, derived: &[String]) -> String {
-    if document.records.is_empty() { of_responses(title, document, derived) } else { of_records(title, document) }
+    if document.records.is_empty() {
+        of_responses(title, document, derived)
+    } else {
+        of_records(title, document)
+    }
 }
 
 const STOPPED: &str = "stopped early: the result so far\n";
@@ -43,7 +48,11 @@ fn of_responses(title: &str, document: &IdentificationDocument, derived: &[Strin
     text += &if document.frfs.is_empty() {
         positions("", &document.positions, document.leave_one_out).text()
     } else {
-        format!("{}\n{}", frfs(&document.frfs, document.leave_one_out).text(), natural_frequencies_text(&document.modes))
+        format!(
+            "{}\n{}",
+            frfs(&document.frfs, document.leave_one_out).text(),
+            natural_frequencies_text(&document.modes)
+        )
     };
     text.push('\n');
     if !derived.is_empty() {
@@ -55,7 +64,9 @@ fn of_responses(title: &str, document: &IdentificationDocument, derived: &[Strin
         text.push('\n');
     }
     let percent = |key: &str| document.derived.get(key).map(|x| format!("{:.2} %", 100.0 * x));
-    for (key, which) in [("largest_frequency_error_held_out", "held out"), ("largest_frequency_error_left_out", "left out")] {
+    for (key, which) in
+        [("largest_frequency_error_held_out", "held out"), ("largest_frequency_error_left_out", "left out")]
+    {
         if let Some(largest) = percent(key) {
             text += &format!("largest frequency error, {which}: {largest}\n");
         }
@@ -76,15 +87,25 @@ pub(super) fn found_text(SearchRow { starts, found, required }: &SearchRow) -> S
     match (*starts, found < required) {
         (1, false) => String::new(),
         (_, false) => format!("; {found} of {starts} starts ended in the best minimum"),
-        (_, true) => format!("; only {found} of {starts} starts ended in the best minimum, {required} were required"),
+        (_, true) => {
+            format!("; only {found} of {starts} starts ended in the best minimum, {required} were required")
+        }
     }
 }
 
 fn of_records(title: &str, document: &IdentificationDocument) -> String {
-    let held_out = if document.held_out_positions.is_empty() { "nothing".into() } else { document.held_out_positions.join(", ") };
+    let held_out = if document.held_out_positions.is_empty() {
+        "nothing".into()
+    } else {
+        document.held_out_positions.join(", ")
+    };
     let mut text = format!(
         "{title}\n{}\n{}\n{}",
-        wrapped(&format!("fitted on {} by {}, held out {held_out}", document.fit_positions.join(", "), document.settings.objective)),
+        wrapped(&format!(
+            "fitted on {} by {}, held out {held_out}",
+            document.fit_positions.join(", "),
+            document.settings.objective
+        )),
         parameters_table(&document.parameters),
         records_table(&document.records)
     );
@@ -100,7 +121,11 @@ pub fn validation_text(document: &ValidationDocument) -> String {
         return records_table(&document.records);
     }
     let whole_frfs = document.positions.values().any(|p| p.gap.is_some());
-    let mut text = if whole_frfs { gaps("", &document.positions).text() } else { positions("", &document.positions, false).text() };
+    let mut text = if whole_frfs {
+        gaps("", &document.positions).text()
+    } else {
+        positions("", &document.positions, false).text()
+    };
     if let Some(largest) = document.largest_error {
         text += &format!("\nlargest frequency error: {:.2} %\n", 100.0 * largest);
     }
@@ -110,13 +135,15 @@ pub fn validation_text(document: &ValidationDocument) -> String {
 /// A comparison of a multi-position identification with single-position ones as text.
 pub fn comparison_text(document: &ComparisonDocument) -> String {
     if document.runs.values().any(|r| r.common_gap.is_some()) {
-        return String::from("Gap of whole FRFs at the positions and records that no run has fitted, and over all of them\n\n")
-            + &summary(document).text()
+        return String::from(
+            "Gap of whole FRFs at the positions and records that no run has fitted, and over all of them\n\n",
+        ) + &summary(document).text()
             + "\n"
             + &run_parameters_table(document);
     }
-    String::from("Frequency errors at the positions that no run has fitted, and over all of them\n(root of the summed squares)\n\n")
-        + &summary(document).text()
+    String::from(
+        "Frequency errors at the positions that no run has fitted, and over all of them\n(root of the summed squares)\n\n",
+    ) + &summary(document).text()
         + "\nNatural frequencies by order, along the stroke\n\n"
         + &run_frequencies_table(document)
         + "\n"

@@ -1,4 +1,5 @@
-//! Saying it: result documents with their provenance, written whole or not at all, and tables for the terminal.
+//! Saying it: result documents with their provenance, written whole or not at all, and tables for the
+//! terminal.
 
 pub mod certainty;
 pub mod change;

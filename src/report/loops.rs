@@ -20,8 +20,8 @@ pub struct BodeRow {
     /// Phase by simulation (degrees, −180 to 180); absent without simulation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub simulated_phase_deg: Option<f64>,
-    /// Largest share of the evaluated time in which the friction of a joint sticks (1); absent where none does. At 1 the axis sticks: the
-    /// simulated response is that of a machine held by friction.
+    /// Largest share of the evaluated time in which the friction of a joint sticks (1); absent where none
+    /// does. At 1 the axis sticks: the simulated response is that of a machine held by friction.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stuck_share: Option<f64>,
 }
@@ -53,7 +53,8 @@ pub struct BodeDocument {
     pub poles: Vec<PoleRow>,
     /// Bandwidth: highest frequency (Hz) at which the magnitude by linearisation falls below 1/√2.
     pub bandwidth_hz: Option<f64>,
-    /// Largest relative difference |simulated/linearised magnitude − 1| (1), at frequencies at which the axis does not stick.
+    /// Largest relative difference |simulated/linearised magnitude − 1| (1), at frequencies at which the axis
+    /// does not stick.
     pub largest_difference: Option<f64>,
     /// Largest |difference| between simulated and linearised phase (degrees), at the same frequencies.
     pub largest_phase_difference_deg: Option<f64>,
@@ -68,14 +69,17 @@ pub struct GainStudyRow {
     pub gain_per_min: f64,
     /// Time from the start of the travel to 99 % of it (s); `null` where it is not reached.
     pub time_s: Option<f64>,
-    /// Mean |command − position| over the last fifth of the rest (m or rad); `null` where the loop is unstable or the axis not at rest.
+    /// Mean |command − position| over the last fifth of the rest (m or rad); `null` where the loop is
+    /// unstable or the axis not at rest.
     pub static_error: Option<f64>,
-    /// Whether the axis is at rest over the last fifth of the rest: the encoder's reading is constant, and equals the command where the
-    /// velocity loop integrates.
+    /// Whether the axis is at rest over the last fifth of the rest: the encoder's reading is constant, and
+    /// equals the command where the velocity loop integrates.
     pub settled: bool,
-    /// Energy supplied by the drive while it drives, braking not counted (J); `null` where the loop is unstable.
+    /// Energy supplied by the drive while it drives, braking not counted (J); `null` where the loop is
+    /// unstable.
     pub energy_j: Option<f64>,
-    /// Cost C = e/e_max − (1 − E/E_max) − (1 − τ/τ_max) (1); `null` where the loop is unstable, or the axis misses the target or is not at rest.
+    /// Cost C = e/e_max − (1 − E/E_max) − (1 − τ/τ_max) (1); `null` where the loop is unstable, or the axis
+    /// misses the target or is not at rest.
     pub cost: Option<f64>,
 }
 
@@ -143,7 +147,8 @@ pub struct CircleRow {
     pub largest_m: f64,
     /// Mean distance from the circle (m), positive outside.
     pub mean_m: f64,
-    /// Largest |distance from the circle − `mean_m`| just after the reversal of an axis (m); `null` without a reversal.
+    /// Largest |distance from the circle − `mean_m`| just after the reversal of an axis (m); `null` without a
+    /// reversal.
     pub largest_at_quadrants_m: Option<f64>,
 }
 

@@ -65,8 +65,9 @@ pub struct MotionDocument {
     pub nut_m: Option<f64>,
     /// Values of the parameters by id, each in its unit.
     pub parameters: BTreeMap<String, f64>,
-    /// Signals by name, all of one length: `time_s`, `command_m`, `position_m`, `force_n` or `torque_nm`, `velocity_m_s`.
-    /// In addition one for every point that moves, `NAME_m` or `NAME_rad`. Where the encoder reads an angle, `_rad` replaces `_m`.
+    /// Signals by name, all of one length: `time_s`, `command_m`, `position_m`, `force_n` or `torque_nm`,
+    /// `velocity_m_s`. In addition one for every point that moves, `NAME_m` or `NAME_rad`. Where the encoder
+    /// reads an angle, `_rad` replaces `_m`.
     pub columns: BTreeMap<String, Vec<f64>>,
     /// Energy balance of the motion.
     pub energy: EnergyBalance,

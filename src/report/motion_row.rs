@@ -14,7 +14,8 @@ pub struct MotionRecordRow {
     pub role: Role,
     /// rms(predicted − measured)/rms(measured) of force or torque (1), by inverse dynamics.
     pub force_error: f64,
-    /// rms(simulated − measured)/rms(measured) of force or torque (1), with the closed loop simulated; absent without simulation.
+    /// rms(simulated − measured)/rms(measured) of force or torque (1), with the closed loop simulated; absent
+    /// without simulation.
     #[serde(default)]
     pub simulated_force_error: Option<f64>,
     /// Force error due to noise alone (1), where the command repeats.
@@ -48,7 +49,8 @@ pub struct TransmissionRow {
     pub residual: f64,
     /// `residual` over rms(measured) of the transmission error (1).
     pub gap: f64,
-    /// rms(predicted − measured)/rms(measured) of the tracking error, command minus reading, without its mean (1).
+    /// rms(predicted − measured)/rms(measured) of the tracking error, command minus reading, without its mean
+    /// (1).
     #[serde(default)]
     pub tracking_gap: Option<f64>,
     /// Number of samples compared: those in motion, except after a reversal.
@@ -79,7 +81,8 @@ pub struct ChannelRow {
     pub record: String,
     /// Column of the channel.
     pub column: String,
-    /// Weight of the channel in gaps of force and channel together: force per unit of the column (N/m, N/rad, N·m/m or N·m/rad).
+    /// Weight of the channel in gaps of force and channel together: force per unit of the column (N/m, N/rad,
+    /// N·m/m or N·m/rad).
     #[serde(default)]
     pub weight: f64,
     /// Errors with the machine as described.
@@ -117,7 +120,8 @@ pub struct CurveRow {
     pub predicted: Option<f64>,
 }
 
-/// Misfit of one cell: the samples of a record in one phase of the motion, range of speed, or range of position.
+/// Misfit of one cell: the samples of a record in one phase of the motion, range of speed, or range of
+/// position.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MisfitRow {
     /// Name of the record.
@@ -137,7 +141,8 @@ pub struct MisfitRow {
     pub direction: Direction,
     /// Number of samples in the cell.
     pub samples: usize,
-    /// Root mean square of the residual in the cell over that of the force, or transmission error, of the record (1).
+    /// Root mean square of the residual in the cell over that of the force, or transmission error, of the
+    /// record (1).
     pub gap: f64,
     /// Share of the cell in the sum of squared residuals of the channel (1).
     pub share: f64,

@@ -27,7 +27,11 @@ pub fn motion_csv(document: &MotionDocument) -> String {
         for (at, column) in columns.iter().enumerate() {
             let comma = if at == 0 { "" } else { "," };
             // Rounds off the accumulated error of the times.
-            let _ = if at == 0 { write!(text, "{:.9}", column[row]) } else { write!(text, "{comma}{:e}", column[row]) };
+            let _ = if at == 0 {
+                write!(text, "{:.9}", column[row])
+            } else {
+                write!(text, "{comma}{:e}", column[row])
+            };
         }
         text.push('\n');
     }
@@ -45,8 +49,10 @@ pub fn motion_summary(document: &MotionDocument) -> String {
     );
     let mut counts: BTreeMap<(&str, &str), usize> = BTreeMap::new();
     document.events.iter().for_each(|e| *counts.entry((&e.joint, &e.kind)).or_default() += 1);
-    let counts: Vec<String> = counts.iter().map(|((joint, kind), count)| format!("{joint} {kind} {count} times")).collect();
-    let _ = writeln!(text, "events: {}", if counts.is_empty() { "none".to_string() } else { counts.join(", ") });
+    let counts: Vec<String> =
+        counts.iter().map(|((joint, kind), count)| format!("{joint} {kind} {count} times")).collect();
+    let _ =
+        writeln!(text, "events: {}", if counts.is_empty() { "none".to_string() } else { counts.join(", ") });
     if let Some(record) = &document.record {
         let _ = writeln!(
             text,

@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Null simulations: draws of the machine as described with tolerances and noise. A statistic is the largest reduction of χ² of any candidate over its
-/// scale.
+/// Null simulations: draws of the machine as described with tolerances and noise. A statistic is the largest
+/// reduction of χ² of any candidate over its scale.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NullRow {
     /// Number of draws that are linear about the nominal fit.

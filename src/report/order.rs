@@ -12,14 +12,23 @@ impl RenumberedRow {
     pub fn warning(&self, cost: f64) -> String {
         let one = |m: &MisplacedModeRow| {
             let fits = m.fits_order.map_or("no order".into(), |order| format!("order {order}"));
-            format!("{} Hz at {} fits {fits}, but is entered as order {}", figure(m.frequency_hz), m.position, m.order)
+            format!(
+                "{} Hz at {} fits {fits}, but is entered as order {}",
+                figure(m.frequency_hz),
+                m.position,
+                m.order
+            )
         };
         let named = self.modes.iter().map(one).collect::<Vec<_>>().join("; ");
         let there = match self.cost {
-            Some(there) => format!("with fitting orders the cost is {} instead of {}", figure(there), figure(cost)),
+            Some(there) => {
+                format!("with fitting orders the cost is {} instead of {}", figure(there), figure(cost))
+            }
             None => "the fit does not depend on it".into(),
         };
-        format!("by the course of each order over the positions, {named}; {there}; check these orders in the table of modes")
+        format!(
+            "by the course of each order over the positions, {named}; {there}; check these orders in the table of modes"
+        )
     }
 }
 
@@ -28,7 +37,8 @@ pub fn renumbered_table(entered: &BTreeMap<String, ParameterRow>, renumbered: &R
     if renumbered.parameters.is_empty() {
         return String::new();
     }
-    let mut out = table(["Parameter", "Unit", "As entered", "Fitting orders", "95 % interval", "Identifiable"]);
+    let mut out =
+        table(["Parameter", "Unit", "As entered", "Fitting orders", "95 % interval", "Identifiable"]);
     for (id, there) in renumbered.parameters.iter().filter(|(_, row)| row.fitted) {
         let [value, interval, identifiable] = parameter_cells(there);
         let entered = cell(entered.get(id).map(|row| row.value), figure);

@@ -16,12 +16,15 @@ pub struct ParameterRow {
     pub upper: f64,
     /// 95 % confidence interval (in `unit`); absent where none was computed.
     pub interval95: Option<[f64; 2]>,
-    /// The parts of `interval95` in ascending order, where the data accept several ranges of values (in `unit`).
+    /// The parts of `interval95` in ascending order, where the data accept several ranges of values (in
+    /// `unit`).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub intervals95: Vec<[f64; 2]>,
-    /// Whether the parameter is identifiable from the data; absent for one that was not fitted, or that depends on the discrepancy.
+    /// Whether the parameter is identifiable from the data; absent for one that was not fitted, or that
+    /// depends on the discrepancy.
     pub identifiable: Option<bool>,
-    /// Whether the parameter would be identifiable, but the misfit exceeds the noise so far that its value depends on what the model lacks.
+    /// Whether the parameter would be identifiable, but the misfit exceeds the noise so far that its value
+    /// depends on what the model lacks.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub depends_on_discrepancy: bool,
     /// Whether the parameter was fitted; otherwise it kept its start value.
@@ -37,6 +40,10 @@ pub struct ParameterRow {
 impl ParameterRow {
     /// Returns the parts of the 95 % interval in ascending order; empty where none was computed.
     pub fn parts(&self) -> Vec<[f64; 2]> {
-        if self.intervals95.is_empty() { self.interval95.into_iter().collect() } else { self.intervals95.clone() }
+        if self.intervals95.is_empty() {
+            self.interval95.into_iter().collect()
+        } else {
+            self.intervals95.clone()
+        }
     }
 }

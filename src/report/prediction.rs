@@ -16,7 +16,8 @@ use super::vocabulary::Role;
 pub struct NaturalMode {
     /// Mode number in ascending frequency, from 1; rigid-body modes do not count.
     pub order: usize,
-    /// Natural frequency: that of the peak of the FRF, or of the undamped mode where the FRF shows no peak (Hz).
+    /// Natural frequency: that of the peak of the FRF, or of the undamped mode where the FRF shows no peak
+    /// (Hz).
     pub frequency_hz: f64,
     /// Damping ratio (1); absent for a mode whose damping cannot be stated.
     pub damping_ratio: Option<f64>,
@@ -34,7 +35,8 @@ pub struct PredictedMode {
     pub frequency95: [f64; 2],
     /// 95 % interval of the damping ratio (1).
     pub damping95: Option<[f64; 2]>,
-    /// 95 % interval of the amplitude (SI units of the quantity); absent where some of the possible machines show no peak.
+    /// 95 % interval of the amplitude (SI units of the quantity); absent where some of the possible machines
+    /// show no peak.
     pub amplitude95: Option<[f64; 2]>,
 }
 
@@ -59,8 +61,8 @@ pub struct PredictedPosition {
     pub role: Option<Role>,
     /// Natural modes in ascending frequency.
     pub modes: Vec<PredictedMode>,
-    /// Static stiffness at the excited point (N/m or N·m/rad), without integral action of the drive; absent where response and excitation differ, or a
-    /// part of the machine is free to move.
+    /// Static stiffness at the excited point (N/m or N·m/rad), without integral action of the drive; absent
+    /// where response and excitation differ, or a part of the machine is free to move.
     pub static_stiffness: Option<f64>,
     /// 95 % interval of the static stiffness.
     pub static_stiffness95: Option<[f64; 2]>,
@@ -107,7 +109,8 @@ impl PredictionDocument {
 }
 
 /// Columns of the table of modes.
-pub(super) const HEADER: [&str; 7] = ["Nut m", "Order", "Frequency Hz", "95 % interval", "Damping %", "95 % interval", "Amplitude"];
+pub(super) const HEADER: [&str; 7] =
+    ["Nut m", "Order", "Frequency Hz", "95 % interval", "Damping %", "95 % interval", "Amplitude"];
 
 /// A prediction as text.
 pub fn prediction_text(title: &str, document: &PredictionDocument) -> String {
@@ -119,7 +122,10 @@ pub fn prediction_text(title: &str, document: &PredictionDocument) -> String {
     ));
     text.push('\n');
     let (place, modes) = mode_rows(document);
-    text += &columns(&HEADER.map(|name| if name == "Nut m" { place } else { name }.to_string()), modes.into_iter());
+    text += &columns(
+        &HEADER.map(|name| if name == "Nut m" { place } else { name }.to_string()),
+        modes.into_iter(),
+    );
     let stiffness = stiffness_rows(document);
     if !stiffness.is_empty() {
         text += &format!("\nstatic stiffness at {excitation} (SI units)\n");
@@ -143,18 +149,29 @@ pub(super) fn mode_rows(document: &PredictionDocument) -> (&'static str, Vec<Vec
             let (frequency, frequency95) = with_interval(mode.frequency_hz, *frequency95);
             let (damping, damping95) = damping_cells(mode.damping_ratio, *damping95);
             let place = if at == 0 { place.clone() } else { String::new() };
-            rows.push(vec![place, mode.order.to_string(), frequency, frequency95, damping, damping95, cell(mode.amplitude, figure)]);
+            rows.push(vec![
+                place,
+                mode.order.to_string(),
+                frequency,
+                frequency95,
+                damping,
+                damping95,
+                cell(mode.amplitude, figure),
+            ]);
         }
     }
     let is_of_nuts = document.positions.values().any(|p| p.role.is_none() && p.nut_m.is_some());
     (if is_of_nuts { "Nut m" } else { "Position" }, rows)
 }
 
-/// Returns the predicted static stiffness of each position, where there is one, as rows of cells: name, value, interval.
+/// Returns the predicted static stiffness of each position, where there is one, as rows of cells: name,
+/// value, interval.
 pub(super) fn stiffness_rows(document: &PredictionDocument) -> Vec<Vec<String>> {
     let row = |(name, position): (&String, &PredictedPosition)| {
         let value = position.static_stiffness?;
-        let (value, interval) = position.static_stiffness95.map_or_else(|| (figure(value), "–".into()), |ends| with_interval(value, ends));
+        let (value, interval) = position
+            .static_stiffness95
+            .map_or_else(|| (figure(value), "–".into()), |ends| with_interval(value, ends));
         Some(vec![name.clone(), value, interval])
     };
     document.ordered().into_iter().filter_map(row).collect()
@@ -177,7 +194,9 @@ pub fn prediction_csv(document: &PredictionDocument) -> String {
     let number = |x: Option<f64>| x.map_or(String::new(), |x| x.to_string());
     for (name, position) in document.ordered() {
         for PredictedMode { mode, frequency95: [low, high], damping95, amplitude95 } in &position.modes {
-            let ends = |interval: &Option<[f64; 2]>| [number(interval.map(|i| i[0])), number(interval.map(|i| i[1]))].join(",");
+            let ends = |interval: &Option<[f64; 2]>| {
+                [number(interval.map(|i| i[0])), number(interval.map(|i| i[1]))].join(",")
+            };
             let cells = [
                 csv_cell(name).to_string(),
                 number(position.nut_m),
@@ -219,9 +238,13 @@ pub(super) fn natural_frequencies_text(modes: &BTreeMap<String, Vec<NaturalMode>
         return String::new();
     }
     let shown = most.min(MOST_SHOWN);
-    let header: Vec<String> = std::iter::once("Position".to_string()).chain((1..=shown).map(|order| format!("Order {order}"))).collect();
+    let header: Vec<String> = std::iter::once("Position".to_string())
+        .chain((1..=shown).map(|order| format!("Order {order}")))
+        .collect();
     let rows = modes.iter().map(|(name, modes)| {
-        let of = |order: usize| modes.iter().find(|m| m.order == order).map_or("–".into(), |m| figure(m.frequency_hz));
+        let of = |order: usize| {
+            modes.iter().find(|m| m.order == order).map_or("–".into(), |m| figure(m.frequency_hz))
+        };
         std::iter::once(name.clone()).chain((1..=shown).map(of)).collect()
     });
     format!("natural frequencies of the identified machine (Hz)\n{}", columns(&header, rows))

@@ -17,7 +17,8 @@ pub struct Input {
 pub struct MachineText {
     /// Path of the file; name of a description that is embedded in the program.
     pub path: String,
-    /// Text of the file (TOML), to be read with the overrides and without the removed effects that the document states.
+    /// Text of the file (TOML), to be read with the overrides and without the removed effects that the
+    /// document states.
     pub text: String,
 }
 

@@ -5,15 +5,16 @@ use std::collections::BTreeMap;
 use super::diagnosis::DiagnosisDocument;
 use super::diagnosis_text::{candidates_text, estimated_text, gap_text, verdict_text};
 pub use super::motion_row::{
-    ChannelRow, CurveRow, LearnableRow, MeasuringChainRow, MisfitRow, MotionRecordRow, MotionRows, PreprocessingRow, TraceRow,
-    TransmissionRow,
+    ChannelRow, CurveRow, LearnableRow, MeasuringChainRow, MisfitRow, MotionRecordRow, MotionRows,
+    PreprocessingRow, TraceRow, TransmissionRow,
 };
 use super::terminal::{columns, percent, signed, unit, wrapped};
 use super::text_table::cell;
 use super::vocabulary::{Direction, MisfitBy};
 
 /// Heads of the table of motion records.
-pub(super) const RECORD_HEADS: [&str; 6] = ["record", "role", "force error", "simulated", "noise floor", "samples"];
+pub(super) const RECORD_HEADS: [&str; 6] =
+    ["record", "role", "force error", "simulated", "noise floor", "samples"];
 
 /// Returns a motion record as the cells of its row.
 pub(super) fn record_cells((name, r): (&String, &MotionRecordRow)) -> [String; 6] {
@@ -48,15 +49,28 @@ pub fn motion_diagnosis_text(document: &DiagnosisDocument) -> String {
     };
     text += &gap_text(document, gap);
     text += &estimated_text(document);
-    text += &candidates_text(document, ["effect", "reduction of prediction error", "held-out error", "closed", "p"]);
+    text += &candidates_text(
+        document,
+        ["effect", "reduction of prediction error", "held-out error", "closed", "p"],
+    );
     if !motion.transmission.is_empty() {
         text += "\ntransmission error at extra measuring points (µm or µrad, rms residual) and their tracking error\n";
         let rows = motion.transmission.iter().map(|c| {
             let left = |r: &TransmissionRow| format!("{:.2}", 1e6 * r.residual);
             let tracking = |r: &TransmissionRow| cell(r.tracking_gap, percent);
-            vec![c.record.clone(), c.column.clone(), left(&c.before), left(&c.after), tracking(&c.before), tracking(&c.after)]
+            vec![
+                c.record.clone(),
+                c.column.clone(),
+                left(&c.before),
+                left(&c.after),
+                tracking(&c.before),
+                tracking(&c.after),
+            ]
         });
-        text += &columns(&["record", "column", "before", "after", "tracking before", "after"].map(String::from), rows);
+        text += &columns(
+            &["record", "column", "before", "after", "tracking before", "after"].map(String::from),
+            rows,
+        );
     }
     for l in &motion.learnable {
         let um = |x: f64| format!("{:.2}", 1e6 * x);
@@ -85,7 +99,8 @@ pub fn motion_diagnosis_text(document: &DiagnosisDocument) -> String {
     text
 }
 
-/// Share of the squared residual of the machine as described by record, channel and phase of motion, with its mean in both directions.
+/// Share of the squared residual of the machine as described by record, channel and phase of motion, with its
+/// mean in both directions.
 fn phases_text(motion: &MotionRows) -> String {
     let unit_of = |cell: &MisfitRow| {
         let channel = motion.transmission.iter().find(|c| Some(&c.column) == cell.column.as_ref());
@@ -95,11 +110,14 @@ fn phases_text(motion: &MotionRows) -> String {
             None => (1.0, unit(&motion.unit)),
         }
     };
-    let whole = motion.misfit_map.iter().filter(|c| c.by == MisfitBy::Phase && c.direction == Direction::Both);
+    let whole =
+        motion.misfit_map.iter().filter(|c| c.by == MisfitBy::Phase && c.direction == Direction::Both);
     let rows = whole.map(|c| {
         let (scale, unit) = unit_of(c);
         let mean = |direction: Direction| {
-            let same = |d: &&MisfitRow| (&d.record, &d.column, &d.phase, d.direction) == (&c.record, &c.column, &c.phase, direction);
+            let same = |d: &&MisfitRow| {
+                (&d.record, &d.column, &d.phase, d.direction) == (&c.record, &c.column, &c.phase, direction)
+            };
             motion.misfit_map.iter().find(same).map_or("–".into(), |d| signed(scale * d.mean))
         };
         vec![

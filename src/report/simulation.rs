@@ -21,10 +21,12 @@ pub struct ModeRow {
     /// Damped natural frequency f·√(1 − ζ²) of a proportionally damped mode (Hz).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub damped_hz: Option<f64>,
-    /// Deformation of each joint, and of each spring of a series in a joint (`joint/spring`), for `shape` (m or rad).
+    /// Deformation of each joint, and of each spring of a series in a joint (`joint/spring`), for `shape` (m
+    /// or rad).
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub deformation: BTreeMap<String, f64>,
-    /// Share of each joint, each spring of a series (contained in its joint) and each shaft in the strain energy (1).
+    /// Share of each joint, each spring of a series (contained in its joint) and each shaft in the strain
+    /// energy (1).
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub strain_energy_share: BTreeMap<String, f64>,
 }
@@ -145,7 +147,8 @@ pub struct FrictionDocument {
     pub noise: String,
     /// Estimates by name: `coulomb_n`, `static_n`, `viscous_n_s_per_m`, `stribeck_velocity_m_s`.
     pub parameters: BTreeMap<String, FrictionParameter>,
-    /// Scatter of the residuals: in N for uniform noise; relative to the force or to the known standard deviations otherwise (1).
+    /// Scatter of the residuals: in N for uniform noise; relative to the force or to the known standard
+    /// deviations otherwise (1).
     pub residual_scatter: f64,
     /// Number of observations minus number of free parameters.
     pub degrees_of_freedom: usize,

@@ -16,11 +16,16 @@ pub fn modes_text(document: &ModesDocument, title: &str) -> String {
     let _ = writeln!(text, "\n order  frequency Hz   damping %   largest at     most strain energy in");
     for mode in &document.modes {
         let damping = mode.damping_ratio.map_or_else(|| "–".into(), |z| format!("{:.2}", 100.0 * z));
-        let largest = mode.shape.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).map_or("–", |(name, _)| name);
+        let largest =
+            mode.shape.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).map_or("–", |(name, _)| name);
         let joints = mode.strain_energy_share.iter().filter(|(name, _)| !name.contains('/'));
-        let strained =
-            joints.max_by(|a, b| a.1.total_cmp(b.1)).map_or_else(String::new, |(name, x)| format!("{name} ({:.0} %)", 100.0 * x));
-        let line = format!("{:>6}  {:>12.4}  {:>10}   {largest:<14} {strained}", mode.order, mode.frequency_hz, damping);
+        let strained = joints
+            .max_by(|a, b| a.1.total_cmp(b.1))
+            .map_or_else(String::new, |(name, x)| format!("{name} ({:.0} %)", 100.0 * x));
+        let line = format!(
+            "{:>6}  {:>12.4}  {:>10}   {largest:<14} {strained}",
+            mode.order, mode.frequency_hz, damping
+        );
         let _ = writeln!(text, "{}", line.trim_end());
     }
     text
@@ -45,7 +50,8 @@ pub fn sweep_text(document: &SweepDocument, title: &str) -> String {
     let contacts: Vec<&String> = rows.first().map(|row| row.contacts.keys().collect()).unwrap_or_default();
     let orders = rows.iter().map(|row| row.frequencies_hz.len()).max().unwrap_or(0);
     let units = [("_m_s2", " m/s²"), ("_m_s", " m/s"), ("_m", " m"), ("_n", " N")];
-    let unit = units.into_iter().find_map(|(tail, unit)| Some(format!("{}{unit}", along.strip_suffix(tail)?)));
+    let unit =
+        units.into_iter().find_map(|(tail, unit)| Some(format!("{}{unit}", along.strip_suffix(tail)?)));
     let mut header = vec![unit.unwrap_or_else(|| along.clone())];
     header.extend(contacts.iter().map(|name| format!("{name} N/m")));
     header.extend(document.point.as_ref().map(|point| format!("{point} N/m")));
@@ -60,7 +66,11 @@ pub fn sweep_text(document: &SweepDocument, title: &str) -> String {
     });
     let mut text = format!("{title}\n\n{}", columns(&header, cells));
     for s in &document.separations {
-        let _ = writeln!(text, "{}: side {} unloads at {along} = {:.5} ({:.1} N)", s.contact, s.side, s.at, s.force_n);
+        let _ = writeln!(
+            text,
+            "{}: side {} unloads at {along} = {:.5} ({:.1} N)",
+            s.contact, s.side, s.at, s.force_n
+        );
     }
     text
 }

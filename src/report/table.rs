@@ -3,17 +3,21 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::certainty::{BootstrapRow, PriorRow, ToleranceRow};
-use super::document::{ComparisonDocument, FrfRow, ObjectivesDocument, OrderRow, ParameterRow, PeaksDocument, PositionRow};
-use super::terminal::{figure, percent, range, table, table_text, unit, width, with_deviation, with_interval, wrapped};
+use super::document::{
+    ComparisonDocument, FrfRow, ObjectivesDocument, OrderRow, ParameterRow, PeaksDocument, PositionRow,
+};
+use super::terminal::{
+    figure, percent, range, table, table_text, unit, width, with_deviation, with_interval, wrapped,
+};
 use super::text_table::{TextTable, cell};
 use super::vocabulary::PriorKind;
 
-/// Width (columns) from which on a table of parameters has a column of descriptions; below, they follow as text.
+/// Width (columns) from which on a table of parameters has a column of descriptions; below, they follow as
+/// text.
 const DESCRIBED_WIDTH: usize = 110;
 
 /// What «depends» in a table of parameters means.
-const DEPENDS: &str =
-    " depends: the misfit exceeds the noise so far that the value depends on what the model lacks; run diagnose to find it";
+const DEPENDS: &str = " depends: the misfit exceeds the noise so far that the value depends on what the model lacks; run diagnose to find it";
 
 /// Cells of a parameter: value, interval, and whether the data identify it.
 pub fn parameter_cells(row: &ParameterRow) -> [String; 3] {
@@ -44,7 +48,9 @@ pub fn parameters_table(parameters: &BTreeMap<String, ParameterRow>) -> String {
     let mut out = table(heads.into_iter().chain(published).chain(description));
     if is_wide {
         let before = heads.len() + usize::from(is_published);
-        out.column_iter_mut().skip(before).for_each(|column| column.set_cell_alignment(comfy_table::CellAlignment::Left));
+        out.column_iter_mut()
+            .skip(before)
+            .for_each(|column| column.set_cell_alignment(comfy_table::CellAlignment::Left));
     }
     for (id, row) in parameters {
         let [value, interval, identifiable] = parameter_cells(row);
@@ -69,21 +75,28 @@ fn short(x: f64) -> String {
     }
 }
 
-/// Cells of a tolerance: name, unit, stated value, estimate with its standard deviation, and the move from one to the other. Standard deviations of a
-/// log-normal one are factors.
+/// Cells of a tolerance: name, unit, stated value, estimate with its standard deviation, and the move from
+/// one to the other. Standard deviations of a log-normal one are factors.
 pub fn tolerance_cells((name, row): (&String, &ToleranceRow)) -> [String; 5] {
     let PriorRow { mean, sd, kind } = &row.prior;
     let within = |middle: f64, sd: f64| match *kind == PriorKind::LogNormal {
         true => format!("{} ×÷ {}", short(middle), short(sd.exp())),
         false => format!("{} ± {}", short(middle), short(sd)),
     };
-    [name.clone(), row.unit.clone(), within(*mean, *sd), within(row.value, row.sd), format!("{:+.1} sd", row.deviation())]
+    [
+        name.clone(),
+        row.unit.clone(),
+        within(*mean, *sd),
+        within(row.value, row.sd),
+        format!("{:+.1} sd", row.deviation()),
+    ]
 }
 
 /// Heads of [`tolerance_cells`].
 pub const TOLERANCE_HEADS: [&str; 5] = ["Tolerance", "Unit", "Stated", "Estimated", "Moved by"];
 
-/// Tolerances fitted as nuisance parameters: how many, and those that moved by more than their standard deviation. `None` where there are none.
+/// Tolerances fitted as nuisance parameters: how many, and those that moved by more than their standard
+/// deviation. `None` where there are none.
 pub fn moved_tolerances(tolerances: &BTreeMap<String, ToleranceRow>) -> Option<String> {
     if tolerances.is_empty() {
         return None;
@@ -100,21 +113,35 @@ pub fn moved_tolerances(tolerances: &BTreeMap<String, ToleranceRow>) -> Option<S
     Some(wrapped(&(head + "those that moved by more than one standard deviation (sd):")) + &table_text(&out))
 }
 
-/// Tabulates the frequencies of each position: measured, predicted, error, and printed where there are such (Tab. 4 of Tian et al.).
+/// Tabulates the frequencies of each position: measured, predicted, error, and printed where there are such
+/// (Tab. 4 of Tian et al.).
 pub fn positions(caption: &str, positions: &BTreeMap<String, PositionRow>, leave_one_out: bool) -> TextTable {
     let orders: BTreeSet<u32> = positions.values().flat_map(|p| p.orders.iter().map(|o| o.order)).collect();
-    let header = ["Position".to_string(), "Hz".into()].into_iter().chain(orders.iter().map(|o| format!("Order {o}")));
+    let header =
+        ["Position".to_string(), "Hz".into()].into_iter().chain(orders.iter().map(|o| format!("Order {o}")));
     let mut out = TextTable::new(caption, 2, header.chain(["Overall".into()]));
     for (name, p) in positions.iter().filter(|_| !orders.is_empty()) {
-        let mut row = |class: &str, first: &str, what: &str, pick: &dyn Fn(&OrderRow) -> Option<String>, last: String| {
-            let cells = orders.iter().map(|k| p.orders.iter().find(|o| o.order == *k).and_then(pick).unwrap_or_else(|| "–".into()));
+        let mut row = |class: &str,
+                       first: &str,
+                       what: &str,
+                       pick: &dyn Fn(&OrderRow) -> Option<String>,
+                       last: String| {
+            let cells = orders.iter().map(|k| {
+                p.orders.iter().find(|o| o.order == *k).and_then(pick).unwrap_or_else(|| "–".into())
+            });
             out.row_of(class, [first.to_string(), what.into()].into_iter().chain(cells).chain([last]));
         };
         row("first", name, "measured", &|o| o.measured_hz.map(figure), String::new());
         row("", p.role.label(leave_one_out), "predicted", &|o| o.predicted_hz.map(figure), String::new());
         row("strong", "", "error", &|o| o.relative_error.map(percent), cell(p.overall_error, percent));
         if p.orders.iter().any(|o| o.published_hz.is_some()) {
-            row("", "", "published", &|o| o.published_hz.map(figure), cell(p.overall_error_published, percent));
+            row(
+                "",
+                "",
+                "published",
+                &|o| o.published_hz.map(figure),
+                cell(p.overall_error_published, percent),
+            );
         }
     }
     out
@@ -126,7 +153,8 @@ pub fn frfs(rows: &[FrfRow], leave_one_out: bool) -> TextTable {
     let header = ["FRF", "Response/excitation", "Role", "Lines", "Gap", "Noise floor", "Noise from"];
     let mut out = TextTable::new(caption, 3, header);
     for row in rows {
-        let names: Vec<&str> = [&row.position, &row.record].into_iter().flatten().map(String::as_str).collect();
+        let names: Vec<&str> =
+            [&row.position, &row.record].into_iter().flatten().map(String::as_str).collect();
         out.row([
             names.join(" "),
             format!("{}/{}", row.response, row.excitation),
@@ -152,22 +180,27 @@ pub fn gaps(caption: &str, positions: &BTreeMap<String, PositionRow>) -> TextTab
 /// Tabulates intervals by bootstrap.
 pub fn bootstrap(bootstraps: &[BootstrapRow]) -> TextTable {
     let header = bootstraps.iter().map(|b| format!("{} × {}", b.samples, b.drawn));
-    let mut out = TextTable::new("95 % of bootstrap samples", 1, ["Bootstrap".to_string()].into_iter().chain(header));
+    let mut out =
+        TextTable::new("95 % of bootstrap samples", 1, ["Bootstrap".to_string()].into_iter().chain(header));
     for id in bootstraps.iter().flat_map(|b| b.interval95.keys()).collect::<BTreeSet<_>>() {
-        let cells = bootstraps.iter().map(|b| b.interval95.get(id).map_or_else(|| "–".into(), |ends| range(*ends)));
+        let cells =
+            bootstraps.iter().map(|b| b.interval95.get(id).map_or_else(|| "–".into(), |ends| range(*ends)));
         out.row([id.clone()].into_iter().chain(cells));
     }
     out
 }
 
-/// Tabulates single- against multi-position identification: errors of frequencies (Tab. 5 of Tian et al.), or gaps of FRFs.
+/// Tabulates single- against multi-position identification: errors of frequencies (Tab. 5 of Tian et al.), or
+/// gaps of FRFs.
 pub fn summary(of: &ComparisonDocument) -> TextTable {
     let is_of_gaps = of.runs.values().any(|run| run.common_gap.is_some());
     let (caption, names) = match is_of_gaps {
         true => ("Gaps at the positions held out", 1),
         false => ("Overall frequency errors at the positions held out", 2),
     };
-    let header = std::iter::once("Fitted on".to_string()).chain((names > 1).then(String::new)).chain(of.common_positions.iter().cloned());
+    let header = std::iter::once("Fitted on".to_string())
+        .chain((names > 1).then(String::new))
+        .chain(of.common_positions.iter().cloned());
     let mut out = TextTable::new(caption, names, header.chain(["together".into()]));
     for run in of.runs.values() {
         let on = run.fit_positions.join(",");
@@ -184,7 +217,12 @@ pub fn summary(of: &ComparisonDocument) -> TextTable {
         row(on, "ours", line(|p| p.overall_error, percent), cell(run.common_error, percent));
         if run.common_error_published.is_some() {
             row(String::new(), "rounded", line(|p| p.overall_error_rounded, percent), String::new());
-            row(String::new(), "published", line(|p| p.overall_error_published, percent), cell(run.common_error_published, percent));
+            row(
+                String::new(),
+                "published",
+                line(|p| p.overall_error_published, percent),
+                cell(run.common_error_published, percent),
+            );
         }
     }
     out
@@ -204,7 +242,10 @@ pub fn peaks_table(peaks: &PeaksDocument, all: bool) -> String {
             out.add_row([
                 if at == 0 { label } else { String::new() },
                 name.clone(),
-                row.frequency_sd_hz.map_or_else(|| figure(row.frequency_hz), |sd| with_deviation(row.frequency_hz, 1.96 * sd)),
+                row.frequency_sd_hz.map_or_else(
+                    || figure(row.frequency_hz),
+                    |sd| with_deviation(row.frequency_hz, 1.96 * sd),
+                ),
                 row.damping_sd.map_or_else(
                     || percent(row.damping_ratio),
                     |sd| format!("{} %", with_deviation(100.0 * row.damping_ratio, 196.0 * sd)),
@@ -218,8 +259,14 @@ pub fn peaks_table(peaks: &PeaksDocument, all: bool) -> String {
     for mode in peaks.modes.iter().filter(|m| all || m.regular) {
         let verdict = if mode.regular { "a mode" } else { "spurious" };
         let evidence = &mode.evidence;
-        let predicted = evidence.roughness.map(|r| format!(", predicted from the other records within {}", percent(r)));
-        let short = format!("observed in {} of {}{}", evidence.observed, evidence.expected, predicted.unwrap_or_default());
+        let predicted =
+            evidence.roughness.map(|r| format!(", predicted from the other records within {}", percent(r)));
+        let short = format!(
+            "observed in {} of {}{}",
+            evidence.observed,
+            evidence.expected,
+            predicted.unwrap_or_default()
+        );
         let why = if all { evidence.reasons.join("; ") } else { short };
         text += &wrapped(&format!("{} at {:.1} Hz, {verdict}: {why}", mode.order, mode.frequency_hz));
     }
@@ -227,7 +274,11 @@ pub fn peaks_table(peaks: &PeaksDocument, all: bool) -> String {
 }
 
 /// Quantities derived from the parameters.
-pub fn derived_table(derived: &BTreeMap<String, f64>, intervals: &BTreeMap<String, [f64; 2]>, names: &[String]) -> String {
+pub fn derived_table(
+    derived: &BTreeMap<String, f64>,
+    intervals: &BTreeMap<String, [f64; 2]>,
+    names: &[String],
+) -> String {
     let mut out = table(["Derived quantity", "Value", "95 % interval"]);
     for name in names {
         let (value, interval) = match (derived.get(name), intervals.get(name)) {
@@ -239,9 +290,11 @@ pub fn derived_table(derived: &BTreeMap<String, f64>, intervals: &BTreeMap<Strin
     table_text(&out)
 }
 
-/// Parameters of each run with their intervals, and the printed values where there are any (Tab. 3 and 5 of Tian et al.).
+/// Parameters of each run with their intervals, and the printed values where there are any (Tab. 3 and 5 of
+/// Tian et al.).
 pub fn run_parameters_table(comparison: &ComparisonDocument) -> String {
-    let mut out = table(["Parameter", "Fitted on", "Value", "Unit", "95 % interval", "Identifiable", "Published"]);
+    let mut out =
+        table(["Parameter", "Fitted on", "Value", "Unit", "95 % interval", "Identifiable", "Published"]);
     let ids: BTreeSet<&String> = comparison.runs.values().flat_map(|run| run.parameters.keys()).collect();
     for id in ids {
         for (at, run) in comparison.runs.values().enumerate() {
@@ -249,26 +302,40 @@ pub fn run_parameters_table(comparison: &ComparisonDocument) -> String {
             let [value, interval, identifiable] = parameter_cells(row);
             let first = if at == 0 { id.clone() } else { String::new() };
             let published = row.published.map_or_else(|| "–".into(), figure);
-            out.add_row([first, run.fit_positions.join(","), value, unit(&row.unit), interval, identifiable, published]);
+            out.add_row([
+                first,
+                run.fit_positions.join(","),
+                value,
+                unit(&row.unit),
+                interval,
+                identifiable,
+                published,
+            ]);
         }
     }
     table_text(&out)
 }
 
-/// Natural frequencies (Hz) of each order over the positions: measured, predicted by each run, and printed (Tab. 4 and 6–9 of Tian et al.). A row
-/// shows the trend along the stroke.
+/// Natural frequencies (Hz) of each order over the positions: measured, predicted by each run, and printed
+/// (Tab. 4 and 6–9 of Tian et al.). A row shows the trend along the stroke.
 pub fn run_frequencies_table(comparison: &ComparisonDocument) -> String {
     let Some(first) = comparison.runs.values().next() else { return String::new() };
     let names: Vec<&String> = first.positions.keys().collect();
     let header = ["Order".to_string(), "Hz".into()].into_iter().chain(names.iter().map(|n| (*n).clone()));
     let mut out = table(header);
-    let orders: BTreeSet<u32> = first.positions.values().flat_map(|p| p.orders.iter().map(|o| o.order)).collect();
+    let orders: BTreeSet<u32> =
+        first.positions.values().flat_map(|p| p.orders.iter().map(|o| o.order)).collect();
     for (at, order) in orders.iter().enumerate() {
         if at > 0 {
             out.add_row([""]);
         }
-        let mut row = |head: String, what: String, run: &super::document::ComparisonRun, pick: fn(&OrderRow) -> Option<f64>| {
-            let of = |name: &&String| run.positions.get(*name)?.orders.iter().find(|o| o.order == *order).and_then(pick);
+        let mut row = |head: String,
+                       what: String,
+                       run: &super::document::ComparisonRun,
+                       pick: fn(&OrderRow) -> Option<f64>| {
+            let of = |name: &&String| {
+                run.positions.get(*name)?.orders.iter().find(|o| o.order == *order).and_then(pick)
+            };
             let cells: Vec<Option<f64>> = names.iter().map(of).collect();
             if cells.iter().any(Option::is_some) {
                 let cells = cells.into_iter().map(|x| x.map_or_else(|| "–".into(), figure));
@@ -290,7 +357,12 @@ pub fn objectives_table(objectives: &ObjectivesDocument) -> String {
     let mut out = table(["Objective", "Frequency rms", "ln amplitude rms", "Missing modes"]);
     for row in &objectives.objectives {
         let amplitude = row.ln_amplitude_error.map_or_else(|| "–".into(), figure);
-        out.add_row([row.objective.to_string(), percent(row.frequency_error), amplitude, row.missing.to_string()]);
+        out.add_row([
+            row.objective.to_string(),
+            percent(row.frequency_error),
+            amplitude,
+            row.missing.to_string(),
+        ]);
     }
     table_text(&out)
 }

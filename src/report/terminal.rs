@@ -27,7 +27,11 @@ pub(super) fn table(header: impl IntoIterator<Item = impl Into<String>>) -> Tabl
     let header: Vec<String> = header.into_iter().map(Into::into).collect();
     let mut table = Table::new();
     let style = presets::NOTHING.header_separator(LineStyle::none().fill('─'));
-    table.load_style(style).set_content_arrangement(ContentArrangement::Dynamic).set_width(width() as u16).set_header(header);
+    table
+        .load_style(style)
+        .set_content_arrangement(ContentArrangement::Dynamic)
+        .set_width(width() as u16)
+        .set_header(header);
     table.column_iter_mut().skip(1).for_each(|column| {
         column.set_cell_alignment(CellAlignment::Right);
     });
@@ -88,7 +92,8 @@ pub(super) fn range([from, to]: [f64; 2]) -> String {
     format!("{} … {}", figure(from), figure(to))
 }
 
-/// Layout of a value known to a deviation: two figures of the deviation are shown, and of the value no fewer than `least`.
+/// Layout of a value known to a deviation: two figures of the deviation are shown, and of the value no fewer
+/// than `least`.
 fn layout_within(value: f64, deviation: f64, least: i32) -> Layout {
     let size = value.abs().max(deviation);
     Layout::of(size, (power_of(size) - power_of(deviation) + 2).clamp(least, 9))
@@ -122,7 +127,10 @@ pub(super) fn percent(x: f64) -> String {
     } else if size < 1e-4 {
         "<0.0001 %".into()
     } else if size < 0.095 {
-        format!("{} %", Layout { decimals: (1 - power_of(size)).max(0) as usize, power: None }.write(100.0 * x))
+        format!(
+            "{} %",
+            Layout { decimals: (1 - power_of(size)).max(0) as usize, power: None }.write(100.0 * x)
+        )
     } else {
         format!("{:.2} %", 100.0 * x)
     }
@@ -249,7 +257,10 @@ mod tests {
         );
         assert_eq!(
             ["–", "none", "0 %", "76 %", "99.3 %"],
-            [None, Some(-11.97), Some(-0.001), Some(0.76), Some(0.993)].map(share_closed).each_ref().map(String::as_str)
+            [None, Some(-11.97), Some(-0.001), Some(0.76), Some(0.993)]
+                .map(share_closed)
+                .each_ref()
+                .map(String::as_str)
         );
     }
 

@@ -1,4 +1,5 @@
-//! Snapshots of documents and terminal text. `INSTA_UPDATE=always cargo test -p jointid-report` writes them again; review them with `git diff`.
+//! Snapshots of documents and terminal text. `INSTA_UPDATE=always cargo test -p jointid-report` writes them
+//! again; review them with `git diff`.
 
 use insta::assert_snapshot;
 use serde::de::DeserializeOwned;
@@ -16,7 +17,9 @@ fn document<T: DeserializeOwned>(content: Value) -> T {
 
 /// Lists the keys of an object of a schema, `?` behind those that may be absent.
 fn keys(schema: &Map<String, Value>) -> String {
-    let required = |key: &String| schema.get("required").and_then(Value::as_array).is_some_and(|list| list.contains(&json!(key)));
+    let required = |key: &String| {
+        schema.get("required").and_then(Value::as_array).is_some_and(|list| list.contains(&json!(key)))
+    };
     let of = |key: &String| if required(key) { key.clone() } else { format!("{key}?") };
     let properties = schema.get("properties").and_then(Value::as_object);
     properties.map(|all| all.keys().map(of).collect::<Vec<_>>().join(" ")).unwrap_or_default()

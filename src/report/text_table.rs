@@ -2,7 +2,8 @@
 
 use super::terminal::{table, table_text};
 
-/// A table of text cells, drawn on a terminal or on the page. The first `names` columns are headings of their rows, the others numbers.
+/// A table of text cells, drawn on a terminal or on the page. The first `names` columns are headings of their
+/// rows, the others numbers.
 pub struct TextTable {
     pub(super) caption: String,
     pub(super) names: usize,
@@ -13,7 +14,12 @@ pub struct TextTable {
 impl TextTable {
     /// Returns a table without rows.
     pub fn new(caption: &str, names: usize, header: impl IntoIterator<Item = impl Into<String>>) -> Self {
-        TextTable { caption: caption.into(), names, header: header.into_iter().map(Into::into).collect(), rows: Vec::new() }
+        TextTable {
+            caption: caption.into(),
+            names,
+            header: header.into_iter().map(Into::into).collect(),
+            rows: Vec::new(),
+        }
     }
 
     /// Adds a row.

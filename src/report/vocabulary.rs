@@ -25,7 +25,8 @@ impl Role {
         if is_fitted { Role::Fit } else { Role::HeldOut }
     }
 
-    /// Returns its words in tables; in cross-validation what was fitted is left out of the fit that predicts it.
+    /// Returns its words in tables; in cross-validation what was fitted is left out of the fit that predicts
+    /// it.
     pub fn label(self, leave_one_out: bool) -> &'static str {
         match (self, leave_one_out) {
             (Role::Fit, true) => "left out",
@@ -171,7 +172,8 @@ impl serde::de::Error for UnknownWord {
 
     fn unknown_variant(word: &str, known: &'static [&'static str]) -> Self {
         let known: Vec<String> = known.iter().map(ToString::to_string).collect();
-        let what = if known.len() > 4 { format!("one of {}", known.join(", ")) } else { listed(&known, "or") };
+        let what =
+            if known.len() > 4 { format!("one of {}", known.join(", ")) } else { listed(&known, "or") };
         UnknownWord(format!("is «{word}»; write {what}"))
     }
 }
@@ -200,7 +202,10 @@ mod tests {
         assert_eq!(serde_json::to_value(MisfitBy::SpeedMS).unwrap(), json("speed_m_s"));
         assert_eq!(serde_json::to_value(MisfitBy::PositionM).unwrap(), json("position_m"));
         assert_eq!(serde_json::to_value(ObjectiveKind::Eq26).unwrap(), json("eq26"));
-        assert_eq!(format!("{} {:>8}", VerdictKind::WrongParameter, Role::HeldOut), "wrong-parameter held_out");
+        assert_eq!(
+            format!("{} {:>8}", VerdictKind::WrongParameter, Role::HeldOut),
+            "wrong-parameter held_out"
+        );
         assert_eq!(word::<ObjectiveKind>("inverse-dynamics"), Ok(ObjectiveKind::InverseDynamics));
     }
 }

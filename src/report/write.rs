@@ -13,7 +13,8 @@ use super::error::ReportError;
 
 /// Formats a document as JSON text with a line end.
 ///
-/// A number that is not finite becomes null. Hidden characters are escaped, so that the text can be shown in a terminal.
+/// A number that is not finite becomes null. Hidden characters are escaped, so that the text can be shown in
+/// a terminal.
 ///
 /// # Errors  a map's key is no text (an error of the program).
 pub fn to_json<T: Serialize>(document: &T) -> Result<String, ReportError> {
@@ -35,8 +36,12 @@ impl OutputFolder {
     pub fn prepare(path: &Path) -> Result<Self, ReportError> {
         let cannot_write = |e: std::io::Error| {
             let fault = match e.kind() {
-                std::io::ErrorKind::PermissionDenied => "writing there is not permitted; name another folder".to_string(),
-                std::io::ErrorKind::AlreadyExists | std::io::ErrorKind::NotADirectory => "is a file; name a folder".into(),
+                std::io::ErrorKind::PermissionDenied => {
+                    "writing there is not permitted; name another folder".to_string()
+                }
+                std::io::ErrorKind::AlreadyExists | std::io::ErrorKind::NotADirectory => {
+                    "is a file; name a folder".into()
+                }
                 _ => e.to_string(),
             };
             ReportError::target(path, fault)
@@ -45,15 +50,22 @@ impl OutputFolder {
             return Err(ReportError::target(path, "is a file; name a folder"));
         }
         // The folder is made with its first file. Until then the nearest existing folder must accept a file.
-        let near = path.ancestors().find(|p| p.exists()).filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let near = path
+            .ancestors()
+            .find(|p| p.exists())
+            .filter(|p| !p.as_os_str().is_empty())
+            .unwrap_or(Path::new("."));
         if near.is_file() {
             return Err(ReportError::target(near, "is a file; name a folder"));
         }
-        create_exclusive(&near.join("jointid")).and_then(|(_, probe)| fs::remove_file(probe)).map_err(cannot_write)?;
+        create_exclusive(&near.join("jointid"))
+            .and_then(|(_, probe)| fs::remove_file(probe))
+            .map_err(cannot_write)?;
         Ok(OutputFolder { path: path.into(), _claim: None })
     }
 
-    /// As [`OutputFolder::prepare`], for one run only: until the folder is dropped, another run that claims it is refused.
+    /// As [`OutputFolder::prepare`], for one run only: until the folder is dropped, another run that claims
+    /// it is refused.
     ///
     /// The folder is made, and removed again if nothing is written into it.
     ///
@@ -81,11 +93,14 @@ impl OutputFolder {
         self.path.join(name)
     }
 
-    /// Writes files that belong together, all or none: each to a temporary name, and all are renamed at the end. A link of a file's name is
-    /// replaced, not followed.
+    /// Writes files that belong together, all or none: each to a temporary name, and all are renamed at the
+    /// end. A link of a file's name is replaced, not followed.
     ///
     /// # Errors  the disk is full; writing is not permitted; a name leads out of the folder, also by a link.
-    pub fn write_all<N: AsRef<str>, C: AsRef<[u8]>>(&self, files: impl IntoIterator<Item = (N, C)>) -> Result<(), ReportError> {
+    pub fn write_all<N: AsRef<str>, C: AsRef<[u8]>>(
+        &self,
+        files: impl IntoIterator<Item = (N, C)>,
+    ) -> Result<(), ReportError> {
         let mut batch = Batch::default();
         for (name, content) in files {
             let target = self.inside(name.as_ref())?;
@@ -103,13 +118,19 @@ impl OutputFolder {
         let target = self.path.join(name);
         let parts: Vec<Component<'_>> = Path::new(name).components().collect();
         if parts.is_empty() || !parts.iter().all(|part| matches!(part, Component::Normal(_))) {
-            return Err(ReportError::target(&target, "leads out of the result folder; name a file inside it"));
+            return Err(ReportError::target(
+                &target,
+                "leads out of the result folder; name a file inside it",
+            ));
         }
         let mut folder = self.path.clone();
         for part in &parts[..parts.len() - 1] {
             folder.push(part);
             if folder.is_symlink() {
-                return Err(ReportError::target(&folder, "is a link, and files are written into the result folder only; remove it"));
+                return Err(ReportError::target(
+                    &folder,
+                    "is a link, and files are written into the result folder only; remove it",
+                ));
             }
         }
         Ok(target)
@@ -136,8 +157,13 @@ impl Batch {
 
     fn rename(mut self) -> Result<(), ReportError> {
         // Checks all targets before any file is replaced.
-        if let Some((_, folder)) = self.files.iter().find(|(_, target)| target.is_dir() && !target.is_symlink()) {
-            return Err(ReportError::target(folder, "is a folder, but a file of this name is to be written; remove it"));
+        if let Some((_, folder)) =
+            self.files.iter().find(|(_, target)| target.is_dir() && !target.is_symlink())
+        {
+            return Err(ReportError::target(
+                folder,
+                "is a folder, but a file of this name is to be written; remove it",
+            ));
         }
         let mut held = held_files();
         while let Some((temporary, target)) = self.files.first() {

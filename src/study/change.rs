@@ -21,11 +21,14 @@ const LEVEL: f64 = 0.05;
 
 /// Sets two identifications of one machine side by side, and tests which parameters changed.
 ///
-/// Both fits share the machine's tolerances: a table heavier than described shifts the stiffnesses of both alike. The two are therefore fitted jointly,
-/// to first order: χ² of each is the parabola of its minimum and covariance, the tolerances are common, and their prior counts once. The change has the
-/// covariance of this joint fit. Gains, delays and nut positions belong to each measurement. Several minima: the least significant pair counts.
+/// Both fits share the machine's tolerances: a table heavier than described shifts the stiffnesses of both
+/// alike. The two are therefore fitted jointly, to first order: χ² of each is the parabola of its minimum and
+/// covariance, the tolerances are common, and their prior counts once. The change has the covariance of this
+/// joint fit. Gains, delays and nut positions belong to each measurement. Several minima: the least
+/// significant pair counts.
 ///
-/// # Errors  a result is incomplete, of another version, or has no covariance; the two are of unlike machines.
+/// # Errors  a result is incomplete, of another version, or has no covariance; the two are of unlike
+///   machines.
 ///
 /// # Source  p-values over several parameters: Holm, Scand. J. Stat. 6 (1979) 65–70.
 pub fn compare_results(
@@ -36,16 +39,26 @@ pub fn compare_results(
     let machine = common_machine(first, second)?;
     let joint = Joint::new(&machine, a, b);
     let pairs = a.minima.iter().flat_map(|x| b.minima.iter().map(move |y| (x, y)));
-    let changes: Vec<Vec<(f64, f64)>> = pairs
-        .map(|(x, y)| joint.changes(x, y))
-        .collect::<Option<_>>()
-        .ok_or_else(|| StudyError::impossible("the covariances of the two results cannot be combined; identify again"))?;
-    let is_identifiable =
-        |id: &str| [first.0, second.0].iter().all(|document| document.parameters.get(id).is_some_and(|row| row.identifiable == Some(true)));
+    let changes: Vec<Vec<(f64, f64)>> =
+        pairs.map(|(x, y)| joint.changes(x, y)).collect::<Option<_>>().ok_or_else(|| {
+            StudyError::impossible("the covariances of the two results cannot be combined; identify again")
+        })?;
+    let is_identifiable = |id: &str| {
+        [first.0, second.0]
+            .iter()
+            .all(|document| document.parameters.get(id).is_some_and(|row| row.identifiable == Some(true)))
+    };
     let z_of = |(change, sd): &(f64, f64)| if *sd > 0.0 { (change / sd).abs() } else { 0.0 };
     let mut p_values: Vec<(usize, f64)> = (0..joint.own.len())
         .filter(|at| is_identifiable(&joint.own[*at].0))
-        .map(|at| (at, 2.0 * normal_upper_tail(changes.iter().map(|pair| z_of(&pair[at])).fold(f64::INFINITY, f64::min))))
+        .map(|at| {
+            (
+                at,
+                2.0 * normal_upper_tail(
+                    changes.iter().map(|pair| z_of(&pair[at])).fold(f64::INFINITY, f64::min),
+                ),
+            )
+        })
         .collect();
     p_values.sort_by(|x, y| x.1.total_cmp(&y.1));
     let compared = p_values.len();
@@ -66,7 +79,9 @@ pub fn compare_results(
             false => by * (parameter.upper - parameter.lower),
         };
         let p = adjusted.get(&at);
-        let value = |document: &IdentificationDocument| document.parameters.get(id).map_or(parameter.start, |row| row.value);
+        let value = |document: &IdentificationDocument| {
+            document.parameters.get(id).map_or(parameter.start, |row| row.value)
+        };
         let row = ChangeRow {
             first: value(first.0),
             second: value(second.0),
@@ -110,24 +125,44 @@ fn posterior<'d>((document, file): (&'d IdentificationDocument, &Input)) -> Stud
         )
     })?;
     let count = found.coordinates.len();
-    let is_whole = found.covariance.len() == count && found.covariance.iter().enumerate().all(|(at, row)| row.len() == at + 1);
+    let is_whole = found.covariance.len() == count
+        && found.covariance.iter().enumerate().all(|(at, row)| row.len() == at + 1);
     let is_at = !found.minima.is_empty() && found.minima.iter().all(|place| place.len() == count);
-    if is_whole && is_at { Ok(found) } else { Err(fault("is damaged: the sizes of its posterior disagree; identify again".into())) }
+    if is_whole && is_at {
+        Ok(found)
+    } else {
+        Err(fault("is damaged: the sizes of its posterior disagree; identify again".into()))
+    }
 }
 
 /// Returns the machine that both results describe.
-fn common_machine(first: (&IdentificationDocument, &Input), second: (&IdentificationDocument, &Input)) -> StudyResult<Machine> {
+fn common_machine(
+    first: (&IdentificationDocument, &Input),
+    second: (&IdentificationDocument, &Input),
+) -> StudyResult<Machine> {
     let (a, b) = (first.0, second.0);
-    let Some(text) = &a.machine else { return Err(StudyError::input(&first.1.path, "embeds no machine; identify again")) };
+    let Some(text) = &a.machine else {
+        return Err(StudyError::input(&first.1.path, "embeds no machine; identify again"));
+    };
     let same_text = b.machine.as_ref().is_some_and(|other| other.text == text.text);
     let same = same_text && (&a.stamp.overrides, &a.stamp.without) == (&b.stamp.overrides, &b.stamp.without);
     let fitted = |document: &IdentificationDocument| {
-        (document.settings.freeze.clone(), document.settings.lumps, document.settings.objective == ObjectiveKind::Frf)
+        (
+            document.settings.freeze.clone(),
+            document.settings.lumps,
+            document.settings.objective == ObjectiveKind::Frf,
+        )
     };
     if !same || fitted(a) != fitted(b) {
-        let what = if same { "frozen parameters, model or objective" } else { "text, overrides or removed effects of the description" };
-        let fault =
-            format!("is of another machine than {}: {what} differ; identify both with the same description and settings", first.1.path);
+        let what = if same {
+            "frozen parameters, model or objective"
+        } else {
+            "text, overrides or removed effects of the description"
+        };
+        let fault = format!(
+            "is of another machine than {}: {what} differ; identify both with the same description and settings",
+            first.1.path
+        );
         return Err(StudyError::input(&second.1.path, fault));
     }
     Ok(read_machine_text(&text.path, &text.text, &a.stamp.overrides, &a.stamp.without)?.machine)
@@ -150,14 +185,18 @@ impl Joint {
     fn new(machine: &Machine, a: &PosteriorRow, b: &PosteriorRow) -> Self {
         let names = |of: &PosteriorRow| of.coordinates.iter().map(|c| c.name.clone()).collect::<Vec<_>>();
         let (in_a, in_b) = (names(a), names(b));
-        let own: Vec<(String, usize)> =
-            in_a.iter().filter(|id| in_b.contains(id)).filter_map(|id| Some((id.clone(), machine.parameter(id)?))).collect();
+        let own: Vec<(String, usize)> = in_a
+            .iter()
+            .filter(|id| in_b.contains(id))
+            .filter_map(|id| Some((id.clone(), machine.parameter(id)?)))
+            .collect();
         let tolerance = |c: &report::certainty::CoordinateRow| {
             let [centre, sd] = c.prior.filter(|_| c.of_machine && machine.parameter(&c.name).is_none())?;
             in_b.contains(&c.name).then(|| (c.name.clone(), sd, centre))
         };
         let common: Vec<(String, f64, f64)> = a.coordinates.iter().filter_map(tolerance).collect();
-        // Joint state: own parameters of the first and of the second result, common tolerances, then what belongs to one of them.
+        // Joint state: own parameters of the first and of the second result, common tolerances, then what
+        // belongs to one of them.
         let mut size = 2 * own.len() + common.len();
         let mut columns = |names: &[String], which: usize| -> Vec<usize> {
             let column = |name: &String| {
@@ -178,7 +217,8 @@ impl Joint {
         Joint { own, common, columns, precision, size }
     }
 
-    /// Computes the change of each own parameter, and its standard deviation, between two minima. `None` where a covariance is singular.
+    /// Computes the change of each own parameter, and its standard deviation, between two minima. `None`
+    /// where a covariance is singular.
     fn changes(&self, first: &[f64], second: &[f64]) -> Option<Vec<(f64, f64)>> {
         let mut information: DMatrix<f64> = DMatrix::zeros(self.size, self.size);
         let mut target: DVector<f64> = DVector::zeros(self.size);
@@ -187,7 +227,10 @@ impl Joint {
             let pull = precision * DVector::from_row_slice(place);
             for (row, i) in columns.iter().enumerate() {
                 target[*i] += pull[row];
-                columns.iter().enumerate().for_each(|(column, j)| information[(*i, *j)] += precision[(row, column)]);
+                columns
+                    .iter()
+                    .enumerate()
+                    .for_each(|(column, j)| information[(*i, *j)] += precision[(row, column)]);
             }
         }
         for (at, (_, sd, centre)) in self.common.iter().enumerate() {
@@ -199,7 +242,8 @@ impl Joint {
         let state: DVector<f64> = &covariance * target;
         let count = self.own.len();
         let change = |at: usize| {
-            let variance = covariance[(at, at)] + covariance[(count + at, count + at)] - 2.0 * covariance[(at, count + at)];
+            let variance = covariance[(at, at)] + covariance[(count + at, count + at)]
+                - 2.0 * covariance[(at, count + at)];
             (state[count + at] - state[at], variance.max(0.0).sqrt())
         };
         Some((0..count).map(change).collect())
@@ -214,13 +258,16 @@ mod tests {
     /// One parameter and one common tolerance t ~ N(0.5, 0.1): each result measures θ + t alone, to 0.01.
     fn result(sum: f64) -> PosteriorRow {
         let (measured, prior, range) = (1e4, 1e2, 12.0);
-        let information = DMatrix::from_row_slice(2, 2, &[measured + range, measured, measured, measured + prior]);
+        let information =
+            DMatrix::from_row_slice(2, 2, &[measured + range, measured, measured, measured + prior]);
         let covariance = information.try_inverse().unwrap();
         let coordinate = |name: &str, prior| CoordinateRow { name: name.into(), of_machine: true, prior };
         PosteriorRow {
             coordinates: vec![coordinate("k_n", None), coordinate("mass of table", Some([0.5, 0.1]))],
             minima: vec![vec![sum - 0.5, 0.5]],
-            covariance: (0..2).map(|row| (0..=row).map(|column| covariance[(row, column)]).collect()).collect(),
+            covariance: (0..2)
+                .map(|row| (0..=row).map(|column| covariance[(row, column)]).collect())
+                .collect(),
             variance: 1.0,
         }
     }

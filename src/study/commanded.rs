@@ -8,7 +8,8 @@ use identification::objective::{COMMAND, operating};
 impl Study {
     /// Whether an FRF of the set has the command of the position loop as its excitation.
     pub(crate) fn is_commanded(&self) -> bool {
-        self.config.machine.point(COMMAND).is_none() && self.set.frfs.iter().any(|frf| frf.excitation == COMMAND)
+        self.config.machine.point(COMMAND).is_none()
+            && self.set.frfs.iter().any(|frf| frf.excitation == COMMAND)
     }
 
     /// Checks the loops that closed-loop FRFs need, at the start values, and warns of what these FRFs ignore.
@@ -20,8 +21,10 @@ impl Study {
             return Ok(Vec::new());
         }
         for frf in self.set.frfs.iter().filter(|frf| frf.excitation == COMMAND) {
-            let settings = SimulationSettings { operating: operating(&self.set, frf), ..SimulationSettings::default() };
-            let loops = LinearLoops::new(machine, &machine.start(), &settings).map_err(StudyError::impossible)?;
+            let settings =
+                SimulationSettings { operating: operating(&self.set, frf), ..SimulationSettings::default() };
+            let loops =
+                LinearLoops::new(machine, &machine.start(), &settings).map_err(StudyError::impossible)?;
             if let Some(pole) = loops.unstable() {
                 let fault = format!(
                     "[drive]: the loops are unstable at the start values, so that no FRF can be measured: {}",

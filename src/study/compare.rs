@@ -16,14 +16,16 @@ const MULTI: &str = "multi";
 const OBJECTIVES: [Objective; 3] = [Objective::LeastSquares, Objective::Eq26, Objective::Frequencies];
 
 impl Study {
-    /// Compares the identification from all fitted positions with one from each of them alone, except the first.
+    /// Compares the identification from all fitted positions with one from each of them alone, except the
+    /// first.
     ///
     /// # Errors  as [`Study::identify`]; no position is held out of all runs.
     pub fn compare(&self) -> StudyResult<ComparisonDocument> {
         self.compare_with(None)
     }
 
-    /// Compares the identification from all fitted positions with one from each of the `single` positions alone.
+    /// Compares the identification from all fitted positions with one from each of the `single` positions
+    /// alone.
     ///
     /// # Errors  as [`Study::compare`]; a name is unknown.
     pub fn compare_with(&self, single: Option<&[String]>) -> StudyResult<ComparisonDocument> {
@@ -49,7 +51,8 @@ impl Study {
         }
         let mut runs = BTreeMap::new();
         let mut complete = true;
-        let plans = std::iter::once((MULTI.to_string(), multi)).chain(singles.into_iter().map(|s| (s.clone(), vec![s])));
+        let plans = std::iter::once((MULTI.to_string(), multi))
+            .chain(singles.into_iter().map(|s| (s.clone(), vec![s])));
         for (key, names) in plans {
             self.control.begin(&format!("identify {}", names.join(",")));
             let run = self.run_on(&names, &common, &made)?;
@@ -59,22 +62,38 @@ impl Study {
                 break;
             }
         }
-        let warnings: Vec<String> =
-            runs.iter().flat_map(|(k, r): (&String, &ComparisonRun)| r.warnings.iter().map(move |w| format!("{k}: {w}"))).collect();
-        Ok(ComparisonDocument { stamp: self.stamp("comparison", made.seed, complete, warnings), common_positions: common, runs })
+        let warnings: Vec<String> = runs
+            .iter()
+            .flat_map(|(k, r): (&String, &ComparisonRun)| r.warnings.iter().map(move |w| format!("{k}: {w}")))
+            .collect();
+        Ok(ComparisonDocument {
+            stamp: self.stamp("comparison", made.seed, complete, warnings),
+            common_positions: common,
+            runs,
+        })
     }
 
-    /// Returns the number of identifications of a comparison with this number of single positions, or of one of objectives: the length of its progress.
+    /// Returns the number of identifications of a comparison with this number of single positions, or of one
+    /// of objectives: the length of its progress.
     ///
     /// # Errors  a name of the split is unknown.
     pub fn runs_of_comparison(&self, single: Option<usize>, of_objectives: bool) -> StudyResult<usize> {
         let (fit, _) = self.set.split(self.fit.as_deref(), &self.hold_out)?;
         let positions = fit.leave_one_out(!of_objectives && self.settings.fits_frfs(&self.set)).len();
-        Ok(if of_objectives { OBJECTIVES.len() * positions } else { 1 + single.unwrap_or(positions.saturating_sub(1).max(1)) })
+        Ok(if of_objectives {
+            OBJECTIVES.len() * positions
+        } else {
+            1 + single.unwrap_or(positions.saturating_sub(1).max(1))
+        })
     }
 
     /// Identifies on the named positions. Returns the run, and whether it ran to completion.
-    fn run_on(&self, names: &[String], common: &[String], made: &IdentificationSettings) -> StudyResult<(ComparisonRun, bool)> {
+    fn run_on(
+        &self,
+        names: &[String],
+        common: &[String],
+        made: &IdentificationSettings,
+    ) -> StudyResult<(ComparisonRun, bool)> {
         let (fit, held_out) = self.set.split(Some(names), &[])?;
         let machine = &self.config.machine;
         let found = identify(machine, &fit, &held_out, made, &self.control)?;
@@ -82,14 +101,21 @@ impl Study {
         let orders = || common.iter().filter_map(|c| positions.get(c)).flat_map(|p| &p.orders);
         let frfs = document_rows::all_frfs(&self.set, &found);
         let is_common = |name: Option<&String>| name.is_some_and(|n| common.contains(n));
-        let of_common = frfs.iter().filter(|r| r.role == Role::HeldOut && is_common(r.position.as_ref().or(r.record.as_ref())));
+        let of_common = frfs
+            .iter()
+            .filter(|r| r.role == Role::HeldOut && is_common(r.position.as_ref().or(r.record.as_ref())));
         let run = ComparisonRun {
             fit_positions: names.to_vec(),
             parameters: document_rows::parameters(self, &found, names),
             common_gap: document_rows::gap_over(of_common),
             common_error: document_rows::overall(orders(), |o| o.predicted_hz),
             common_error_published: document_rows::overall(orders(), |o| o.published_hz),
-            warnings: found.warnings.iter().cloned().chain(document_rows::pairing_warnings(&positions)).collect(),
+            warnings: found
+                .warnings
+                .iter()
+                .cloned()
+                .chain(document_rows::pairing_warnings(&positions))
+                .collect(),
             positions,
         };
         Ok((run, found.complete))
@@ -100,7 +126,10 @@ impl Study {
     /// # Errors  as [`Study::identify`]; the set has no modes.
     pub fn compare_objectives(&self) -> StudyResult<ObjectivesDocument> {
         if self.set.modes.is_none() {
-            return Err(StudyError::input(&self.set.path, "has no modes, on which objectives are compared; name a set with modes"));
+            return Err(StudyError::input(
+                &self.set.path,
+                "has no modes, on which objectives are compared; name a set with modes",
+            ));
         }
         let made = IdentificationSettings { frf: None, ..self.identification_settings()? };
         let (fit, _) = self.set.split(self.fit.as_deref(), &self.hold_out)?;
@@ -109,7 +138,11 @@ impl Study {
         let folds = fit.leave_one_out(false);
         Ok(ObjectivesDocument {
             stamp: self.stamp("objectives", made.seed, complete, Vec::new()),
-            positions: folds.iter().flat_map(|(_, left)| left.positions()).map(|i| self.set.positions[*i].name.clone()).collect(),
+            positions: folds
+                .iter()
+                .flat_map(|(_, left)| left.positions())
+                .map(|i| self.set.positions[*i].name.clone())
+                .collect(),
             objectives: scores
                 .into_iter()
                 .map(|s| ObjectiveRow {

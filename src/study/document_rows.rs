@@ -4,16 +4,25 @@ use std::collections::BTreeMap;
 
 use crate::Study;
 use identification::objective::{FrfGap, GAIN_RANGE, MISSING, PositionPrediction};
-use identification::{Combination, CombinationKind, Coordinate, Drawn, Estimate, Identification, Posterior, ToleranceEstimate};
+use identification::{
+    Combination, CombinationKind, Coordinate, Drawn, Estimate, Identification, Posterior, ToleranceEstimate,
+};
 use machine::{Machine, Prior};
 use measurement::{Frf, MeasurementSet, NoiseSource};
 use numeric::statistics::{median, root_mean_square, root_mean_square_of_parts, root_sum_square};
-use report::certainty::{BasinRow, BootstrapRow, CombinationRow, CoordinateRow, PosteriorRow, PriorRow, ToleranceRow};
+use report::certainty::{
+    BasinRow, BootstrapRow, CombinationRow, CoordinateRow, PosteriorRow, PriorRow, ToleranceRow,
+};
 use report::document::{FrfRow, LonePeak, OrderRow, ParameterRow, PositionRow};
 use report::vocabulary::{PriorKind, Role};
 
-/// Returns parameters by id, with the gain where amplitudes are compared and the values printed for a fit to the same positions.
-pub(crate) fn parameters(study: &Study, found: &Identification, fit_positions: &[String]) -> BTreeMap<String, ParameterRow> {
+/// Returns parameters by id, with the gain where amplitudes are compared and the values printed for a fit to
+/// the same positions.
+pub(crate) fn parameters(
+    study: &Study,
+    found: &Identification,
+    fit_positions: &[String],
+) -> BTreeMap<String, ParameterRow> {
     let machine = &study.config.machine;
     let printed = study.set.published.parameters(fit_positions);
     let mut rows: BTreeMap<String, ParameterRow> = found
@@ -22,7 +31,10 @@ pub(crate) fn parameters(study: &Study, found: &Identification, fit_positions: &
         .map(|e| {
             let id = &machine.parameters[e.parameter].id;
             let published = printed.and_then(|values| values.get(id).copied());
-            (id.clone(), ParameterRow { published, ..parameter_row(machine, e, found.free.contains(&e.parameter)) })
+            (
+                id.clone(),
+                ParameterRow { published, ..parameter_row(machine, e, found.free.contains(&e.parameter)) },
+            )
         })
         .collect();
     if found.gain.count > 0 {
@@ -78,8 +90,11 @@ pub(crate) fn tolerances(estimates: &[ToleranceEstimate]) -> BTreeMap<String, To
 
 /// Returns a posterior: minima, and the lower triangle of the covariance to nine digits.
 pub(crate) fn posterior(posterior: &Posterior) -> PosteriorRow {
-    let coordinate =
-        |c: &Coordinate| CoordinateRow { name: c.name.clone(), of_machine: c.of_machine, prior: c.prior.map(|(sd, at)| [at, sd]) };
+    let coordinate = |c: &Coordinate| CoordinateRow {
+        name: c.name.clone(),
+        of_machine: c.of_machine,
+        prior: c.prior.map(|(sd, at)| [at, sd]),
+    };
     let rounded = |x: f64| format!("{x:.8e}").parse().unwrap_or(x);
     let row = |at: usize| (0..=at).map(|column| rounded(posterior.covariance[(at, column)])).collect();
     PosteriorRow {
@@ -97,14 +112,24 @@ pub(crate) fn basins(found: &Identification) -> Vec<BasinRow> {
     }
     let values = |place: &[f64]| {
         let own = found.free.iter().zip(place);
-        own.map(|(index, u)| (found.machine.parameters[*index].id.clone(), found.machine.parameters[*index].from_unit(*u))).collect()
+        own.map(|(index, u)| {
+            (found.machine.parameters[*index].id.clone(), found.machine.parameters[*index].from_unit(*u))
+        })
+        .collect()
     };
-    found.basins.iter().map(|b| BasinRow { cost: b.cost, count: b.starts, values: values(&b.place) }).collect()
+    found
+        .basins
+        .iter()
+        .map(|b| BasinRow { cost: b.cost, count: b.starts, values: values(&b.place) })
+        .collect()
 }
 
-/// Returns the root of the summed squares of relative errors. `None` where a measured order is not predicted: a model without that mode must not look
-/// better for it.
-pub(crate) fn overall<'o>(orders: impl IntoIterator<Item = &'o OrderRow>, predicted: impl Fn(&OrderRow) -> Option<f64>) -> Option<f64> {
+/// Returns the root of the summed squares of relative errors. `None` where a measured order is not predicted:
+/// a model without that mode must not look better for it.
+pub(crate) fn overall<'o>(
+    orders: impl IntoIterator<Item = &'o OrderRow>,
+    predicted: impl Fn(&OrderRow) -> Option<f64>,
+) -> Option<f64> {
     let measured = orders.into_iter().filter(|o| o.measured_hz.is_some());
     let errors: Option<Vec<f64>> = measured.map(|o| Some(predicted(o)? / o.measured_hz? - 1.0)).collect();
     root_sum_square(errors?)
@@ -191,35 +216,57 @@ fn noise_word(source: NoiseSource) -> &'static str {
     }
 }
 
-/// Returns warnings about FRFs whose noise is not stated: how it was estimated, its size, and what to measure.
+/// Returns warnings about FRFs whose noise is not stated: how it was estimated, its size, and what to
+/// measure.
 pub(crate) fn noise_warnings(set: &MeasurementSet) -> Vec<String> {
     let sd = |frf: &Frf| median(frf.component_sds().into_iter().flatten()).unwrap_or(0.0);
-    let of = |source: NoiseSource| -> Vec<&Frf> { set.frfs.iter().filter(|f| f.noise_source() == source).collect() };
+    let of = |source: NoiseSource| -> Vec<&Frf> {
+        set.frfs.iter().filter(|f| f.noise_source() == source).collect()
+    };
     let warning = |source: NoiseSource| {
         let frfs = of(source);
         let names = frfs.iter().map(|f| f.source.as_str()).collect::<Vec<_>>().join(", ");
-        let (least, most) = frfs.iter().map(|f| 100.0 * sd(f)).fold((f64::INFINITY, 0.0_f64), |(a, b), x| (a.min(x), b.max(x)));
+        let (least, most) = frfs
+            .iter()
+            .map(|f| 100.0 * sd(f))
+            .fold((f64::INFINITY, 0.0_f64), |(a, b), x| (a.min(x), b.max(x)));
         let estimate = match source {
             NoiseSource::Unknown => {
-                "unknown: they have too few lines to estimate it, and intervals count the model error alone".to_string()
+                "unknown: they have too few lines to estimate it, and intervals count the model error alone"
+                    .to_string()
             }
-            _ => format!("estimated from {}: {least:.2} to {most:.2} % of |H| (median line of each)", noise_word(source)),
+            _ => format!(
+                "estimated from {}: {least:.2} to {most:.2} % of |H| (median line of each)",
+                noise_word(source)
+            ),
         };
         let remedy = "measure several blows and state coherence and averages";
-        (!frfs.is_empty()).then(|| format!("the noise of {} FRFs is not stated; it is {estimate}; {remedy}: {names}", frfs.len()))
+        (!frfs.is_empty()).then(|| {
+            format!("the noise of {} FRFs is not stated; it is {estimate}; {remedy}: {names}", frfs.len())
+        })
     };
-    [NoiseSource::Repeats, NoiseSource::Neighbours, NoiseSource::Unknown].into_iter().filter_map(warning).collect()
+    [NoiseSource::Repeats, NoiseSource::Neighbours, NoiseSource::Unknown]
+        .into_iter()
+        .filter_map(warning)
+        .collect()
 }
 
-/// Returns the names of one side of a split: positions; for whole FRFs a position with all of its FRFs on that side, else single records.
-pub(crate) fn names(set: &MeasurementSet, positions: &[usize], frfs: &[usize], whole_frfs: bool) -> Vec<String> {
+/// Returns the names of one side of a split: positions; for whole FRFs a position with all of its FRFs on
+/// that side, else single records.
+pub(crate) fn names(
+    set: &MeasurementSet,
+    positions: &[usize],
+    frfs: &[usize],
+    whole_frfs: bool,
+) -> Vec<String> {
     if !whole_frfs {
         return positions.iter().map(|i| set.positions[*i].name.clone()).collect();
     }
     let mut names: Vec<String> = Vec::new();
     for &i in frfs {
         let frf = &set.frfs[i];
-        let whole = |p: usize| set.frfs.iter().enumerate().all(|(j, f)| f.position != Some(p) || frfs.contains(&j));
+        let whole =
+            |p: usize| set.frfs.iter().enumerate().all(|(j, f)| f.position != Some(p) || frfs.contains(&j));
         let name = match (frf.position, &frf.record) {
             (Some(p), _) if whole(p) => set.positions[p].name.clone(),
             (_, Some(record)) => record.clone(),
@@ -233,7 +280,8 @@ pub(crate) fn names(set: &MeasurementSet, positions: &[usize], frfs: &[usize], w
     names
 }
 
-/// Groups FRFs by position, or by record where there is no position or where the records of a position have different roles.
+/// Groups FRFs by position, or by record where there is no position or where the records of a position have
+/// different roles.
 pub(crate) fn gathered(frfs: &[FrfRow]) -> BTreeMap<String, PositionRow> {
     let mixed = |name: &String| {
         frfs.iter().any(|a| a.position.as_ref() == Some(name) && a.role != frfs[0].role)
@@ -255,7 +303,16 @@ pub(crate) fn gathered(frfs: &[FrfRow]) -> BTreeMap<String, PositionRow> {
     };
     groups
         .into_iter()
-        .map(|(name, rows)| (name, PositionRow::of_gap(rows[0].role, mean(&rows, &|r| Some(r.gap)), mean(&rows, &|r| r.noise_floor))))
+        .map(|(name, rows)| {
+            (
+                name,
+                PositionRow::of_gap(
+                    rows[0].role,
+                    mean(&rows, &|r| Some(r.gap)),
+                    mean(&rows, &|r| r.noise_floor),
+                ),
+            )
+        })
         .collect()
 }
 
@@ -332,7 +389,11 @@ pub(crate) fn all_frfs(set: &MeasurementSet, found: &Identification) -> Vec<FrfR
 }
 
 /// Returns all positions of an identification.
-pub fn positions(study: &Study, found: &Identification, fit_positions: &[String]) -> BTreeMap<String, PositionRow> {
+pub fn positions(
+    study: &Study,
+    found: &Identification,
+    fit_positions: &[String],
+) -> BTreeMap<String, PositionRow> {
     if !found.fitted_frfs.is_empty() {
         return gathered(&all_frfs(&study.set, found));
     }
@@ -340,7 +401,12 @@ pub fn positions(study: &Study, found: &Identification, fit_positions: &[String]
     let rows = |predictions: &[PositionPrediction], role: Role| -> Vec<(String, PositionRow)> {
         predictions
             .iter()
-            .map(|p| (study.set.positions[p.position].name.clone(), position(&study.set, p, role, gain, fit_positions)))
+            .map(|p| {
+                (
+                    study.set.positions[p.position].name.clone(),
+                    position(&study.set, p, role, gain, fit_positions),
+                )
+            })
             .collect()
     };
     rows(&found.fitted, Role::Fit).into_iter().chain(rows(&found.held_out, Role::HeldOut)).collect()
@@ -348,7 +414,11 @@ pub fn positions(study: &Study, found: &Identification, fit_positions: &[String]
 
 /// Returns derived quantities by name: largest errors, scatter and gaps.
 /// Where nothing is held out, `left_out` names those of fits without each position.
-pub(crate) fn derived(positions: &BTreeMap<String, PositionRow>, frfs: &[FrfRow], leave_one_out: bool) -> BTreeMap<String, f64> {
+pub(crate) fn derived(
+    positions: &BTreeMap<String, PositionRow>,
+    frfs: &[FrfRow],
+    leave_one_out: bool,
+) -> BTreeMap<String, f64> {
     let mut derived = BTreeMap::new();
     for role in [Role::Fit, Role::HeldOut] {
         let called = if leave_one_out { "left_out".into() } else { role.to_string() };
@@ -359,7 +429,9 @@ pub(crate) fn derived(positions: &BTreeMap<String, PositionRow>, frfs: &[FrfRow]
         if let Some(largest) = of_role().filter_map(|p| p.largest_error(MISSING)).reduce(f64::max) {
             derived.insert(format!("largest_frequency_error_{called}"), largest);
         }
-        let logs = of_role().flat_map(|p| &p.orders).filter_map(|o| Some((o.predicted_amplitude? / o.measured_amplitude?).ln()));
+        let logs = of_role()
+            .flat_map(|p| &p.orders)
+            .filter_map(|o| Some((o.predicted_amplitude? / o.measured_amplitude?).ln()));
         if let Some(rms) = root_mean_square(logs) {
             derived.insert(format!("ln_amplitude_rms_{called}"), rms);
         }

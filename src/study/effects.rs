@@ -9,7 +9,8 @@ use report::document::Input;
 use report::effects::{EffectEntry, EffectLibraryDocument, EffectParameter};
 use report::vocabulary::DataKind;
 
-/// Lists the library of effects, with those of a machine's description where one is named; or the one with an id.
+/// Lists the library of effects, with those of a machine's description where one is named; or the one with an
+/// id.
 ///
 /// # Errors  the description cannot be read; no effect has this id.
 pub fn effects(config: Option<&str>, id: Option<&str>) -> StudyResult<EffectLibraryDocument> {
@@ -27,7 +28,9 @@ pub fn effects(config: Option<&str>, id: Option<&str>) -> StudyResult<EffectLibr
         }
         effects.retain(|effect| effect.id == id);
     }
-    let input = config.iter().map(|config| Input { path: config.path.clone(), sha256: digest(config.text.as_bytes()) });
+    let input = config
+        .iter()
+        .map(|config| Input { path: config.path.clone(), sha256: digest(config.text.as_bytes()) });
     Ok(EffectLibraryDocument {
         stamp: stamp_files("effect-library", input.collect(), Vec::new()),
         effects: effects.iter().map(entry).collect(),
@@ -40,7 +43,13 @@ fn entry(effect: &Effect) -> EffectEntry {
         Data::Motion => DataKind::Motion,
     };
     let parameters = effect.patch.parameters.iter().map(|p| {
-        let row = EffectParameter { unit: p.unit.clone(), start: p.start, lower: p.lower, upper: p.upper, source: p.source.clone() };
+        let row = EffectParameter {
+            unit: p.unit.clone(),
+            start: p.start,
+            lower: p.lower,
+            upper: p.upper,
+            source: p.source.clone(),
+        };
         (p.id.clone(), row)
     });
     EffectEntry {

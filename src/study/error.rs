@@ -9,7 +9,8 @@ use machine::MachineError;
 use measurement::MeasurementError;
 use report::ReportError;
 
-/// Why a study cannot be made or run; the text names file, line or key, what was found, and what to write instead.
+/// Why a study cannot be made or run; the text names file, line or key, what was found, and what to write
+/// instead.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
     /// The machine's file.
@@ -99,14 +100,28 @@ impl StudyError {
         let file = |path| FaultLocation { file: Some(path), ..FaultLocation::default() };
         let key = |key| FaultLocation { key: Some(key), ..FaultLocation::default() };
         match self {
-            StudyError::Config(ConfigError::Unreadable { path, .. } | ConfigError::Content { path, .. }) => file(path),
-            StudyError::Config(ConfigError::Syntax { path, line, .. }) => FaultLocation { line: Some(*line as u64), ..file(path) },
-            StudyError::Config(ConfigError::Key { path, key, .. }) => FaultLocation { key: Some(key), ..file(path) },
-            StudyError::Measurement(MeasurementError::Line { path, line, .. }) => FaultLocation { line: Some(*line), ..file(path) },
+            StudyError::Config(ConfigError::Unreadable { path, .. } | ConfigError::Content { path, .. }) => {
+                file(path)
+            }
+            StudyError::Config(ConfigError::Syntax { path, line, .. }) => {
+                FaultLocation { line: Some(*line as u64), ..file(path) }
+            }
+            StudyError::Config(ConfigError::Key { path, key, .. }) => {
+                FaultLocation { key: Some(key), ..file(path) }
+            }
+            StudyError::Measurement(MeasurementError::Line { path, line, .. }) => {
+                FaultLocation { line: Some(*line), ..file(path) }
+            }
             StudyError::Measurement(MeasurementError::File { path, .. }) => file(path),
-            StudyError::Measurement(MeasurementError::Key { path, key, .. }) => FaultLocation { key: Some(key), ..file(path) },
-            StudyError::Measurement(MeasurementError::Record { path, record, .. }) => FaultLocation { key: Some(record), ..file(path) },
-            StudyError::Machine(error) | StudyError::Objective(ObjectiveError::Machine(error)) => key(&error.part),
+            StudyError::Measurement(MeasurementError::Key { path, key, .. }) => {
+                FaultLocation { key: Some(key), ..file(path) }
+            }
+            StudyError::Measurement(MeasurementError::Record { path, record, .. }) => {
+                FaultLocation { key: Some(record), ..file(path) }
+            }
+            StudyError::Machine(error) | StudyError::Objective(ObjectiveError::Machine(error)) => {
+                key(&error.part)
+            }
             StudyError::Input { path, .. } => file(path),
             other => FaultLocation { key: other.setting_key(), ..FaultLocation::default() },
         }

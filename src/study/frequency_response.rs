@@ -27,21 +27,30 @@ pub struct Evaluated<'m> {
 impl Evaluated<'_> {
     /// Computes the receptances of a point under a force on another, with the loops of the drive open.
     fn open(&self, response: usize, force: usize, omega_rad_s: &[f64]) -> StudyResult<Vec<Complex64>> {
-        let structure = Arc::new(Structure::new(self.machine, response, force, self.rods).map_err(StudyError::impossible)?);
+        let structure = Arc::new(
+            Structure::new(self.machine, response, force, self.rods).map_err(StudyError::impossible)?,
+        );
         let mut model = structure.empty_model();
         model.update(self.machine, self.values, &self.operating);
         Ok(model.sweep(omega_rad_s, &mut structure.workspace()))
     }
 
-    /// Computes the response of a point per force (loops open, or closed), or per command (loops closed). A rotation in a drive that positions in m
-    /// responds to a command with its travel.
+    /// Computes the response of a point per force (loops open, or closed), or per command (loops closed). A
+    /// rotation in a drive that positions in m responds to a command with its travel.
     ///
     /// # Errors  the machine has no loops that could be closed; a point is fixed.
-    pub fn response(&self, response: usize, excitation: Excitation, closed: bool, omega_rad_s: &[f64]) -> StudyResult<Vec<Complex64>> {
+    pub fn response(
+        &self,
+        response: usize,
+        excitation: Excitation,
+        closed: bool,
+        omega_rad_s: &[f64],
+    ) -> StudyResult<Vec<Complex64>> {
         if let (Excitation::Point(force), false) = (excitation, closed) {
             return self.open(response, force, omega_rad_s);
         }
-        let servo = ServoImpedance::new(self.machine, self.values, &self.operating).map_err(StudyError::impossible)?;
+        let servo = ServoImpedance::new(self.machine, self.values, &self.operating)
+            .map_err(StudyError::impossible)?;
         let forces = match excitation {
             Excitation::Point(force) => vec![servo.on, force],
             Excitation::Command => vec![servo.on],
@@ -62,7 +71,9 @@ impl Evaluated<'_> {
             let of = |point: usize, force: usize| open[&(point, force)][line];
             match excitation {
                 Excitation::Point(force) => servo.close(*omega, response, force, of),
-                Excitation::Command => servo.follow(*omega, of(response, servo.on) * travel, |point| of(point, servo.on)),
+                Excitation::Command => {
+                    servo.follow(*omega, of(response, servo.on) * travel, |point| of(point, servo.on))
+                }
             }
         };
         Ok(omega_rad_s.iter().enumerate().map(at).collect())

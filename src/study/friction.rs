@@ -2,20 +2,24 @@
 
 use crate::stamp::{digest_file, stamp_files};
 use crate::{StudyError, StudyResult};
-use machine::contact::{ContactError, Observation, ParameterEstimate, ScrewDrive, StribeckNoise, StribeckOptions, fit_stribeck};
+use machine::contact::{
+    ContactError, Observation, ParameterEstimate, ScrewDrive, StribeckNoise, StribeckOptions, fit_stribeck,
+};
 use measurement::{FrictionRun, FrictionTable, FrictionUnit, read_friction};
 use report::simulation::{FrictionDocument, FrictionParameter, FrictionRow};
 
 /// A table of friction, and how its curve is fitted.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrictionRequest {
-    /// Path of the table, with the columns `velocity_m_s` and `force_n` (or `torque_nm`), one run at constant velocity per line.
+    /// Path of the table, with the columns `velocity_m_s` and `force_n` (or `torque_nm`), one run at constant
+    /// velocity per line.
     pub path: String,
     /// Lead of the screw (m per revolution); required where the table gives torques.
     pub lead_m: Option<f64>,
     /// Efficiency between motor torque and screw (1), above 0 and at most 1.
     pub efficiency: f64,
-    /// Model of the measurement noise; by default known where the table has standard deviations, else uniform.
+    /// Model of the measurement noise; by default known where the table has standard deviations, else
+    /// uniform.
     pub noise: Option<StribeckNoise>,
 }
 
@@ -33,7 +37,8 @@ pub fn friction(request: &FrictionRequest) -> StudyResult<FrictionDocument> {
     let observations = observations(request, &table)?;
     let has_sd = table.runs.iter().any(|run| run.sd.is_some());
     let noise = request.noise.unwrap_or(if has_sd { StribeckNoise::Known } else { StribeckNoise::Uniform });
-    let fit = fit_stribeck(&observations, &StribeckOptions::new(noise)).map_err(|e| describe_error(&request.path, &table, &e))?;
+    let fit = fit_stribeck(&observations, &StribeckOptions::new(noise))
+        .map_err(|e| describe_error(&request.path, &table, &e))?;
     let named = [
         ("coulomb_n", "N", fit.coulomb_n),
         ("static_n", "N", fit.static_n),
@@ -49,7 +54,11 @@ pub fn friction(request: &FrictionRequest) -> StudyResult<FrictionDocument> {
     let warnings = named
         .iter()
         .filter(|(_, _, e)| e.at_bound)
-        .map(|(name, _, _)| format!("{name} is at a bound: these runs do not determine it; add runs at velocities where it acts"))
+        .map(|(name, _, _)| {
+            format!(
+                "{name} is at a bound: these runs do not determine it; add runs at velocities where it acts"
+            )
+        })
         .collect();
     Ok(FrictionDocument {
         stamp: stamp_files("friction", vec![digest_file(&table.file)], warnings),
@@ -79,10 +88,18 @@ fn observations(request: &FrictionRequest, table: &FrictionTable) -> StudyResult
     let factor = match (table.unit, request.lead_m) {
         (FrictionUnit::Force, None) => 1.0,
         (FrictionUnit::Force, Some(_)) => {
-            return Err(StudyError::setting("lead_m", "", "the table gives forces, which need no lead; leave it out"));
+            return Err(StudyError::setting(
+                "lead_m",
+                "",
+                "the table gives forces, which need no lead; leave it out",
+            ));
         }
         (FrictionUnit::Torque, None) => {
-            return Err(StudyError::setting("lead_m", "", "the table gives torques; write the lead of the screw in m per revolution"));
+            return Err(StudyError::setting(
+                "lead_m",
+                "",
+                "the table gives torques; write the lead of the screw in m per revolution",
+            ));
         }
         (FrictionUnit::Torque, Some(lead_m)) => {
             let key = if ScrewDrive::new(lead_m, 1.0).is_err() { "lead_m" } else { "efficiency" };
@@ -112,7 +129,10 @@ fn describe_error(path: &str, table: &FrictionTable, error: &ContactError) -> St
         _ => None,
     };
     match fault {
-        Some((row, fault)) => StudyError::input(format!("{path}, line {}", table.runs.get(*row).map_or(0, |run| run.line)), fault),
+        Some((row, fault)) => StudyError::input(
+            format!("{path}, line {}", table.runs.get(*row).map_or(0, |run| run.line)),
+            fault,
+        ),
         None => StudyError::input(path, error.to_string()),
     }
 }

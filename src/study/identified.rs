@@ -20,7 +20,8 @@ use serde_json::Value;
 /// Allowance for rounding at the bounds of a range, relative to the bound of larger magnitude (1).
 const ROUNDING: f64 = 1e-9;
 
-/// Reads `identification.json`. Returns the document, and its file with digest as an input of another document.
+/// Reads `identification.json`. Returns the document, and its file with digest as an input of another
+/// document.
 ///
 /// # Errors  the file cannot be read, or is no result of an identification.
 pub fn read_identification(path: &Path) -> StudyResult<(IdentificationDocument, Input)> {
@@ -41,41 +42,57 @@ fn read_result<T: DeserializeOwned>(path: &Path, kind: &str, command: &str) -> S
         fault if fault.is_missing() => format!("{fault}; run {command} with an output folder first"),
         fault => fault.to_string(),
     };
-    let bytes = read_file(path, MOST_DOCUMENT_BYTES).map_err(|e| StudyError::input(path.display(), fault(e)))?;
+    let bytes =
+        read_file(path, MOST_DOCUMENT_BYTES).map_err(|e| StudyError::input(path.display(), fault(e)))?;
     let document = result_document(path, &bytes, kind)?;
     Ok((document, Input { path: path.display().to_string(), sha256: digest(&bytes) }))
 }
 
-/// Parses a result document of a kind, such as `identification`. A message quotes nothing of a file that is none.
+/// Parses a result document of a kind, such as `identification`. A message quotes nothing of a file that is
+/// none.
 ///
 /// # Errors  the file is no JSON, a document of another kind, or one that lacks keys.
 pub(crate) fn result_document<T: DeserializeOwned>(path: &Path, bytes: &[u8], kind: &str) -> StudyResult<T> {
     let fault = |text: String| StudyError::input(path.display(), text);
-    let value: Value = serde_json::from_slice(bytes)
-        .map_err(|e| StudyError::Impossible(format!("{}, line {}: is not a result document: no valid JSON", path.display(), e.line())))?;
+    let value: Value = serde_json::from_slice(bytes).map_err(|e| {
+        StudyError::Impossible(format!(
+            "{}, line {}: is not a result document: no valid JSON",
+            path.display(),
+            e.line()
+        ))
+    })?;
     let expected = format!("jointid/{kind}/1");
     match value.get("schema").and_then(Value::as_str) {
         Some(schema) if schema == expected => {}
         Some(schema) if schema.starts_with("jointid/") => {
             let schema = shortened(schema, 60);
-            return Err(fault(format!("is a {schema}, not a {expected}; name one of this kind, or make it again with this version")));
+            return Err(fault(format!(
+                "is a {schema}, not a {expected}; name one of this kind, or make it again with this version"
+            )));
         }
         _ => return Err(fault(format!("is not a result document: `schema` is not {expected}"))),
     }
-    serde_json::from_value(value).map_err(|e| fault(format!("is no {expected}: {}", shortened(&e.to_string(), 200))))
+    serde_json::from_value(value)
+        .map_err(|e| fault(format!("is no {expected}: {}", shortened(&e.to_string(), 200))))
 }
 
-/// Checks that a result was written by this version and is complete. `of` names it and the command that makes it, such as an identification and
-/// identify.
+/// Checks that a result was written by this version and is complete. `of` names it and the command that makes
+/// it, such as an identification and identify.
 ///
 /// # Errors  the result is of another version, or was stopped early.
 pub(crate) fn check_current(path: &str, stamp: &Stamp, of: (&str, &str)) -> StudyResult<()> {
     let (own, other) = (env!("CARGO_PKG_VERSION"), &stamp.tool_version);
     if other != own {
-        return Err(StudyError::input(path, format!("was written by version {other}, this is {own}; {} again", of.1)));
+        return Err(StudyError::input(
+            path,
+            format!("was written by version {other}, this is {own}; {} again", of.1),
+        ));
     }
     if !stamp.complete {
-        return Err(StudyError::input(path, format!("is not complete: the {} was stopped early; run it to its end", of.0)));
+        return Err(StudyError::input(
+            path,
+            format!("is not complete: the {} was stopped early; run it to its end", of.0),
+        ));
     }
     Ok(())
 }
@@ -87,11 +104,15 @@ pub fn check_identification(path: &Path, identified: &IdentificationDocument) ->
     let fault = |text: String| Err(StudyError::input(path.display(), text));
     if identified.stamp.schema != "jointid/identification/1" {
         let schema = &identified.stamp.schema;
-        return fault(format!("is a {schema}, not a jointid/identification/1; name the identification.json of identify"));
+        return fault(format!(
+            "is a {schema}, not a jointid/identification/1; name the identification.json of identify"
+        ));
     }
     if let Some(lumps) = identified.settings.lumps.filter(|lumps| !LUMPS.contains(lumps)) {
         let (least, most) = (LUMPS.start(), LUMPS.end());
-        return fault(format!("settings.lumps is {lumps}, but a rod has {least} to {most} lumps; identify again"));
+        return fault(format!(
+            "settings.lumps is {lumps}, but a rod has {least} to {most} lumps; identify again"
+        ));
     }
     for (id, row) in &identified.parameters {
         let slack = ROUNDING * row.upper.abs().max(row.lower.abs());
@@ -107,38 +128,56 @@ pub fn check_identification(path: &Path, identified: &IdentificationDocument) ->
 }
 
 impl Study {
-    /// Reopens machine and measurements of an identification with further overrides; a machine or set that the sources name replaces its own.
+    /// Reopens machine and measurements of an identification with further overrides; a machine or set that
+    /// the sources name replaces its own.
     ///
     /// # Errors  the result cannot be read or is damaged; its measurement set cannot be read.
-    pub fn open_with_result(sources: &Sources, path: &Path) -> StudyResult<(Self, IdentificationDocument, Input)> {
+    pub fn open_with_result(
+        sources: &Sources,
+        path: &Path,
+    ) -> StudyResult<(Self, IdentificationDocument, Input)> {
         let (document, input) = read_identification(path)?;
         check_identification(path, &document)?;
         let study = match &sources.config {
             None => Study::of_identification(&document, sources)?,
             // Overrides and removed effects of the result are those of its own machine.
             Some(_) => {
-                let measurements = sources.measurements.clone().or_else(|| Some(document.settings.measurements.clone()));
+                let measurements =
+                    sources.measurements.clone().or_else(|| Some(document.settings.measurements.clone()));
                 Study::open(&Sources { measurements, ..sources.clone() })?
             }
         };
         Ok((study, document, input))
     }
 
-    /// Reopens machine and measurements of an identification, with its split and settings; a set that the sources name replaces its own.
+    /// Reopens machine and measurements of an identification, with its split and settings; a set that the
+    /// sources name replaces its own.
     ///
     /// # Errors  its machine or its measurement set cannot be read.
-    pub(crate) fn of_identification(document: &IdentificationDocument, sources: &Sources) -> StudyResult<Self> {
+    pub(crate) fn of_identification(
+        document: &IdentificationDocument,
+        sources: &Sources,
+    ) -> StudyResult<Self> {
         let settings = &document.settings;
         let measurements = sources.measurements.as_ref().unwrap_or(&settings.measurements);
-        let study = Study::reopened((document.machine.as_ref(), &settings.config), measurements, &document.stamp, sources)?;
-        let mut study =
-            Study { fit: settings.positions.clone(), hold_out: settings.hold_out.clone(), settings: settings_of(document), ..study };
+        let study = Study::reopened(
+            (document.machine.as_ref(), &settings.config),
+            measurements,
+            &document.stamp,
+            sources,
+        )?;
+        let mut study = Study {
+            fit: settings.positions.clone(),
+            hold_out: settings.hold_out.clone(),
+            settings: settings_of(document),
+            ..study
+        };
         study.config.warnings.extend(study.outdated_machine());
         Ok(study)
     }
 
-    /// Reads the machine that a document embeds, else that of its path, and a measurement set; with the overrides of its stamp and those of the
-    /// sources.
+    /// Reads the machine that a document embeds, else that of its path, and a measurement set; with the
+    /// overrides of its stamp and those of the sources.
     pub(crate) fn reopened(
         (embedded, config): (Option<&MachineText>, &str),
         measurements: &str,
@@ -151,13 +190,22 @@ impl Study {
             Some(machine) => read_machine_text(&machine.path, &machine.text, &overrides, &without)?,
             None => read_machine(config, &overrides, &without)?,
         };
-        Ok(Study { overrides, without, ..Study::new(config, read_set_from(measurements, sources.allow_outside)?) })
+        Ok(Study {
+            overrides,
+            without,
+            ..Study::new(config, read_set_from(measurements, sources.allow_outside)?)
+        })
     }
 
-    /// Builds the machine as identified, with tolerances held at their estimates. Returns it with the values of its parameters, in its order.
+    /// Builds the machine as identified, with tolerances held at their estimates. Returns it with the values
+    /// of its parameters, in its order.
     ///
     /// # Errors  the identification belongs to another machine.
-    pub fn identified_machine(&self, path: &Path, identified: &IdentificationDocument) -> StudyResult<(Machine, ParameterValues)> {
+    pub fn identified_machine(
+        &self,
+        path: &Path,
+        identified: &IdentificationDocument,
+    ) -> StudyResult<(Machine, ParameterValues)> {
         let values = self.identified_values(path, identified)?;
         let machine = &self.config.machine;
         let held = tolerances(identified);
@@ -172,38 +220,55 @@ impl Study {
     /// Returns the identified values of all parameters of the machine as described, in its order.
     ///
     /// # Errors  the identification lacks a parameter: it belongs to another machine.
-    pub fn identified_values(&self, path: &Path, identified: &IdentificationDocument) -> StudyResult<ParameterValues> {
+    pub fn identified_values(
+        &self,
+        path: &Path,
+        identified: &IdentificationDocument,
+    ) -> StudyResult<ParameterValues> {
         let value = |id: &String| {
             let row = identified.parameters.get(id);
             row.map(|row| row.value).ok_or_else(|| {
-                let fault = format!("has no parameter «{id}», which {} has; identify again", self.config.path);
+                let fault =
+                    format!("has no parameter «{id}», which {} has; identify again", self.config.path);
                 StudyError::input(path.display(), fault)
             })
         };
-        self.config.machine.parameters.iter().map(|p| value(&p.id)).collect::<StudyResult<_>>().map(ParameterValues)
+        self.config
+            .machine
+            .parameters
+            .iter()
+            .map(|p| value(&p.id))
+            .collect::<StudyResult<_>>()
+            .map(ParameterValues)
     }
 
     /// Returns a warning where the machine's file has changed since the result that embeds its description.
     pub(crate) fn outdated_machine(&self) -> Option<String> {
         let path = &self.config.path;
         let now = read_file(Path::new(path), MOST_TEXT_BYTES).ok()?;
-        (digest(&now) != digest(self.config.text.as_bytes()))
-            .then(|| format!("{path} has changed since the result was written; the machine is that of the result"))
+        (digest(&now) != digest(self.config.text.as_bytes())).then(|| {
+            format!("{path} has changed since the result was written; the machine is that of the result")
+        })
     }
 
-    /// Whether an identification is one of this machine: of the same description, overrides and removed effects. A result of an older version, which
-    /// embeds no description, counts as such.
+    /// Whether an identification is one of this machine: of the same description, overrides and removed
+    /// effects. A result of an older version, which embeds no description, counts as such.
     pub(crate) fn is_machine_of(&self, identified: &IdentificationDocument) -> bool {
         let stamp = &identified.stamp;
-        let same =
-            |machine: &MachineText| machine.text == self.config.text && stamp.overrides == self.overrides && stamp.without == self.without;
+        let same = |machine: &MachineText| {
+            machine.text == self.config.text
+                && stamp.overrides == self.overrides
+                && stamp.without == self.without
+        };
         identified.machine.as_ref().is_none_or(same)
     }
 
     /// Returns warnings about files of machine and measurements that differ from those of a result.
     pub(crate) fn changed_inputs(&self, then: &[Input]) -> Vec<String> {
         let differs = |now: &&Input| then.iter().any(|i| i.path == now.path && i.sha256 != now.sha256);
-        let changed = |now: &Input| format!("{} has changed since the identification; identify again if the change matters", now.path);
+        let changed = |now: &Input| {
+            format!("{} has changed since the identification; identify again if the change matters", now.path)
+        };
         self.inputs().iter().filter(differs).map(changed).collect()
     }
 }

@@ -1,4 +1,5 @@
-//! Studies: identification, validation, comparison, diagnosis and planning for a machine and its measurements, and the documents of their results.
+//! Studies: identification, validation, comparison, diagnosis and planning for a machine and its
+//! measurements, and the documents of their results.
 
 use std::collections::BTreeMap;
 
@@ -45,7 +46,8 @@ pub use import::{ExportedSet, FileContents, ImportRequest, ImportedSet, export, 
 pub use long_work::{Control, Progress, Watcher};
 pub use machine::contact::StribeckNoise;
 pub use measurement::{
-    ChannelTolerance, Condition, DriveEffort, FrfArrays, FrfNoise, Gain, MeasurementSet, MotionArrays, Quantity, SetArrays,
+    ChannelTolerance, Condition, DriveEffort, FrfArrays, FrfNoise, Gain, MeasurementSet, MotionArrays,
+    Quantity, SetArrays,
 };
 pub use page::page;
 pub use peaks::{DiagramPole, Peaks, PeaksRequest, peaks, stabilisation};
@@ -59,7 +61,8 @@ pub use validate::ValidationRequest;
 
 /// Reads a measurement set from its folder; `measurements/tian` is built in.
 ///
-/// # Errors  a file is missing or unreadable, a key is unknown or missing, a cell is not a number, there is no observation.
+/// # Errors  a file is missing or unreadable, a key is unknown or missing, a cell is not a number, there is
+///   no observation.
 pub fn read_set(folder: &str) -> StudyResult<MeasurementSet> {
     Ok(measurement::read_set(folder)?)
 }
@@ -71,7 +74,8 @@ pub fn read_set_from(folder: &str, allow_outside: bool) -> StudyResult<Measureme
     Ok(measurement::read_set_from(folder, allow_outside)?)
 }
 
-/// Reads a measurement set from the contents of its files by name, `manifest.toml` among them. `path` names the set in messages and documents.
+/// Reads a measurement set from the contents of its files by name, `manifest.toml` among them. `path` names
+/// the set in messages and documents.
 ///
 /// # Errors  as [`read_set`].
 pub fn read_set_files(path: &str, files: &BTreeMap<String, Vec<u8>>) -> StudyResult<MeasurementSet> {
@@ -82,7 +86,12 @@ pub fn read_set_files(path: &str, files: &BTreeMap<String, Vec<u8>>) -> StudyRes
 /// Makes a machine from the text (TOML) of its description, under a name for messages and documents.
 ///
 /// # Errors  the text does not describe a machine; an override or a removed effect does not fit it.
-pub fn machine_from_text(name: &str, text: &str, overrides: &[String], without: &[String]) -> StudyResult<MachineConfig> {
+pub fn machine_from_text(
+    name: &str,
+    text: &str,
+    overrides: &[String],
+    without: &[String],
+) -> StudyResult<MachineConfig> {
     Ok(config::read_machine_text(name, text, overrides, without)?)
 }
 

@@ -38,7 +38,11 @@ impl Study {
 
 /// Returns the measured natural frequencies of a set (Hz).
 pub(crate) fn mode_frequencies_hz(set: &MeasurementSet) -> Vec<f64> {
-    set.modes.iter().flat_map(|table| table.positions.iter().flatten()).filter_map(|mode| mode.frequency_hz).collect()
+    set.modes
+        .iter()
+        .flat_map(|table| table.positions.iter().flatten())
+        .filter_map(|mode| mode.frequency_hz)
+        .collect()
 }
 
 /// Returns the highest measured frequency of a set (Hz): of modes and lines; 0 without any.
@@ -50,15 +54,32 @@ pub(crate) fn highest_hz(set: &MeasurementSet) -> f64 {
 /// Checks that the modes of a machine below a frequency can be listed.
 ///
 /// # Errors  they are too many.
-pub(crate) fn check_listed(machine: &Machine, rods: RodModel, operating: &Operating, max_hz: f64) -> StudyResult<()> {
+pub(crate) fn check_listed(
+    machine: &Machine,
+    rods: RodModel,
+    operating: &Operating,
+    max_hz: f64,
+) -> StudyResult<()> {
     if max_hz > HIGHEST_HZ {
-        return Err(StudyError::setting("max_hz", format!("{max_hz:e}"), format!("write at most {HIGHEST_HZ:e} Hz")));
+        return Err(StudyError::setting(
+            "max_hz",
+            format!("{max_hz:e}"),
+            format!("write at most {HIGHEST_HZ:e} Hz"),
+        ));
     }
     check(machine, rods, operating, max_hz, MOST_TO_LIST)
 }
 
-fn check(machine: &Machine, rods: RodModel, operating: &Operating, max_hz: f64, most: usize) -> StudyResult<()> {
-    let Some(first) = machine.points.iter().position(|point| !point.fixed).filter(|_| max_hz > 0.0) else { return Ok(()) };
+fn check(
+    machine: &Machine,
+    rods: RodModel,
+    operating: &Operating,
+    max_hz: f64,
+    most: usize,
+) -> StudyResult<()> {
+    let Some(first) = machine.points.iter().position(|point| !point.fixed).filter(|_| max_hz > 0.0) else {
+        return Ok(());
+    };
     let Ok(structure) = Structure::new(machine, first, first, rods).map(Arc::new) else { return Ok(()) };
     let mut model = structure.empty_model();
     model.update(machine, &machine.start(), operating);

@@ -6,7 +6,9 @@ use rayon::prelude::*;
 
 use crate::{Study, StudyError, StudyResult};
 use diagnosis::motion::{MisfitAxis, MotionPart, misfit_map, part};
-use dynamics::inverse_dynamics::{CurvePoint, ExtraChannel, MotionSignal, Preprocessing, Rigid, friction_curve};
+use dynamics::inverse_dynamics::{
+    CurvePoint, ExtraChannel, MotionSignal, Preprocessing, Rigid, friction_curve,
+};
 use identification::motion::simulated_gaps;
 use identification::objective::point_named;
 use long_work::Control;
@@ -23,16 +25,24 @@ pub(crate) fn names(set: &MeasurementSet, records: &[usize]) -> Vec<String> {
 }
 
 impl Study {
-    /// Preprocesses all records, in the order of the set. Returns them with the rigid machine and the warnings about their columns.
+    /// Preprocesses all records, in the order of the set. Returns them with the rigid machine and the
+    /// warnings about their columns.
     pub(crate) fn preprocess_all(&self) -> StudyResult<(Vec<MotionSignal>, Rigid, Vec<String>)> {
-        let made: Result<Vec<MotionSignal>, _> =
-            self.set.motions.par_iter().map(|r| MotionSignal::new(r, Preprocessing::default_for(r.step_s))).or_first_error();
+        let made: Result<Vec<MotionSignal>, _> = self
+            .set
+            .motions
+            .par_iter()
+            .map(|r| MotionSignal::new(r, Preprocessing::default_for(r.step_s)))
+            .or_first_error();
         self.add_channels(made?)
     }
 
-    /// Adds the extra channels of the set's records to their preprocessed motions. Returns them with the rigid machine and the
-    /// warnings about their columns.
-    pub fn add_channels(&self, made: Vec<MotionSignal>) -> StudyResult<(Vec<MotionSignal>, Rigid, Vec<String>)> {
+    /// Adds the extra channels of the set's records to their preprocessed motions. Returns them with the
+    /// rigid machine and the warnings about their columns.
+    pub fn add_channels(
+        &self,
+        made: Vec<MotionSignal>,
+    ) -> StudyResult<(Vec<MotionSignal>, Rigid, Vec<String>)> {
         let rigid = self.rigid_model()?;
         let machine = &self.config.machine;
         made.iter().try_for_each(|m| rigid.check(machine, m))?;
@@ -55,7 +65,14 @@ impl Study {
 }
 
 /// Compares a record with a machine by inverse dynamics.
-fn record_row(rigid: &Rigid, machine: &Machine, values: &[f64], motion: &MotionSignal, samples: usize, role: Role) -> MotionRecordRow {
+fn record_row(
+    rigid: &Rigid,
+    machine: &Machine,
+    values: &[f64],
+    motion: &MotionSignal,
+    samples: usize,
+    role: Role,
+) -> MotionRecordRow {
     let part = part(rigid, machine, values, motion);
     let by_phase: BTreeMap<String, f64> = misfit_map(motion, &part)
         .iter()
@@ -88,13 +105,21 @@ pub(crate) fn list_records(
 ) -> BTreeMap<String, MotionRecordRow> {
     let row = |at: usize| {
         let role = Role::of(fitted.contains(&at));
-        let row = record_row(rigid, &study.config.machine, values, &motions[at], study.set.motions[at].samples(), role);
+        let row = record_row(
+            rigid,
+            &study.config.machine,
+            values,
+            &motions[at],
+            study.set.motions[at].samples(),
+            role,
+        );
         (motions[at].name.clone(), row)
     };
     which.map(row).collect()
 }
 
-/// Simulates records in closed loop, and writes the force error into their rows. Returns whether all were simulated to their end.
+/// Simulates records in closed loop, and writes the force error into their rows. Returns whether all were
+/// simulated to their end.
 pub(crate) fn add_simulated_gaps(
     rows: &mut BTreeMap<String, MotionRecordRow>,
     (machine, values): (&Machine, &[f64]),
@@ -116,12 +141,17 @@ pub(crate) fn list_positions(
     records: &BTreeMap<String, MotionRecordRow>,
     error: impl Fn(&MotionRecordRow) -> Option<f64>,
 ) -> BTreeMap<String, PositionRow> {
-    let row = |(name, r): (&String, &MotionRecordRow)| (name.clone(), PositionRow::of_gap(r.role, error(r), r.noise_floor));
+    let row = |(name, r): (&String, &MotionRecordRow)| {
+        (name.clone(), PositionRow::of_gap(r.role, error(r), r.noise_floor))
+    };
     records.iter().map(row).collect()
 }
 
 /// Lists the residuals of the extra channels of a record, by column.
-pub(crate) fn transmission_rows(part: &MotionPart, motion: &MotionSignal) -> BTreeMap<String, TransmissionRow> {
+pub(crate) fn transmission_rows(
+    part: &MotionPart,
+    motion: &MotionSignal,
+) -> BTreeMap<String, TransmissionRow> {
     let row = |(part, channel): (&MotionPart, &ExtraChannel)| {
         let row = TransmissionRow {
             unit: channel.unit.into(),
@@ -136,7 +166,12 @@ pub(crate) fn transmission_rows(part: &MotionPart, motion: &MotionSignal) -> BTr
 }
 
 /// Computes the friction curve of records, with the prediction of a machine at each speed.
-pub(crate) fn curve_rows(rigid: &Rigid, machine: &Machine, values: &[f64], motions: &[&MotionSignal]) -> Vec<CurveRow> {
+pub(crate) fn curve_rows(
+    rigid: &Rigid,
+    machine: &Machine,
+    values: &[f64],
+    motions: &[&MotionSignal],
+) -> Vec<CurveRow> {
     let inertia = rigid.inertia(machine, values);
     let all: Vec<CurvePoint> = motions.iter().flat_map(|m| friction_curve(m, inertia)).collect();
     let row = |point: CurvePoint| CurveRow {

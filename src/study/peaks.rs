@@ -9,8 +9,8 @@ use crate::{StudyError, StudyResult};
 use long_work::Control;
 pub use measurement::modal::DiagramPole;
 use measurement::modal::{
-    AmplitudeKind, CurveFit, CurveOptions, FrfCurve, ModalError, ModalFit, TrackRecord, fit_curve, stabilisation_diagram, track,
-    with_curve_of,
+    AmplitudeKind, CurveFit, CurveOptions, FrfCurve, ModalError, ModalFit, TrackRecord, fit_curve,
+    stabilisation_diagram, track, with_curve_of,
 };
 use measurement::{Frf, FrfLine, MeasurementSet};
 use numeric::parallel::OrFirstError;
@@ -23,7 +23,8 @@ use report::document::{EvidenceRow, PeakFitRow, PeakModeRow, PeakRow, PeaksDocum
 pub struct PeaksRequest {
     /// Lowest and highest frequency (Hz); all frequencies by default.
     pub band_hz: Option<(f64, f64)>,
-    /// Whether only the modes in the band are fitted; modes outside it enter as a background linear in frequency.
+    /// Whether only the modes in the band are fitted; modes outside it enter as a background linear in
+    /// frequency.
     pub local: bool,
     /// Highest polynomial order of the stabilisation diagram.
     pub max_order: usize,
@@ -40,7 +41,8 @@ impl Default for PeaksRequest {
 pub struct Peaks {
     /// The document.
     pub document: PeaksDocument,
-    /// Regular modes as the mode table of a measurement set: position, mode number, frequency (Hz), amplitude (unit of the FRFs).
+    /// Regular modes as the mode table of a measurement set: position, mode number, frequency (Hz), amplitude
+    /// (unit of the FRFs).
     pub modes_csv: String,
 }
 
@@ -52,13 +54,16 @@ struct NamedFrf<'s> {
     fitted: ModalFit,
 }
 
-/// Extracts natural frequencies, damping ratios and amplitudes from the FRFs of a set, and tracks them over its positions. `control` counts the
-/// fitted FRFs.
+/// Extracts natural frequencies, damping ratios and amplitudes from the FRFs of a set, and tracks them over
+/// its positions. `control` counts the fitted FRFs.
 ///
 /// # Errors  the set holds no FRF; the band is not a range of frequencies; an FRF has too few lines.
 pub fn peaks(set: &MeasurementSet, request: &PeaksRequest, control: &Control) -> StudyResult<Peaks> {
     if set.frfs.is_empty() {
-        return Err(StudyError::input(&set.path, "holds no FRF; list at least one as [[frf]] in its manifest"));
+        return Err(StudyError::input(
+            &set.path,
+            "holds no FRF; list at least one as [[frf]] in its manifest",
+        ));
     }
     let options = options(request)?;
     let names = names(set);
@@ -68,17 +73,26 @@ pub fn peaks(set: &MeasurementSet, request: &PeaksRequest, control: &Control) ->
         .par_iter()
         .zip(names)
         .map(|(frf, name)| {
-            let fitted = fit(frf, &options, request).map_err(|e| StudyError::input(&frf.source, e.to_string()))?;
+            let fitted =
+                fit(frf, &options, request).map_err(|e| StudyError::input(&frf.source, e.to_string()))?;
             step();
             Ok(NamedFrf { name, frf, nut_m: frf.position.and_then(|p| set.positions[p].nut_m), fitted })
         })
         .or_first_error();
     let named = fitted?;
-    let series: Vec<String> = named.iter().map(|n| format!("{}/{} {}", n.frf.response, n.frf.excitation, n.frf.quantity.word())).collect();
+    let series: Vec<String> = named
+        .iter()
+        .map(|n| format!("{}/{} {}", n.frf.response, n.frf.excitation, n.frf.quantity.word()))
+        .collect();
     let records: Vec<TrackRecord> = named
         .iter()
         .zip(&series)
-        .map(|(n, series)| TrackRecord { nut_m: n.nut_m, series, band_hz: band_of(n.frf, request), modes: &n.fitted.modes })
+        .map(|(n, series)| TrackRecord {
+            nut_m: n.nut_m,
+            series,
+            band_hz: band_of(n.frf, request),
+            modes: &n.fitted.modes,
+        })
         .collect();
     let tracked = track(&records);
     // Regular modes have the first numbers.
@@ -122,7 +136,11 @@ pub fn peaks(set: &MeasurementSet, request: &PeaksRequest, control: &Control) ->
     let fits = named
         .iter()
         .map(|n| {
-            let row = PeakFitRow { lines: n.fitted.lines, relative_misfit: n.fitted.relative_misfit, modes: n.fitted.modes.len() };
+            let row = PeakFitRow {
+                lines: n.fitted.lines,
+                relative_misfit: n.fitted.relative_misfit,
+                modes: n.fitted.modes.len(),
+            };
             (n.name.clone(), row)
         })
         .collect();
@@ -135,12 +153,21 @@ pub fn peaks(set: &MeasurementSet, request: &PeaksRequest, control: &Control) ->
 /// Computes the stabilisation diagram of an FRF, by its index in the set.
 ///
 /// # Errors  as [`peaks`]; the set has no FRF of this index.
-pub fn stabilisation(set: &MeasurementSet, frf: usize, request: &PeaksRequest) -> StudyResult<Vec<DiagramPole>> {
+pub fn stabilisation(
+    set: &MeasurementSet,
+    frf: usize,
+    request: &PeaksRequest,
+) -> StudyResult<Vec<DiagramPole>> {
     let Some(frf) = set.frfs.get(frf) else {
-        return Err(StudyError::setting("frf", frf, format!("the set has {} FRFs, counted from 0", set.frfs.len())));
+        return Err(StudyError::setting(
+            "frf",
+            frf,
+            format!("the set has {} FRFs, counted from 0", set.frfs.len()),
+        ));
     };
     let options = options(request)?;
-    with_curve(frf, request, |curve| stabilisation_diagram(curve, &options)).map_err(|e| StudyError::input(&frf.source, e.to_string()))
+    with_curve(frf, request, |curve| stabilisation_diagram(curve, &options))
+        .map_err(|e| StudyError::input(&frf.source, e.to_string()))
 }
 
 /// Warns of FRFs with an exponential window: it adds σ/ω to the damping ratios of their modes.
@@ -159,7 +186,9 @@ fn window_warning(set: &MeasurementSet) -> Option<String> {
 /// Returns the unit of the amplitudes; empty if the FRFs differ in quantity.
 fn amplitude_unit(set: &MeasurementSet) -> String {
     let first = set.frfs.first().map(|frf| frf.quantity);
-    let unit = first.filter(|quantity| set.frfs.iter().all(|frf| frf.quantity == *quantity)).map(measurement::Quantity::unit);
+    let unit = first
+        .filter(|quantity| set.frfs.iter().all(|frf| frf.quantity == *quantity))
+        .map(measurement::Quantity::unit);
     unit.unwrap_or_default().to_string()
 }
 
@@ -172,10 +201,20 @@ fn finite(x: f64) -> Option<f64> {
 /// # Errors  an order out of range; a local fit without a band; a band that is not a range of frequencies.
 fn options(request: &PeaksRequest) -> StudyResult<CurveOptions> {
     if !(8..=120).contains(&request.max_order) {
-        return Err(StudyError::setting("max_order", request.max_order, "write a polynomial order from 8 to 120"));
+        return Err(StudyError::setting(
+            "max_order",
+            request.max_order,
+            "write a polynomial order from 8 to 120",
+        ));
     }
     let fit = match (request.band_hz, request.local) {
-        (None, true) => return Err(StudyError::setting("local", "", "name the band, its lowest and highest frequency in Hz")),
+        (None, true) => {
+            return Err(StudyError::setting(
+                "local",
+                "",
+                "name the band, its lowest and highest frequency in Hz",
+            ));
+        }
         (Some((from_hz, to_hz)), _) if !(from_hz >= 0.0 && to_hz > from_hz && to_hz.is_finite()) => {
             let fault = "write the lowest and the highest frequency in Hz, such as 20,800";
             return Err(StudyError::setting("band_hz", "", fault));
@@ -188,7 +227,8 @@ fn options(request: &PeaksRequest) -> StudyResult<CurveOptions> {
 
 /// Returns the lowest and highest frequency (Hz) of an FRF within the requested band.
 fn band_of(frf: &Frf, request: &PeaksRequest) -> (f64, f64) {
-    let ends = (frf.lines.first().map_or(0.0, |l| l.frequency_hz), frf.lines.last().map_or(0.0, |l| l.frequency_hz));
+    let ends =
+        (frf.lines.first().map_or(0.0, |l| l.frequency_hz), frf.lines.last().map_or(0.0, |l| l.frequency_hz));
     match request.band_hz {
         Some((from, to)) => (ends.0.max(from), ends.1.min(to)),
         None => ends,
@@ -208,7 +248,8 @@ fn with_curve<T>(frf: &Frf, request: &PeaksRequest, work: impl FnOnce(&FrfCurve)
     with_curve_of(frf, is_used, work)
 }
 
-/// Names each FRF by its position, its record or its file. Record, channel and number are added if the names are not unique otherwise.
+/// Names each FRF by its position, its record or its file. Record, channel and number are added if the names
+/// are not unique otherwise.
 fn names(set: &MeasurementSet) -> Vec<String> {
     let base = |frf: &Frf| match (frf.position, &frf.record) {
         (Some(position), _) => set.positions[position].name.clone(),
@@ -233,14 +274,16 @@ fn names(set: &MeasurementSet) -> Vec<String> {
     }
 }
 
-/// Formats the regular modes as the mode table of a measurement set: position, mode number, frequency (Hz), amplitude (unit of the FRFs).
+/// Formats the regular modes as the mode table of a measurement set: position, mode number, frequency (Hz),
+/// amplitude (unit of the FRFs).
 fn modes_csv(set: &MeasurementSet, named: &[NamedFrf<'_>], document: &PeaksDocument) -> String {
     let mut text = String::from("position,order,frequency_hz,amplitude\n");
     for n in named.iter().filter(|n| n.frf.position.is_some()) {
         let position = csv_cell(n.frf.position.map_or("", |p| set.positions[p].name.as_str()));
         for mode in document.modes.iter().filter(|m| m.regular) {
             if let Some(peak) = mode.records.get(&n.name) {
-                let _ = writeln!(text, "{position},{},{},{:e}", mode.order, peak.frequency_hz, peak.amplitude);
+                let _ =
+                    writeln!(text, "{position},{},{},{:e}", mode.order, peak.frequency_hz, peak.amplitude);
             }
         }
     }

@@ -33,10 +33,22 @@ impl Study {
             measurements: self.set.path.clone(),
             model: if lumps.is_some() { "lumped" } else { "receptance" }.into(),
             lumps,
-            objective: if made.frf.is_some() { ObjectiveKind::Frf } else { kind_of_modes(made.settings.objective) },
+            objective: if made.frf.is_some() {
+                ObjectiveKind::Frf
+            } else {
+                kind_of_modes(made.settings.objective)
+            },
             frf_model_error: self.settings.frf_model_error,
-            tolerances: if made.frf.is_some() && made.tolerances { ToleranceUse::Fit } else { ToleranceUse::None },
-            band_hz: made.frf.map(|f| f.band_hz).filter(|b| *b != FrfSettings::default().band_hz).map(|b| [b.0, b.1.min(f64::MAX)]),
+            tolerances: if made.frf.is_some() && made.tolerances {
+                ToleranceUse::Fit
+            } else {
+                ToleranceUse::None
+            },
+            band_hz: made
+                .frf
+                .map(|f| f.band_hz)
+                .filter(|b| *b != FrfSettings::default().band_hz)
+                .map(|b| [b.0, b.1.min(f64::MAX)]),
             positions: self.fit.clone(),
             hold_out: self.hold_out.clone(),
             bootstrap: made.bootstrap,

@@ -18,7 +18,8 @@ pub(crate) const LUMPS: RangeInclusive<usize> = 1..=500;
 pub struct Settings {
     /// Model of the rods.
     pub rods: RodModel,
-    /// What to minimise; by default whole FRFs where the set has some, inverse dynamics for motion records, else least squares.
+    /// What to minimise; by default whole FRFs where the set has some, inverse dynamics for motion records,
+    /// else least squares.
     pub objective: Option<ObjectiveKind>,
     /// Relative standard deviation of natural frequencies due to model error (1).
     pub frequency_model_error: f64,
@@ -68,24 +69,42 @@ impl Settings {
     ///
     /// # Errors  a number outside its range.
     pub(crate) fn identification(&self, set: &MeasurementSet) -> StudyResult<IdentificationSettings> {
-        for (key, x) in [("frequency_model_error", self.frequency_model_error), ("amplitude_sd", self.amplitude_sd)] {
+        for (key, x) in
+            [("frequency_model_error", self.frequency_model_error), ("amplitude_sd", self.amplitude_sd)]
+        {
             if !(1e-6..=1e3).contains(&x) {
                 return Err(StudyError::setting(key, x, "write a number above 0, from 1e-6 to 1000"));
             }
         }
         if !(0.0..=1e3).contains(&self.frf_model_error) {
-            return Err(StudyError::setting("frf_model_error", self.frf_model_error, "write 0 or a positive number, such as 0.01"));
+            return Err(StudyError::setting(
+                "frf_model_error",
+                self.frf_model_error,
+                "write 0 or a positive number, such as 0.01",
+            ));
         }
         if (1..50).contains(&self.bootstrap) {
-            return Err(StudyError::setting("bootstrap", self.bootstrap, "too few for 95 % intervals; draw at least 50"));
+            return Err(StudyError::setting(
+                "bootstrap",
+                self.bootstrap,
+                "too few for 95 % intervals; draw at least 50",
+            ));
         }
         if !(1..=100).contains(&self.repeats) {
-            return Err(StudyError::setting("repeats", self.repeats, "write how often the best minimum has to be found, from 1 to 100"));
+            return Err(StudyError::setting(
+                "repeats",
+                self.repeats,
+                "write how often the best minimum has to be found, from 1 to 100",
+            ));
         }
         if let RodModel::Lumped(lumps) = self.rods
             && !LUMPS.contains(&lumps)
         {
-            return Err(StudyError::setting("lumps", lumps, format!("a rod has {} to {} masses", LUMPS.start(), LUMPS.end())));
+            return Err(StudyError::setting(
+                "lumps",
+                lumps,
+                format!("a rod has {} to {} masses", LUMPS.start(), LUMPS.end()),
+            ));
         }
         let band_hz = match self.band_hz {
             None => FrfSettings::default().band_hz,
@@ -95,7 +114,12 @@ impl Settings {
                 return Err(StudyError::setting("band_hz", format!("{from},{to}"), fault));
             }
         };
-        let frf = FrfSettings { model_error: self.frf_model_error, band_hz, rods: self.rods, ..FrfSettings::default() };
+        let frf = FrfSettings {
+            model_error: self.frf_model_error,
+            band_hz,
+            rods: self.rods,
+            ..FrfSettings::default()
+        };
         Ok(IdentificationSettings {
             settings: ModeSettings {
                 objective: self.objective.map_or(Objective::LeastSquares, objective),
@@ -121,7 +145,11 @@ pub(crate) fn checked_band((from, to): (f64, f64)) -> StudyResult<(f64, f64)> {
     if from > 0.0 && to > from && to.is_finite() {
         return Ok((from, to));
     }
-    Err(StudyError::setting("band_hz", "", "write the lowest and the highest frequency in Hz, such as 5,1000"))
+    Err(StudyError::setting(
+        "band_hz",
+        "",
+        "write the lowest and the highest frequency in Hz, such as 5,1000",
+    ))
 }
 
 /// Returns the kind of an objective on modes.
@@ -137,8 +165,9 @@ fn objective(kind: ObjectiveKind) -> Objective {
     match kind {
         ObjectiveKind::Eq26 => Objective::Eq26,
         ObjectiveKind::Frequencies => Objective::Frequencies,
-        ObjectiveKind::LeastSquares | ObjectiveKind::Frf | ObjectiveKind::InverseDynamics | ObjectiveKind::OutputError => {
-            Objective::LeastSquares
-        }
+        ObjectiveKind::LeastSquares
+        | ObjectiveKind::Frf
+        | ObjectiveKind::InverseDynamics
+        | ObjectiveKind::OutputError => Objective::LeastSquares,
     }
 }

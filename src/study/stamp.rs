@@ -37,7 +37,8 @@ impl Study {
         &self.config.implausible
     }
 
-    /// Builds the stamp of a document on machine and measurements. Its warnings are those of the inputs, then the given ones.
+    /// Builds the stamp of a document on machine and measurements. Its warnings are those of the inputs, then
+    /// the given ones.
     pub fn stamp(&self, schema: &str, seed: u64, complete: bool, warnings: Vec<String>) -> Stamp {
         let on_set = set_stamp(schema, &self.set);
         Stamp {
@@ -80,7 +81,10 @@ pub fn stamp_files(schema: &str, inputs: Vec<Input>, warnings: Vec<String>) -> S
 
 /// Returns the path of the first input of one list that the other lacks, or has with other contents.
 pub(crate) fn changed_input<'i>(one: &'i [Input], other: &'i [Input]) -> Option<&'i str> {
-    let mut lacking = one.iter().filter(|input| !other.contains(input)).chain(other.iter().filter(|input| !one.contains(input)));
+    let mut lacking = one
+        .iter()
+        .filter(|input| !other.contains(input))
+        .chain(other.iter().filter(|input| !one.contains(input)));
     lacking.next().map(|input| input.path.as_str())
 }
 
@@ -88,6 +92,7 @@ pub(crate) fn changed_input<'i>(one: &'i [Input], other: &'i [Input]) -> Option<
 ///
 /// # Errors  it cannot be read.
 pub fn document_input(path: &Path) -> StudyResult<Input> {
-    let bytes = read_file(path, MOST_DOCUMENT_BYTES).map_err(|e| StudyError::input(path.display(), e.to_string()))?;
+    let bytes =
+        read_file(path, MOST_DOCUMENT_BYTES).map_err(|e| StudyError::input(path.display(), e.to_string()))?;
     Ok(Input { path: path.display().to_string(), sha256: digest(&bytes) })
 }

@@ -45,11 +45,16 @@ pub struct Study {
 }
 
 impl Study {
-    /// Reads a machine's description and a measurement set. `configs/tian.toml` and `measurements/tian` are built in.
+    /// Reads a machine's description and a measurement set. `configs/tian.toml` and `measurements/tian` are
+    /// built in.
     ///
     /// # Errors  a file cannot be read, or does not describe a machine or a set.
     pub fn load(config: &str, measurements: &str) -> StudyResult<Self> {
-        Study::open(&Sources { config: Some(config.into()), measurements: Some(measurements.into()), ..Sources::default() })
+        Study::open(&Sources {
+            config: Some(config.into()),
+            measurements: Some(measurements.into()),
+            ..Sources::default()
+        })
     }
 
     /// Makes a study from values in memory.
@@ -66,11 +71,16 @@ impl Study {
         }
     }
 
-    /// Makes a study of a machine from the text (TOML) of its description, under a name for messages and documents, with overrides and effects taken
-    /// out.
+    /// Makes a study of a machine from the text (TOML) of its description, under a name for messages and
+    /// documents, with overrides and effects taken out.
     ///
     /// # Errors  the text does not describe a machine; an override or a removed effect does not fit it.
-    pub fn described((name, text): (&str, &str), set: MeasurementSet, overrides: &[String], without: &[String]) -> StudyResult<Self> {
+    pub fn described(
+        (name, text): (&str, &str),
+        set: MeasurementSet,
+        overrides: &[String],
+        without: &[String],
+    ) -> StudyResult<Self> {
         let config = read_machine_text(name, text, overrides, without)?;
         Ok(Study { overrides: overrides.to_vec(), without: without.to_vec(), ..Study::new(config, set) })
     }
@@ -80,15 +90,17 @@ impl Study {
     /// # Errors  as [`Study::load`]; neither the sources nor the description name a measurement set.
     pub fn open(sources: &Sources) -> StudyResult<Self> {
         let config = described(sources)?;
-        let measurements = sources
-            .measurements
-            .clone()
-            .or_else(|| named_set(&config))
-            .ok_or_else(|| StudyError::input(&config.path, "names no measurement set; name the folder of one with measurements"))?;
+        let measurements = sources.measurements.clone().or_else(|| named_set(&config)).ok_or_else(|| {
+            StudyError::input(
+                &config.path,
+                "names no measurement set; name the folder of one with measurements",
+            )
+        })?;
         Study::of(sources, config, read_set_from(&measurements, sources.allow_outside)?)
     }
 
-    /// As [`Study::open`], for work that needs a machine and at most the positions of its set: a machine without a set is accepted.
+    /// As [`Study::open`], for work that needs a machine and at most the positions of its set: a machine
+    /// without a set is accepted.
     ///
     /// # Errors  as [`Study::load`].
     pub fn open_machine(sources: &Sources) -> StudyResult<Self> {
@@ -101,14 +113,20 @@ impl Study {
     }
 
     fn of(sources: &Sources, mut config: MachineConfig, set: MeasurementSet) -> StudyResult<Self> {
-        if sources.config.is_none() && sources.measurements.as_deref().is_some_and(|name| name != measurement::BENCH) {
+        if sources.config.is_none()
+            && sources.measurements.as_deref().is_some_and(|name| name != measurement::BENCH)
+        {
             config.warnings.push(format!(
                 "measurements without a machine: the machine is «{}» ({}); name yours as config",
                 config.machine.title,
                 config::BENCH
             ));
         }
-        Ok(Study { overrides: sources.overrides.clone(), without: sources.without.clone(), ..Study::new(config, set) })
+        Ok(Study {
+            overrides: sources.overrides.clone(),
+            without: sources.without.clone(),
+            ..Study::new(config, set)
+        })
     }
 
     /// Chooses the positions or records to fit; all others are held out.
@@ -148,9 +166,11 @@ impl Study {
     /// # Errors  the description does not contain an effect.
     pub fn without<N: Into<String>>(mut self, effects: impl IntoIterator<Item = N>) -> StudyResult<Self> {
         self.without.extend(effects.into_iter().map(Into::into));
-        let mut config = read_machine_text(&self.config.path, &self.config.text, &self.overrides, &self.without)?;
+        let mut config =
+            read_machine_text(&self.config.path, &self.config.text, &self.overrides, &self.without)?;
         // Warnings about the sources still hold.
-        let new: Vec<String> = config.warnings.into_iter().filter(|text| !self.config.warnings.contains(text)).collect();
+        let new: Vec<String> =
+            config.warnings.into_iter().filter(|text| !self.config.warnings.contains(text)).collect();
         config.warnings = [self.config.warnings, new].concat();
         self.config = config;
         Ok(self.other_work())
@@ -168,33 +188,53 @@ impl Study {
         Study { settings, ..self }.other_work()
     }
 
-    /// Replaces the control, which reports progress, can stop the work, and holds the journal of [`Study::resumable`].
+    /// Replaces the control, which reports progress, can stop the work, and holds the journal of
+    /// [`Study::resumable`].
     #[must_use]
     pub fn with_control(self, control: Control) -> Self {
         Study { control, ..self }
     }
 
-    /// Keeps finished pieces of a work in a file, and takes over those that an earlier run of the same work has kept there. `work` tells works on
-    /// this study apart: everything on which its result depends beside machine, measurements, split and settings. A study that is changed afterwards
-    /// leaves the journal.
+    /// Keeps finished pieces of a work in a file, and takes over those that an earlier run of the same work
+    /// has kept there. `work` tells works on this study apart: everything on which its result depends beside
+    /// machine, measurements, split and settings. A study that is changed afterwards leaves the journal.
     ///
     /// # Errors  the file exists and cannot be read.
     pub fn resumable(self, path: &Path, work: &str) -> StudyResult<Self> {
         let journal = Journal::open(path, &self.key(work));
-        let journal = journal
-            .map_err(|e| StudyError::input(path.display(), format!("the journal of finished work cannot be read: {e}; remove it")))?;
+        let journal = journal.map_err(|e| {
+            StudyError::input(
+                path.display(),
+                format!("the journal of finished work cannot be read: {e}; remove it"),
+            )
+        })?;
         let control = self.control.clone().with_journal(Some(Arc::new(journal)));
         Ok(self.with_control(control))
     }
 
-    /// Returns a text of everything on which the result of a work depends, this build of the program included: another may compute other numbers.
+    /// Returns a text of everything on which the result of a work depends, this build of the program
+    /// included: another may compute other numbers.
     pub fn key(&self, work: &str) -> String {
         let Study { config, set, overrides, without, fit, hold_out, settings, control: _ } = self;
         // Machine and observations may have been made or changed in memory.
         let own = digest_of(&(&config.machine, &set.positions, &set.modes, &set.frfs, &set.motions));
         let of_set = (&set.quantity, &set.gain, &set.response, &set.excitation, &set.tolerance, &set.split);
-        let build = std::env::current_exe().and_then(std::fs::metadata).and_then(|m| Ok((m.len(), m.modified()?))).ok();
-        let given = (env!("CARGO_PKG_VERSION"), build, work, overrides, without, fit, hold_out, settings, own, of_set);
+        let build = std::env::current_exe()
+            .and_then(std::fs::metadata)
+            .and_then(|m| Ok((m.len(), m.modified()?)))
+            .ok();
+        let given = (
+            env!("CARGO_PKG_VERSION"),
+            build,
+            work,
+            overrides,
+            without,
+            fit,
+            hold_out,
+            settings,
+            own,
+            of_set,
+        );
         let digests: Vec<String> = self.inputs().into_iter().map(|input| input.sha256).collect();
         format!("{given:?} {}", digests.join(" "))
     }
@@ -254,7 +294,11 @@ impl Study {
     /// # Errors  the set has no observations.
     pub(crate) fn check_observations(&self) -> StudyResult<()> {
         let is_empty = self.set.motions.is_empty() && self.set.frfs.is_empty() && self.set.modes.is_none();
-        if is_empty { Err(StudyError::input(&self.set.path, "has no observations; name a set that does (measurements)")) } else { Ok(()) }
+        if is_empty {
+            Err(StudyError::input(&self.set.path, "has no observations; name a set that does (measurements)"))
+        } else {
+            Ok(())
+        }
     }
 
     /// Checks that the set has FRFs or modes, which a work needs.
@@ -317,7 +361,9 @@ mod tests {
     fn refusal(change: impl Fn(&mut SetArrays)) -> String {
         let mut changed = arrays();
         change(&mut changed);
-        let found = study(&changed).and_then(|study| study.fit(["p1"]).and_then(|study| study.identify()).map_err(|e| e.to_string()));
+        let found = study(&changed).and_then(|study| {
+            study.fit(["p1"]).and_then(|study| study.identify()).map_err(|e| e.to_string())
+        });
         found.err().unwrap_or_else(|| "accepted".into())
     }
 
@@ -325,15 +371,33 @@ mod tests {
     fn arrays_are_refused_with_record_and_key() {
         for (message, words) in [
             (refusal(|set| set.frfs.clear()), "taps: holds no observation at all"),
-            (refusal(|set| set.frfs[1].value.truncate(398)), "frfs[1] (p2): value has 398 entries, frequency_hz has 399"),
-            (refusal(|set| set.frfs[0].coherence = Some(vec![0.9; 3])), "frfs[0] (p1): coherence has 3 entries"),
-            (refusal(|set| set.frfs[0].coherence = Some(vec![0.9; 399])), "frfs[0] (p1): has a coherence but no averages"),
-            (refusal(|set| set.frfs[0].frequency_hz.swap(3, 4)), "frfs[0] (p1): entry 4: frequency_hz 4 does not follow 5"),
+            (
+                refusal(|set| set.frfs[1].value.truncate(398)),
+                "frfs[1] (p2): value has 398 entries, frequency_hz has 399",
+            ),
+            (
+                refusal(|set| set.frfs[0].coherence = Some(vec![0.9; 3])),
+                "frfs[0] (p1): coherence has 3 entries",
+            ),
+            (
+                refusal(|set| set.frfs[0].coherence = Some(vec![0.9; 399])),
+                "frfs[0] (p1): has a coherence but no averages",
+            ),
+            (
+                refusal(|set| set.frfs[0].frequency_hz.swap(3, 4)),
+                "frfs[0] (p1): entry 4: frequency_hz 4 does not follow 5",
+            ),
             (refusal(|set| set.frfs[0].value[7].re = f64::NAN), "frfs[0] (p1): value[14] is NaN"),
             (refusal(|set| set.quantity = None), "has no quantity, nor has the set"),
-            (refusal(|set| set.response = Some("tabel".into())), "response = \"tabel\" is not a point of the machine"),
+            (
+                refusal(|set| set.response = Some("tabel".into())),
+                "response = \"tabel\" is not a point of the machine",
+            ),
             (refusal(|set| set.response = None), "has no response"),
-            (refusal(|set| set.frfs[1].position = Some("p9".into())), "nut_m has no position «p9»; it has p1, p2"),
+            (
+                refusal(|set| set.frfs[1].position = Some("p9".into())),
+                "nut_m has no position «p9»; it has p1, p2",
+            ),
         ] {
             assert!(message.contains(words), "«{message}» does not contain «{words}»");
         }
@@ -344,7 +408,9 @@ mod tests {
         let own = study(&arrays()).unwrap();
         let message = own.clone().fit(["p1", "p7"]).err().unwrap().to_string();
         assert!(message.contains("no position or record «p7»; it has p1, p2"), "{message}");
-        let bench = Study::load(config::BENCH, measurement::BENCH).unwrap().with_settings(Settings { repeats: 1, ..Settings::default() });
+        let bench = Study::load(config::BENCH, measurement::BENCH)
+            .unwrap()
+            .with_settings(Settings { repeats: 1, ..Settings::default() });
         let mut found = bench.fit(["l1", "l3"]).unwrap().identify().unwrap();
         found.parameters.remove("k_n");
         let message = own.validate(&found).err().unwrap().to_string();
@@ -389,8 +455,12 @@ mod tests {
             own.clone().with_settings(Settings { amplitude_sd: 0.2, ..settings.clone() }),
             own.clone().with_settings(Settings { frf_model_error: 0.02, ..settings.clone() }),
             own.clone().with_settings(Settings { band_hz: Some((10.0, 200.0)), ..settings.clone() }),
-            own.clone().with_settings(Settings { rods: dynamics::model::RodModel::Lumped(20), ..settings.clone() }),
-            own.clone().with_settings(Settings { objective: Some(crate::ObjectiveKind::Frequencies), ..settings.clone() }),
+            own.clone()
+                .with_settings(Settings { rods: dynamics::model::RodModel::Lumped(20), ..settings.clone() }),
+            own.clone().with_settings(Settings {
+                objective: Some(crate::ObjectiveKind::Frequencies),
+                ..settings.clone()
+            }),
             own.clone().with_settings(Settings { seed: 2, ..settings }),
         ];
         assert!(others.iter().all(|other| key(other) != key(&own)));

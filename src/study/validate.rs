@@ -7,12 +7,15 @@ use crate::identified::{check_identification, settings_of, tolerances};
 use crate::motion_records::{add_simulated_gaps, list_positions, list_records};
 use crate::{Study, StudyError, StudyResult, document_rows};
 use identification::channels_of;
-use identification::objective::{FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, PositionPrediction};
+use identification::objective::{
+    FrfObjective, FrfSettings, MISSING, ModeObjective, ModeSettings, PositionPrediction,
+};
 use measurement::MotionRecord;
 use report::document::{IdentificationDocument, Input, PositionRow, ValidationDocument};
 use report::vocabulary::{ObjectiveKind, Role};
 
-/// What a validation checks. The default checks what the identification held out of its own set; everything where it held out nothing.
+/// What a validation checks. The default checks what the identification held out of its own set; everything
+/// where it held out nothing.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ValidationRequest {
     /// Names of the positions or records to check.
@@ -38,12 +41,18 @@ impl Study {
     /// As [`Study::validate`], at chosen positions or on another set.
     ///
     /// # Errors  as [`Study::validate`]; a position is unknown.
-    pub fn validate_with(&self, identified: &IdentificationDocument, request: &ValidationRequest) -> StudyResult<ValidationDocument> {
+    pub fn validate_with(
+        &self,
+        identified: &IdentificationDocument,
+        request: &ValidationRequest,
+    ) -> StudyResult<ValidationDocument> {
         check_identification(Path::new(&request.name()), identified)?;
         self.check_observations()?;
         if !self.is_machine_of(identified) {
             let title = &self.config.machine.title;
-            let fault = format!("is of another machine than «{title}»: text, overrides or removed effects of its description differ");
+            let fault = format!(
+                "is of another machine than «{title}»: text, overrides or removed effects of its description differ"
+            );
             return Err(StudyError::input(request.name(), fault));
         }
         let warnings = self.changed_inputs(&identified.stamp.inputs);
@@ -56,7 +65,8 @@ impl Study {
         Ok(document)
     }
 
-    /// Whether an identification is on this measurement set. On another one the split does not hold, and gain and delays of channels are fitted anew.
+    /// Whether an identification is on this measurement set. On another one the split does not hold, and gain
+    /// and delays of channels are fitted anew.
     fn is_set_of(&self, identified: &IdentificationDocument) -> bool {
         identified.settings.measurements == self.set.path
     }
@@ -74,9 +84,14 @@ impl Study {
         let whole_frfs = settings.objective == ObjectiveKind::Frf;
         let same_set = self.is_set_of(identified);
         // The split of the identification, where the set is the same.
-        let split = if same_set { self.set.split(settings.positions.as_deref(), &settings.hold_out).ok() } else { None };
+        let split = if same_set {
+            self.set.split(settings.positions.as_deref(), &settings.hold_out).ok()
+        } else {
+            None
+        };
         let (fitted, left) = split.unzip();
-        let (fitted_positions, fitted_frfs) = fitted.as_ref().map_or((&[][..], &[][..]), |fit| (fit.positions(), fit.frfs()));
+        let (fitted_positions, fitted_frfs) =
+            fitted.as_ref().map_or((&[][..], &[][..]), |fit| (fit.positions(), fit.frfs()));
         let held_out = match (&request.positions, left) {
             (Some(names), _) => self.set.to_predict(names)?,
             (None, Some(left)) if !left.is_empty() => left,
@@ -95,7 +110,11 @@ impl Study {
             let frf_settings = FrfSettings {
                 rods,
                 band_hz,
-                model_error: if made.frf_model_error > 0.0 { made.frf_model_error } else { FrfSettings::default().model_error },
+                model_error: if made.frf_model_error > 0.0 {
+                    made.frf_model_error
+                } else {
+                    FrfSettings::default().model_error
+                },
                 ..FrfSettings::default()
             };
             let objective = FrfObjective::held_out(machine, &held_out, frf_settings)?;
@@ -112,8 +131,11 @@ impl Study {
             let mode_settings = ModeSettings { rods, ..ModeSettings::default() };
             let objective = ModeObjective::held_out(machine, &held_out, mode_settings, None)?;
             let predictions = objective.predict(values);
-            let gain =
-                own_gain.or_else(|| Some(objective.amplitude_fit(&predictions)).filter(|f| f.count > 0 && !same_set).map(|f| f.gain));
+            let gain = own_gain.or_else(|| {
+                Some(objective.amplitude_fit(&predictions))
+                    .filter(|f| f.count > 0 && !same_set)
+                    .map(|f| f.gain)
+            });
             let row = |p: &PositionPrediction| {
                 let name = self.set.positions[p.position].name.clone();
                 let role = Role::of(fitted_positions.contains(&p.position));
@@ -143,7 +165,10 @@ impl Study {
             ObjectiveKind::InverseDynamics => false,
             ObjectiveKind::OutputError => true,
             other => {
-                let fault = format!("holds motion records only, but {} was fitted by {other}; identify on motion records", request.name());
+                let fault = format!(
+                    "holds motion records only, but {} was fitted by {other}; identify on motion records",
+                    request.name()
+                );
                 return Err(StudyError::input(&self.set.path, fault));
             }
         };
@@ -151,7 +176,8 @@ impl Study {
         let all: Vec<usize> = (0..self.set.motions.len()).collect();
         let split = || self.set.split_motions(settings.positions.as_deref(), &settings.hold_out);
         let split = self.is_set_of(identified).then(split).transpose()?;
-        let (fitted, held_out) = split.as_ref().map_or((&[][..], &all[..]), |(fit, held_out)| (fit, held_out));
+        let (fitted, held_out) =
+            split.as_ref().map_or((&[][..], &all[..]), |(fit, held_out)| (fit, held_out));
         let chosen = match &request.positions {
             Some(names) => self.set.split_motions(Some(names), &[])?.0,
             None if !held_out.is_empty() => held_out.to_vec(),
@@ -161,8 +187,13 @@ impl Study {
         warnings.extend(column_warnings);
         let mut records = list_records(self, (&rigid, &values), &motions, chosen.iter().copied(), fitted);
         let own: Vec<&MotionRecord> = chosen.iter().map(|i| &self.set.motions[*i]).collect();
-        let complete = !simulated || add_simulated_gaps(&mut records, (machine, &values), &own, &self.control)?;
-        let positions = list_positions(&records, |r| if simulated { r.simulated_force_error } else { Some(r.force_error) });
+        let complete =
+            !simulated || add_simulated_gaps(&mut records, (machine, &values), &own, &self.control)?;
+        let positions =
+            list_positions(
+                &records,
+                |r| if simulated { r.simulated_force_error } else { Some(r.force_error) },
+            );
         Ok(ValidationDocument {
             stamp: self.stamp("validation", identified.stamp.seed, complete, warnings),
             largest_error: None,

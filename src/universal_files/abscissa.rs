@@ -44,19 +44,23 @@ impl Abscissa {
     /// Returns all values.
     pub fn values(&self) -> Vec<f64> {
         match self {
-            Self::Even { first, step, count } => (0..*count).map(|index| first + index as f64 * step).collect(),
+            Self::Even { first, step, count } => {
+                (0..*count).map(|index| first + index as f64 * step).collect()
+            }
             Self::Uneven(values) => values.clone(),
         }
     }
 
     /// Warns of negative, repeated and falling values.
     pub(crate) fn check(&self, place: FilePlace, warnings: &mut Vec<Warning>) {
-        let (mut negative, mut repeated, mut falling) = (Tally::default(), Tally::default(), Tally::default());
+        let (mut negative, mut repeated, mut falling) =
+            (Tally::default(), Tally::default(), Tally::default());
         match self {
             &Self::Even { first, step, count } => {
                 let last = first + count.saturating_sub(1) as f64 * step;
                 if count > 0 && first < 0.0 {
-                    let below = if step > 0.0 { (-first / step).ceil().min(count as f64) as usize } else { count };
+                    let below =
+                        if step > 0.0 { (-first / step).ceil().min(count as f64) as usize } else { count };
                     negative = Tally { count: below, index: 0, value: first };
                 } else if count > 1 && last < 0.0 {
                     let index = ((first / -step).floor() as usize + 1).min(count - 1);
@@ -116,7 +120,16 @@ mod tests {
 
     #[test]
     fn even_and_uneven_values_give_the_same_warnings() {
-        for (first, step) in [(0.0, 1.0), (-2.5, 1.0), (-2.0, 1.0), (2.5, -1.0), (2.0, -1.0), (3.0, 0.0), (-3.0, 0.0), (-1.0, -1.0)] {
+        for (first, step) in [
+            (0.0, 1.0),
+            (-2.5, 1.0),
+            (-2.0, 1.0),
+            (2.5, -1.0),
+            (2.0, -1.0),
+            (3.0, 0.0),
+            (-3.0, 0.0),
+            (-1.0, -1.0),
+        ] {
             let even = Abscissa::Even { first, step, count: 7 };
             let (mut by_rule, mut by_value) = (Vec::new(), Vec::new());
             even.check(FilePlace::default(), &mut by_rule);

@@ -68,15 +68,16 @@ impl ScanProgress {
         self.last_short = (count < self.first_line).then_some((place, count));
     }
 
-    /// Reads a line with overflown fields by the columns of the format, since these fields touch their neighbours. Returns whether it is
-    /// written in them; otherwise it takes nothing.
+    /// Reads a line with overflown fields by the columns of the format, since these fields touch their
+    /// neighbours. Returns whether it is written in them; otherwise it takes nothing.
     fn take_columns(&mut self, line: &SourceLine<'_>, bytes_left: u64) -> bool {
         if !(self.accepts_missing && line.ended && line.text.contains(&b'*')) {
             return false;
         }
         let Some(fields) = fields_of(line.text, self.columns) else { return false };
         let width = self.points.width();
-        let is_abscissa = |at: usize| self.points.has_abscissa() && (self.points.filled() + at).is_multiple_of(width);
+        let is_abscissa =
+            |at: usize| self.points.has_abscissa() && (self.points.filled() + at).is_multiple_of(width);
         let accepted = fields.iter().enumerate().all(|(at, field)| match field {
             Field::Number(value, _) => value.is_finite(),
             Field::Overflown => !is_abscissa(at),
@@ -102,7 +103,8 @@ impl ScanProgress {
     }
 }
 
-/// Reads the payload that starts here, and its closing sentinel. The source ends up after the sentinel, or before it after a refusal.
+/// Reads the payload that starts here, and its closing sentinel. The source ends up after the sentinel, or
+/// before it after a refusal.
 pub(crate) fn read_values<R: Read + Seek>(
     source: &mut ByteSource<R>,
     header: &mut RecordHeader,
@@ -141,13 +143,22 @@ pub(crate) fn read_values<R: Read + Seek>(
             let fault = if numbers > 0 && numbers.is_multiple_of(declared) && needed > 1 {
                 Some(UniversalError::NumbersPerValue { place, found: numbers, declared, needed })
             } else {
-                short_line.map(|(place, found)| UniversalError::ShortLine { place, found, expected: first_line })
+                short_line.map(|(place, found)| UniversalError::ShortLine {
+                    place,
+                    found,
+                    expected: first_line,
+                })
             };
             if let Some(fault) = fault {
                 source.seek(sentinel)?;
                 return Err(fault);
             }
-            header.warnings.push(Warning::ValueCount { place, declared, found, evidence: SizeEvidence::NextSentinel });
+            header.warnings.push(Warning::ValueCount {
+                place,
+                declared,
+                found,
+                evidence: SizeEvidence::NextSentinel,
+            });
         }
     }
     header.count = points.taken();
@@ -189,8 +200,13 @@ fn read_lines<R: Read + Seek>(
     Ok(NumberEnd::Full)
 }
 
-/// Reads the numbers of a line. Where the file ends in the line, a number that touches the end may be cut and is dropped.
-fn read_numbers(line: &SourceLine<'_>, bytes_left: u64, progress: &mut ScanProgress) -> Result<(), UniversalError> {
+/// Reads the numbers of a line. Where the file ends in the line, a number that touches the end may be cut and
+/// is dropped.
+fn read_numbers(
+    line: &SourceLine<'_>,
+    bytes_left: u64,
+    progress: &mut ScanProgress,
+) -> Result<(), UniversalError> {
     if progress.take_columns(line, bytes_left) {
         return Ok(());
     }
@@ -199,7 +215,9 @@ fn read_numbers(line: &SourceLine<'_>, bytes_left: u64, progress: &mut ScanProgr
     loop {
         match scan(line.text, offset) {
             Scan::End => break,
-            Scan::Number { end, .. } | Scan::Bad { end, .. } if end == line.text.len() && !line.ended => break,
+            Scan::Number { end, .. } | Scan::Bad { end, .. } if end == line.text.len() && !line.ended => {
+                break;
+            }
             Scan::Number { end, .. } | Scan::Bad { end, .. } if progress.points.is_full() => {
                 progress.extra.get_or_insert((line.place, 0)).1 += 1;
                 offset = end;
@@ -239,11 +257,19 @@ fn read_numbers(line: &SourceLine<'_>, bytes_left: u64, progress: &mut ScanProgr
 
 /// Creates the error of a value that is not finite.
 fn not_finite(line: &SourceLine<'_>, start: usize, end: usize, progress: &ScanProgress) -> UniversalError {
-    UniversalError::NotFinite { place: line.place, index: progress.points.taken() as u64, found: excerpt(&line.text[start..end]) }
+    UniversalError::NotFinite {
+        place: line.place,
+        index: progress.points.taken() as u64,
+        found: excerpt(&line.text[start..end]),
+    }
 }
 
 /// Reads the closing sentinel after the declared number of values.
-fn read_closing<R: Read + Seek>(source: &mut ByteSource<R>, header: &mut RecordHeader, declared: u64) -> Result<(), UniversalError> {
+fn read_closing<R: Read + Seek>(
+    source: &mut ByteSource<R>,
+    header: &mut RecordHeader,
+    declared: u64,
+) -> Result<(), UniversalError> {
     let mut blank_seen = false;
     loop {
         let place = source.place();
@@ -279,8 +305,12 @@ fn excerpt(text: &[u8]) -> String {
 
 /// Moves after the payload that starts here and its closing sentinel, without reading the values.
 ///
-/// Where all lines but the last are as long as the first, the position of the last is computed and checked; otherwise all lines are read.
-pub(crate) fn skip_values<R: Read + Seek>(source: &mut ByteSource<R>, header: &mut RecordHeader) -> Result<(), UniversalError> {
+/// Where all lines but the last are as long as the first, the position of the last is computed and checked;
+/// otherwise all lines are read.
+pub(crate) fn skip_values<R: Read + Seek>(
+    source: &mut ByteSource<R>,
+    header: &mut RecordHeader,
+) -> Result<(), UniversalError> {
     let start = source.place();
     if jump(source, header, start)? {
         return Ok(());
@@ -293,7 +323,11 @@ pub(crate) fn skip_values<R: Read + Seek>(source: &mut ByteSource<R>, header: &m
 }
 
 /// Moves after the payload by the length of its first line; returns false where the lines differ in length.
-fn jump<R: Read + Seek>(source: &mut ByteSource<R>, header: &RecordHeader, start: FilePlace) -> Result<bool, UniversalError> {
+fn jump<R: Read + Seek>(
+    source: &mut ByteSource<R>,
+    header: &RecordHeader,
+    start: FilePlace,
+) -> Result<bool, UniversalError> {
     let numbers = (header.count as u64).saturating_mul(numbers_per_value(header) as u64);
     let Some(line) = source.line()? else { return Ok(false) };
     let (mut offset, mut per_line) = (0, 0);

@@ -51,7 +51,8 @@ pub(crate) fn read_values<R: Read + Seek>(
 }
 
 impl Values {
-    /// Returns the first value from an index on that is NaN or infinite; on the abscissa alone where missing values are accepted.
+    /// Returns the first value from an index on that is NaN or infinite; on the abscissa alone where missing
+    /// values are accepted.
     fn first_not_finite(&self, from: usize, complex: bool, accepts_missing: bool) -> Option<(usize, String)> {
         let abscissa = self.abscissa.get(from..).unwrap_or_default();
         let bad = |value: f64| !value.is_finite();
@@ -75,15 +76,25 @@ impl Values {
 /// Appends whole values.
 fn decode(bytes: &[u8], layout: Layout, order: ByteOrder, values: &mut Values) {
     match (layout.ordinate.is_double(), order) {
-        (false, ByteOrder::Little) => append(bytes, layout, order, values, |bytes: [u8; 4]| f64::from(f32::from_le_bytes(bytes))),
-        (false, ByteOrder::Big) => append(bytes, layout, order, values, |bytes: [u8; 4]| f64::from(f32::from_be_bytes(bytes))),
+        (false, ByteOrder::Little) => {
+            append(bytes, layout, order, values, |bytes: [u8; 4]| f64::from(f32::from_le_bytes(bytes)))
+        }
+        (false, ByteOrder::Big) => {
+            append(bytes, layout, order, values, |bytes: [u8; 4]| f64::from(f32::from_be_bytes(bytes)))
+        }
         (true, ByteOrder::Little) => append(bytes, layout, order, values, f64::from_le_bytes),
         (true, ByteOrder::Big) => append(bytes, layout, order, values, f64::from_be_bytes),
     }
 }
 
 /// Appends whole values of numbers of `B` bytes.
-fn append<const B: usize>(bytes: &[u8], layout: Layout, order: ByteOrder, values: &mut Values, number: impl Fn([u8; B]) -> f64) {
+fn append<const B: usize>(
+    bytes: &[u8],
+    layout: Layout,
+    order: ByteOrder,
+    values: &mut Values,
+    number: impl Fn([u8; B]) -> f64,
+) {
     if layout.abscissa_bytes == 0 {
         let (numbers, _) = bytes.as_chunks::<B>();
         if layout.ordinate.is_complex() {
@@ -109,7 +120,11 @@ fn append<const B: usize>(bytes: &[u8], layout: Layout, order: ByteOrder, values
 fn abscissa(bytes: &[u8], order: ByteOrder) -> f64 {
     if let &[a, b, c, d] = bytes {
         let bytes = [a, b, c, d];
-        return f64::from(if order == ByteOrder::Little { f32::from_le_bytes(bytes) } else { f32::from_be_bytes(bytes) });
+        return f64::from(if order == ByteOrder::Little {
+            f32::from_le_bytes(bytes)
+        } else {
+            f32::from_be_bytes(bytes)
+        });
     }
     let bytes = bytes.first_chunk::<8>().copied().unwrap_or_default();
     if order == ByteOrder::Little { f64::from_le_bytes(bytes) } else { f64::from_be_bytes(bytes) }

@@ -8,7 +8,13 @@ use crate::record::{NodeLocation, RecordAxis, RecordHeader};
 use crate::warning::Warning;
 
 /// Warns of an axis in use without unit. A coherence has no unit.
-pub(crate) fn unit(axis: &RecordAxis, name: AxisName, place: FilePlace, header: &RecordHeader, warnings: &mut Vec<Warning>) {
+pub(crate) fn unit(
+    axis: &RecordAxis,
+    name: AxisName,
+    place: FilePlace,
+    header: &RecordHeader,
+    warnings: &mut Vec<Warning>,
+) {
     let used = match name {
         AxisName::Abscissa => true,
         AxisName::Ordinate => header.function_type != function_type::COHERENCE,
@@ -19,7 +25,8 @@ pub(crate) fn unit(axis: &RecordAxis, name: AxisName, place: FilePlace, header: 
     }
 }
 
-/// Warns of a direction code that does not exist, and of an entity name that encodes another node or direction.
+/// Warns of a direction code that does not exist, and of an entity name that encodes another node or
+/// direction.
 pub(crate) fn location(location: &NodeLocation, place: FilePlace, warnings: &mut Vec<Warning>) {
     let NodeLocation { entity, node, direction } = location;
     if direction.unsigned_abs() > 6 {
@@ -31,11 +38,17 @@ pub(crate) fn location(location: &NodeLocation, place: FilePlace, warnings: &mut
     if let Some((named_node, named_direction)) = encoded_location(entity)
         && (named_direction != *direction || named_node.is_some_and(|named| named != *node))
     {
-        warnings.push(Warning::EntityConflict { place, entity: entity.clone(), node: *node, direction: *direction });
+        warnings.push(Warning::EntityConflict {
+            place,
+            entity: entity.clone(),
+            node: *node,
+            direction: *direction,
+        });
     }
 }
 
-/// Returns node and direction that a name encodes, such as `1+Z`, `12:-X`, `Table:7:+RX`; `None` for other names.
+/// Returns node and direction that a name encodes, such as `1+Z`, `12:-X`, `Table:7:+RX`; `None` for other
+/// names.
 fn encoded_location(entity: &str) -> Option<(Option<i64>, i64)> {
     let (axis_at, axis) = entity.char_indices().next_back()?;
     let translation = match axis.to_ascii_uppercase() {

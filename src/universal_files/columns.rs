@@ -77,14 +77,26 @@ mod tests {
         assert_eq!([0, 3, 5].map(|at| found[at]), [1.0, -4.0, -6e-105]);
         assert!([1, 2, 4].iter().all(|at| found[*at].is_nan()), "{found:?}");
         assert_eq!(values(&format!("  1.00000E+00{stars}  \r"), &[13; 6]).unwrap().len(), 2);
-        assert_eq!(values("  1.00000E+00  1.000000000000E+00********************", &[13, 20, 20]).unwrap()[..2], [1.0, 1.0]);
+        assert_eq!(
+            values("  1.00000E+00  1.000000000000E+00********************", &[13, 20, 20]).unwrap()[..2],
+            [1.0, 1.0]
+        );
     }
 
     #[test]
     fn lines_outside_the_columns_are_not_split() {
-        for line in ["1.0 ************* 2.0", "  1.00000E+00************", "  1.00000E+00", "  1.00000E+00   text", &" ".repeat(13)] {
+        for line in [
+            "1.0 ************* 2.0",
+            "  1.00000E+00************",
+            "  1.00000E+00",
+            "  1.00000E+00   text",
+            &" ".repeat(13),
+        ] {
             let found = values(line, &[13; 6]);
-            assert!(found.is_none() || found.as_deref() == Some(&[1.0]) || found.as_deref() == Some(&[]), "{line}: {found:?}");
+            assert!(
+                found.is_none() || found.as_deref() == Some(&[1.0]) || found.as_deref() == Some(&[]),
+                "{line}: {found:?}"
+            );
         }
         let seven = "  1.00000E+00".repeat(7);
         assert_eq!(values(&seven, &[13; 6]), None);

@@ -12,7 +12,8 @@ use crate::source::ByteSource;
 use crate::units::Units;
 use crate::warning::Warning;
 
-/// Largest number of bytes kept in fixed-size items per byte of the file (1); lists may reserve twice as much.
+/// Largest number of bytes kept in fixed-size items per byte of the file (1); lists may reserve twice as
+/// much.
 pub(crate) const SIZE_FACTOR: u64 = 2;
 /// Number of bytes that may be kept in any case.
 pub(crate) const SIZE_SLACK: u64 = 1 << 16;
@@ -130,7 +131,8 @@ pub(crate) fn read_units<R: Read + Seek>(
             break;
         }
     }
-    let &[length_factor, force_factor, temperature_factor, temperature_offset, ..] = factors.as_slice() else {
+    let &[length_factor, force_factor, temperature_factor, temperature_offset, ..] = factors.as_slice()
+    else {
         let found = if factors.is_empty() { "blank" } else { "incomplete" };
         return Err(line.fault("unit factors", found, "write three factors and an offset"));
     };
@@ -144,22 +146,37 @@ pub(crate) fn read_units<R: Read + Seek>(
             });
         }
     }
-    let units = Units { place, code, description, temperature_mode, length_factor, force_factor, temperature_factor, temperature_offset };
+    let units = Units {
+        place,
+        code,
+        description,
+        temperature_mode,
+        length_factor,
+        force_factor,
+        temperature_factor,
+        temperature_offset,
+    };
     units.check(warnings);
     Ok(units)
 }
 
 /// Fields of a node: of its first line, and of the positions in dataset 15 and in dataset 2411.
-const NODE_FIELDS: [(usize, usize, &str); 4] =
-    [(0, 10, "node label"), (10, 20, "definition coordinate system"), (20, 30, "displacement coordinate system"), (30, 40, "color")];
+const NODE_FIELDS: [(usize, usize, &str); 4] = [
+    (0, 10, "node label"),
+    (10, 20, "definition coordinate system"),
+    (20, 30, "displacement coordinate system"),
+    (30, 40, "color"),
+];
 /// See [`NODE_FIELDS`].
-const SHORT_POSITION: [(usize, usize, &str); 3] = [(40, 53, NODE_COORDINATE), (53, 66, NODE_COORDINATE), (66, 79, NODE_COORDINATE)];
+const SHORT_POSITION: [(usize, usize, &str); 3] =
+    [(40, 53, NODE_COORDINATE), (53, 66, NODE_COORDINATE), (66, 79, NODE_COORDINATE)];
 /// See [`NODE_FIELDS`].
-const LONG_POSITION: [(usize, usize, &str); 3] = [(0, 25, NODE_COORDINATE), (25, 50, NODE_COORDINATE), (50, 75, NODE_COORDINATE)];
+const LONG_POSITION: [(usize, usize, &str); 3] =
+    [(0, 25, NODE_COORDINATE), (25, 50, NODE_COORDINATE), (50, 75, NODE_COORDINATE)];
 const NODE_COORDINATE: &str = "node coordinate";
 
-/// Reads dataset 15 (4I10,3E13.5 per line) or 2411 (4I10 and a line of 3D25.16). Stops before the closing sentinel. Where missing values are
-/// accepted, a node with a field of asterisks is left out.
+/// Reads dataset 15 (4I10,3E13.5 per line) or 2411 (4I10 and a line of 3D25.16). Stops before the closing
+/// sentinel. Where missing values are accepted, a node with a field of asterisks is left out.
 pub(crate) fn read_nodes<R: Read + Seek>(
     source: &mut ByteSource<R>,
     dataset: u32,
@@ -173,7 +190,9 @@ pub(crate) fn read_nodes<R: Read + Seek>(
         if line.text.is_empty() {
             continue;
         }
-        let mut overflown = line.overflown(&NODE_FIELDS).or_else(|| line.overflown(&SHORT_POSITION).filter(|_| dataset == 15));
+        let mut overflown = line
+            .overflown(&NODE_FIELDS)
+            .or_else(|| line.overflown(&SHORT_POSITION).filter(|_| dataset == 15));
         let second = if dataset == 15 { None } else { Some(header_line(source, dataset, 1, warnings)?) };
         overflown = overflown.or_else(|| second.as_ref()?.overflown(&LONG_POSITION));
         if let Some(field) = overflown.filter(|_| accepts_missing) {
@@ -194,7 +213,13 @@ pub(crate) fn read_nodes<R: Read + Seek>(
             return Err(line.fault("node coordinates", line.text.trim(), "write three numbers"));
         };
         check_size::<Node>(nodes.len(), begin, source.place(), "nodes")?;
-        nodes.push(Node { label, definition_system, displacement_system, position: [x, y, z], length_factor });
+        nodes.push(Node {
+            label,
+            definition_system,
+            displacement_system,
+            position: [x, y, z],
+            length_factor,
+        });
     }
     nodes.shrink_to_fit();
     Ok(nodes)
@@ -215,18 +240,22 @@ pub(crate) fn read_trace_lines<R: Read + Seek>(
         let number = line.integer(0, 10, "trace line number")?;
         let count = line.integer(10, 20, "number of trace line nodes")?;
         let color = line.integer(20, 30, "color")?;
-        let count = usize::try_from(count)
-            .map_err(|_| line.fault("number of trace line nodes", &count.to_string(), "write how many node numbers follow"))?;
+        let count = usize::try_from(count).map_err(|_| {
+            line.fault("number of trace line nodes", &count.to_string(), "write how many node numbers follow")
+        })?;
         let name = header_line(source, 82, 2, warnings)?.text.trim().to_owned();
         check_size::<TraceLine>(traces.len(), begin, source.place(), "trace lines")?;
         let mut nodes = Vec::new();
-        nodes.reserve_exact(count.min(usize::try_from(source.remaining() / LEAST_BYTES).unwrap_or(usize::MAX)));
+        nodes.reserve_exact(
+            count.min(usize::try_from(source.remaining() / LEAST_BYTES).unwrap_or(usize::MAX)),
+        );
         while nodes.len() < count {
             let line = header_line(source, 82, 1, warnings)?;
             let left = count - nodes.len();
             for word in line.text.split_whitespace().take(left) {
-                let node =
-                    parse_integer(word).ok_or_else(|| line.fault("trace line node", word, "write a node number, or 0 to lift the pen"))?;
+                let node = parse_integer(word).ok_or_else(|| {
+                    line.fault("trace line node", word, "write a node number, or 0 to lift the pen")
+                })?;
                 nodes.push(node);
             }
         }
@@ -237,7 +266,12 @@ pub(crate) fn read_trace_lines<R: Read + Seek>(
 }
 
 /// Refuses more items than the bytes read can represent, so that memory stays proportional to the file size.
-fn check_size<T>(items: usize, begin: u64, place: FilePlace, what: &'static str) -> Result<(), UniversalError> {
+fn check_size<T>(
+    items: usize,
+    begin: u64,
+    place: FilePlace,
+    what: &'static str,
+) -> Result<(), UniversalError> {
     let kept = (items * size_of::<T>()) as u64;
     if kept > SIZE_FACTOR * (place.byte - begin) + SIZE_SLACK {
         return Err(UniversalError::TooManySmall { place, what });
@@ -263,7 +297,9 @@ fn numbers(line: &HeaderLine, field: &'static str, numbers: &mut Vec<f64>) -> Re
                 numbers.push(value);
                 offset = end;
             }
-            Scan::Number { .. } | Scan::Bad { .. } => return Err(line.fault(field, line.text.trim(), "write finite numbers")),
+            Scan::Number { .. } | Scan::Bad { .. } => {
+                return Err(line.fault(field, line.text.trim(), "write finite numbers"));
+            }
         }
     }
 }

@@ -13,13 +13,17 @@ pub enum UniversalError {
     #[error("reading the universal file: {0}")]
     Io(#[from] io::Error),
     /// Not a universal file.
-    #[error("no dataset found: a universal file has a line `    -1`, then a line with a dataset number; is this another format?")]
+    #[error(
+        "no dataset found: a universal file has a line `    -1`, then a line with a dataset number; is this another format?"
+    )]
     NoDataset,
     /// Lines end in CR alone.
     #[error("lines end in a bare CR, without LF; convert the line ends to LF or CR LF")]
     BareCarriageReturn,
     /// A header ends before its last line.
-    #[error("{place}: the header of dataset {dataset} ends here, {missing} lines too early; export the record again")]
+    #[error(
+        "{place}: the header of dataset {dataset} ends here, {missing} lines too early; export the record again"
+    )]
     ShortHeader {
         /// Place of the end.
         place: FilePlace,
@@ -49,7 +53,9 @@ pub enum UniversalError {
         expected: &'static str,
     },
     /// Floating point other than IEEE.
-    #[error("{place}: the payload is in {format} floating point, which is not read; export with IEEE floating point (code 2) or as ASCII")]
+    #[error(
+        "{place}: the payload is in {format} floating point, which is not read; export with IEEE floating point (code 2) or as ASCII"
+    )]
     FloatFormat {
         /// The line.
         place: FilePlace,
@@ -75,7 +81,9 @@ pub enum UniversalError {
         distance: u64,
     },
     /// A value is NaN or infinite.
-    #[error("{place}: value {index} is {found}; a missing value cannot be used: export again or cut the record before it")]
+    #[error(
+        "{place}: value {index} is {found}; a missing value cannot be used: export again or cut the record before it"
+    )]
     NotFinite {
         /// Place of the value.
         place: FilePlace,

@@ -18,7 +18,8 @@ pub(crate) struct HeaderLine {
 }
 
 impl HeaderLine {
-    /// Decodes a line as UTF-8 if it is valid, else as Latin-1, so that no byte is lost and columns are preserved.
+    /// Decodes a line as UTF-8 if it is valid, else as Latin-1, so that no byte is lost and columns are
+    /// preserved.
     pub fn new(line: &SourceLine<'_>, warnings: &mut Vec<Warning>) -> Self {
         let (text, read_as) = match str::from_utf8(line.text) {
             Ok(text) => (text.to_owned(), "UTF-8"),
@@ -34,7 +35,8 @@ impl HeaderLine {
         Self { text, place: line.place, blank: None }
     }
 
-    /// Returns the characters from column `from` (counted from 0) to before column `to`, without surrounding blanks.
+    /// Returns the characters from column `from` (counted from 0) to before column `to`, without surrounding
+    /// blanks.
     pub fn columns(&self, from: usize, to: usize) -> &str {
         let offset = |column| {
             if self.text.is_ascii() {

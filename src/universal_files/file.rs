@@ -46,15 +46,19 @@ pub fn read_headers(input: impl Read + Seek) -> Result<UniversalFile<RecordHeade
     collect(UniversalReader::new(input)?.accept_missing(), UniversalReader::next_header, &mut Err)
 }
 
-/// Reads a universal file with only the functions whose header is `wanted`; the data of the others are skipped without loading.
+/// Reads a universal file with only the functions whose header is `wanted`; the data of the others are
+/// skipped without loading.
 ///
 /// # Errors     as [`read`], for the wanted functions
-pub fn read_where(input: impl Read + Seek, wanted: impl Fn(&RecordHeader) -> bool) -> Result<UniversalFile, UniversalError> {
+pub fn read_where(
+    input: impl Read + Seek,
+    wanted: impl Fn(&RecordHeader) -> bool,
+) -> Result<UniversalFile, UniversalError> {
     collect(UniversalReader::new(input)?, |reader| next_wanted(reader, &wanted), &mut Err)
 }
 
-/// Reads the sound parts of a universal file, with only the functions whose header is `wanted`: a part that is refused is left out and
-/// returned as the reason, and missing values (NaN, infinite, asterisks) are NaN.
+/// Reads the sound parts of a universal file, with only the functions whose header is `wanted`: a part that
+/// is refused is left out and returned as the reason, and missing values (NaN, infinite, asterisks) are NaN.
 ///
 /// # Errors     the file cannot be read, or holds no dataset
 pub fn read_sound(
@@ -63,7 +67,8 @@ pub fn read_sound(
 ) -> Result<(UniversalFile, Vec<UniversalError>), UniversalError> {
     let reader = UniversalReader::new(input)?.accept_missing();
     let mut refused = Vec::new();
-    let file = collect(reader, |reader| next_wanted(reader, &wanted), &mut |fault| leave_out(fault, &mut refused))?;
+    let file =
+        collect(reader, |reader| next_wanted(reader, &wanted), &mut |fault| leave_out(fault, &mut refused))?;
     Ok((file, refused))
 }
 
@@ -85,8 +90,12 @@ fn next_wanted<R: Read + Seek>(
 ) -> Option<Result<Dataset, UniversalError>> {
     let dataset = reader.next_header()?;
     Some(dataset.and_then(|dataset| match dataset {
-        Dataset::Function(header) if wanted(&header) => reader.record(&header).map(|record| Dataset::Function(Box::new(record))),
-        Dataset::Function(header) => Ok(Dataset::Skipped(Skipped { number: 58, place: header.place, times: 1 })),
+        Dataset::Function(header) if wanted(&header) => {
+            reader.record(&header).map(|record| Dataset::Function(Box::new(record)))
+        }
+        Dataset::Function(header) => {
+            Ok(Dataset::Skipped(Skipped { number: 58, place: header.place, times: 1 }))
+        }
         Dataset::Header(header) => Ok(Dataset::Header(header)),
         Dataset::Units(units) => Ok(Dataset::Units(units)),
         Dataset::Nodes(nodes) => Ok(Dataset::Nodes(nodes)),
@@ -131,7 +140,9 @@ fn collect<R: Read + Seek, F>(
             Ok(Dataset::Skipped(found)) => {
                 skipped.entry(found.number).and_modify(|first| first.times += 1).or_insert(found);
             }
-            Err(UniversalError::EndsInHeader { place, .. }) if !file.functions.is_empty() => cut = Some(Warning::EndsInHeader { place }),
+            Err(UniversalError::EndsInHeader { place, .. }) if !file.functions.is_empty() => {
+                cut = Some(Warning::EndsInHeader { place })
+            }
             Err(fault) => refused(fault)?,
         }
     }

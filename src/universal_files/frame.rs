@@ -46,7 +46,8 @@ pub(crate) fn dataset_number(line: &[u8]) -> Option<(u32, bool)> {
     if !(1..=6).contains(&digits) {
         return None;
     }
-    let number = line[from..from + digits].iter().fold(0, |number, &byte| 10 * number + u32::from(byte - b'0'));
+    let number =
+        line[from..from + digits].iter().fold(0, |number, &byte| 10 * number + u32::from(byte - b'0'));
     match line.get(from + digits) {
         None => Some((number, false)),
         Some(b'b' | b'B') => Some((number, true)),
@@ -56,15 +57,19 @@ pub(crate) fn dataset_number(line: &[u8]) -> Option<(u32, bool)> {
 
 /// Whether the end of the file or another dataset follows a closing sentinel.
 ///
-/// `bare` also accepts a dataset number without its opening sentinel; `whole` means that the window ends with the file.
+/// `bare` also accepts a dataset number without its opening sentinel; `whole` means that the window ends with
+/// the file.
 fn dataset_follows(window: &[u8], whole: bool, bare: bool) -> bool {
     let mut lines = window.split(|&byte| byte == b'\n').skip_while(|line| all_blank(line));
     match lines.next() {
         None => true,
-        Some(line) if is_loose_sentinel(line) => {
-            lines.find(|line| !all_blank(line)).is_none_or(|line| dataset_number(line).is_some() || is_loose_sentinel(line))
+        Some(line) if is_loose_sentinel(line) => lines
+            .find(|line| !all_blank(line))
+            .is_none_or(|line| dataset_number(line).is_some() || is_loose_sentinel(line)),
+        Some(line) => {
+            (bare && line.len() <= 80 && dataset_number(line).is_some())
+                || (!whole && window.len() == line.len())
         }
-        Some(line) => (bare && line.len() <= 80 && dataset_number(line).is_some()) || (!whole && window.len() == line.len()),
     }
 }
 
@@ -86,7 +91,8 @@ impl<R: Read + Seek> ByteSource<R> {
         Ok(false)
     }
 
-    /// Returns the bytes from here to the next closing sentinel, wherever in a line it starts; `None` if the file ends before. Does not move.
+    /// Returns the bytes from here to the next closing sentinel, wherever in a line it starts; `None` if the
+    /// file ends before. Does not move.
     pub fn distance_to_closing(&mut self) -> io::Result<Option<u64>> {
         let begin = self.place();
         loop {
@@ -113,18 +119,21 @@ impl<R: Read + Seek> ByteSource<R> {
         }
     }
 
-    /// Moves to `byte` and counts the stray line-end bytes there before a closing sentinel; `None` if no sentinel follows.
+    /// Moves to `byte` and counts the stray line-end bytes there before a closing sentinel; `None` if no
+    /// sentinel follows.
     pub fn closes_at(&mut self, byte: u64) -> io::Result<Option<usize>> {
         if byte > self.length() {
             return Ok(None);
         }
         self.seek(FilePlace { byte, line: None })?;
         let window = self.peek(LOOK_AHEAD)?;
-        let stray = window.iter().take(STRAY_LIMIT).take_while(|&&byte| matches!(byte, b'\r' | b'\n')).count();
+        let stray =
+            window.iter().take(STRAY_LIMIT).take_while(|&&byte| matches!(byte, b'\r' | b'\n')).count();
         Ok(is_sentinel(first_line(&window[stray..])).then_some(stray))
     }
 
-    /// Counts the line-end bytes directly before `end` and not before here, at most [`STRAY_LIMIT`]. Does not move.
+    /// Counts the line-end bytes directly before `end` and not before here, at most [`STRAY_LIMIT`]. Does not
+    /// move.
     pub fn stray_before(&mut self, end: u64) -> io::Result<u64> {
         let begin = self.place();
         let from = begin.byte.max(end.saturating_sub(STRAY_LIMIT as u64));
@@ -141,7 +150,8 @@ fn first_line(window: &[u8]) -> &[u8] {
     window.split(|&byte| byte == b'\n').next().unwrap_or_default()
 }
 
-/// Returns the offset of the first sentinel in a window and true; else the offset before which none starts, and false.
+/// Returns the offset of the first sentinel in a window and true; else the offset before which none starts,
+/// and false.
 fn find_sentinel(window: &[u8]) -> (usize, bool) {
     let starts = window.len() + 1 - SENTINEL.len();
     match window.windows(SENTINEL.len()).position(|bytes| bytes == SENTINEL) {
@@ -157,8 +167,18 @@ mod tests {
     #[test]
     fn a_sentinel_is_a_whole_line() {
         assert!(is_sentinel(b"    -1") && is_sentinel(b"    -1      \r"));
-        assert!(!is_sentinel(b"    -1.0") && !is_sentinel(b"    -1 2") && !is_sentinel(b"   -1") && !is_sentinel(b"     -1"));
-        assert!(is_loose_sentinel(b"-1") && is_loose_sentinel(b"   -1\r") && !is_loose_sentinel(b"-12") && !is_loose_sentinel(b""));
+        assert!(
+            !is_sentinel(b"    -1.0")
+                && !is_sentinel(b"    -1 2")
+                && !is_sentinel(b"   -1")
+                && !is_sentinel(b"     -1")
+        );
+        assert!(
+            is_loose_sentinel(b"-1")
+                && is_loose_sentinel(b"   -1\r")
+                && !is_loose_sentinel(b"-12")
+                && !is_loose_sentinel(b"")
+        );
     }
 
     #[test]

@@ -72,7 +72,8 @@ pub(crate) fn read_header<R: Read + Seek>(
     for id_line in &mut header.id_lines {
         *id_line = next(&mut warnings)?.text;
     }
-    let location_place = location_record(next(&mut warnings)?, &mut header, (&mut warnings, accepts_missing))?;
+    let location_place =
+        location_record(next(&mut warnings)?, &mut header, (&mut warnings, accepts_missing))?;
     data_form(next(&mut warnings)?, &mut header, &mut warnings)?;
     for name in [AxisName::Abscissa, AxisName::Ordinate, AxisName::Denominator, AxisName::Z] {
         let line = next(&mut warnings)?;
@@ -93,7 +94,10 @@ pub(crate) fn read_header<R: Read + Seek>(
 }
 
 /// Reads the first line of a 58b, (I6,1A1,I6,I6,I12,I12,…): byte order and byte count.
-fn first_line(mut line: HeaderLine, warnings: &mut Vec<Warning>) -> Result<(ByteOrder, Option<u64>), UniversalError> {
+fn first_line(
+    mut line: HeaderLine,
+    warnings: &mut Vec<Warning>,
+) -> Result<(ByteOrder, Option<u64>), UniversalError> {
     let fields = [(7, 13), (13, 19), (19, 31)].map(|(from, to)| parse_integer(line.columns(from, to)));
     let (order, format, lines, bytes) = if let [Some(order), Some(format), Some(lines)] = fields {
         (order, format, lines, parse_integer(line.columns(31, 43)))
@@ -104,7 +108,8 @@ fn first_line(mut line: HeaderLine, warnings: &mut Vec<Warning>) -> Result<(Byte
             line.integer(7, 13, "byte order")?;
             line.integer(13, 19, "floating point format")?;
             line.integer(19, 31, "number of header lines")?;
-            let expected = "write byte order (1 or 2), floating point format (2), 11 and the byte count after 58b";
+            let expected =
+                "write byte order (1 or 2), floating point format (2), 11 and the byte count after 58b";
             return Err(line.fault("first line of 58b", line.text.trim(), expected));
         };
         line.report_columns(warnings);
@@ -114,7 +119,12 @@ fn first_line(mut line: HeaderLine, warnings: &mut Vec<Warning>) -> Result<(Byte
         2 => {}
         1 => return Err(UniversalError::FloatFormat { place: line.place, format: "DEC VMS".to_owned() }),
         3 => return Err(UniversalError::FloatFormat { place: line.place, format: "IBM 5/370".to_owned() }),
-        other => return Err(UniversalError::FloatFormat { place: line.place, format: format!("unknown (code {other})") }),
+        other => {
+            return Err(UniversalError::FloatFormat {
+                place: line.place,
+                format: format!("unknown (code {other})"),
+            });
+        }
     }
     if lines != LINES as i64 {
         warnings.push(Warning::HeaderLines { place: line.place, found: lines });
@@ -122,7 +132,13 @@ fn first_line(mut line: HeaderLine, warnings: &mut Vec<Warning>) -> Result<(Byte
     let order = match order {
         1 => ByteOrder::Little,
         2 => ByteOrder::Big,
-        other => return Err(line.fault("byte order", &other.to_string(), "write 1 (little endian) or 2 (big endian)")),
+        other => {
+            return Err(line.fault(
+                "byte order",
+                &other.to_string(),
+                "write 1 (little endian) or 2 (big endian)",
+            ));
+        }
     };
     Ok((order, bytes.and_then(|bytes| u64::try_from(bytes).ok())))
 }
@@ -136,10 +152,11 @@ fn location_record(
     let mut overflown = Vec::new();
     let mut read = |line: &mut HeaderLine, header: &mut RecordHeader| {
         header.function_type = line.integer(0, 5, "function type")?;
-        let mut counter = |line: &mut HeaderLine, columns: (usize, usize), field: &'static str| match accepts_missing {
-            true => line.integer_or_unknown(columns, field, &mut overflown),
-            false => line.integer(columns.0, columns.1, field),
-        };
+        let mut counter =
+            |line: &mut HeaderLine, columns: (usize, usize), field: &'static str| match accepts_missing {
+                true => line.integer_or_unknown(columns, field, &mut overflown),
+                false => line.integer(columns.0, columns.1, field),
+            };
         header.function_id = counter(line, (5, 15), "function identification number")?;
         header.version = counter(line, (15, 20), "version number")?;
         header.load_case = counter(line, (20, 30), "load case")?;
@@ -164,9 +181,14 @@ fn location_record(
             else {
                 return Err(fault);
             };
-            (header.function_type, header.function_id, header.version, header.load_case) = (kind, id, version, load_case);
+            (header.function_type, header.function_id, header.version, header.load_case) =
+                (kind, id, version, load_case);
             header.response = NodeLocation { entity: tokens[4].to_owned(), node, direction };
-            header.reference = NodeLocation { entity: tokens[7].to_owned(), node: reference_node, direction: reference_direction };
+            header.reference = NodeLocation {
+                entity: tokens[7].to_owned(),
+                node: reference_node,
+                direction: reference_direction,
+            };
             line.report_columns(warnings);
         }
     }
@@ -174,14 +196,22 @@ fn location_record(
 }
 
 /// Reads record 7, 3I10,3E13.5.
-fn data_form(mut line: HeaderLine, header: &mut RecordHeader, warnings: &mut Vec<Warning>) -> Result<(), UniversalError> {
+fn data_form(
+    mut line: HeaderLine,
+    header: &mut RecordHeader,
+    warnings: &mut Vec<Warning>,
+) -> Result<(), UniversalError> {
     let read = |line: &mut HeaderLine| {
         let integers = [
             line.integer(0, 10, "ordinate data type")?,
             line.integer(10, 20, "number of values")?,
             line.integer(20, 30, "abscissa spacing")?,
         ];
-        let reals = [line.real(30, 43, "abscissa minimum")?, line.real(43, 56, "abscissa increment")?, line.real(56, 69, "z axis value")?];
+        let reals = [
+            line.real(30, 43, "abscissa minimum")?,
+            line.real(43, 56, "abscissa increment")?,
+            line.real(56, 69, "z axis value")?,
+        ];
         if line.columns(69, usize::MAX).is_empty() {
             return Ok((integers, reals));
         }
@@ -196,7 +226,9 @@ fn data_form(mut line: HeaderLine, header: &mut RecordHeader, warnings: &mut Vec
             let tokens: Vec<&str> = line.text.split_whitespace().collect();
             let integers: Vec<i64> = tokens.iter().take(3).filter_map(|token| parse_integer(token)).collect();
             let reals: Vec<f64> = tokens.iter().skip(3).filter_map(|token| parse_real(token)).collect();
-            let (&[kind, count, spacing], &[first, step, z], 6) = (integers.as_slice(), reals.as_slice(), tokens.len()) else {
+            let (&[kind, count, spacing], &[first, step, z], 6) =
+                (integers.as_slice(), reals.as_slice(), tokens.len())
+            else {
                 return Err(fault);
             };
             line.report_columns(warnings);
@@ -205,14 +237,20 @@ fn data_form(mut line: HeaderLine, header: &mut RecordHeader, warnings: &mut Vec
     };
     let [kind, count, spacing] = integers;
     header.ordinate_type = OrdinateType::from_code(kind).ok_or_else(|| {
-        line.fault("ordinate data type", &kind.to_string(), "write 2 real single, 4 real double, 5 complex single or 6 complex double")
+        line.fault(
+            "ordinate data type",
+            &kind.to_string(),
+            "write 2 real single, 4 real double, 5 complex single or 6 complex double",
+        )
     })?;
-    header.count =
-        usize::try_from(count).map_err(|_| line.fault("number of values", &count.to_string(), "write how many values follow"))?;
+    header.count = usize::try_from(count)
+        .map_err(|_| line.fault("number of values", &count.to_string(), "write how many values follow"))?;
     header.even = match spacing {
         0 => false,
         1 => true,
-        other => return Err(line.fault("abscissa spacing", &other.to_string(), "write 0 (uneven) or 1 (even)")),
+        other => {
+            return Err(line.fault("abscissa spacing", &other.to_string(), "write 0 (uneven) or 1 (even)"));
+        }
     };
     [header.abscissa_first, header.abscissa_step, header.z_value] = reals;
     Ok(())
@@ -237,7 +275,10 @@ fn axis_record(mut line: HeaderLine, warnings: &mut Vec<Warning>) -> Result<Reco
         }
         Err(fault) => {
             let numbers: Vec<i64> = line.text.split_whitespace().map_while(parse_integer).take(4).collect();
-            let &[data_type, length_exponent, force_exponent, temperature_exponent] = numbers.as_slice() else { return Err(fault) };
+            let &[data_type, length_exponent, force_exponent, temperature_exponent] = numbers.as_slice()
+            else {
+                return Err(fault);
+            };
             let words = after_words(&line.text, 4);
             let (label, unit) = words.split_once("  ").unwrap_or((words, ""));
             line.report_columns(warnings);

@@ -84,7 +84,9 @@ impl OrdinateType {
 
     /// Returns the type of a code in the file.
     pub fn from_code(code: i64) -> Option<Self> {
-        [Self::RealSingle, Self::RealDouble, Self::ComplexSingle, Self::ComplexDouble].into_iter().find(|kind| kind.code() == code)
+        [Self::RealSingle, Self::RealDouble, Self::ComplexSingle, Self::ComplexDouble]
+            .into_iter()
+            .find(|kind| kind.code() == code)
     }
 
     /// Returns its code in the file.

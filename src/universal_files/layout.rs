@@ -43,7 +43,8 @@ impl Layout {
         self.abscissa_bytes + if self.ordinate.is_complex() { 2 * number } else { number }
     }
 
-    /// Returns the layouts a header may mean: first that of the format, then the abscissa in 8 bytes, then the other precision.
+    /// Returns the layouts a header may mean: first that of the format, then the abscissa in 8 bytes, then
+    /// the other precision.
     fn candidates(header: &RecordHeader) -> Vec<Self> {
         let declared = header.ordinate_type;
         let other = OrdinateType::new(declared.is_complex(), !declared.is_double());
@@ -52,7 +53,8 @@ impl Layout {
             (false, false) => &[4],
             (false, true) => &[4, 8],
         };
-        let of = |ordinate| widths(ordinate).iter().map(move |&abscissa_bytes| Self { abscissa_bytes, ordinate });
+        let of =
+            |ordinate| widths(ordinate).iter().map(move |&abscissa_bytes| Self { abscissa_bytes, ordinate });
         of(declared).chain(of(other)).collect()
     }
 }
@@ -63,10 +65,11 @@ impl Layout {
 /// 1. each layout × the number of values;
 /// 2. the byte count of the first line, if it is a whole number of values;
 /// 3. the distance to the next sentinel, if it is a whole number of values below the declared one;
-/// 4. at the end of a file without sentinel, the layout that the byte count confirms or that ends with the file.
+/// 4. at the end of a file without sentinel, the layout that the byte count confirms or that ends with the
+///    file.
 ///
-/// Matches 2 and 3 exclude twice, three times, a half or a third of the declared values, which indicates another type or spacing. Deviations from
-/// the header give warnings. Without a match the record is refused.
+/// Matches 2 and 3 exclude twice, three times, a half or a third of the declared values, which indicates
+/// another type or spacing. Deviations from the header give warnings. Without a match the record is refused.
 pub(crate) fn find_extent<R: Read + Seek>(
     source: &mut ByteSource<R>,
     header: &mut RecordHeader,
@@ -82,7 +85,14 @@ pub(crate) fn find_extent<R: Read + Seek>(
         if let Some(stray) = source.closes_at(start.byte.saturating_add(size(layout, declared)))? {
             source.seek(start)?;
             let extent = Extent { layout, count: declared };
-            report(header, extent, byte_count, SizeEvidence::TypeAndCount, &LayoutFit::Closed(stray), start.byte);
+            report(
+                header,
+                extent,
+                byte_count,
+                SizeEvidence::TypeAndCount,
+                &LayoutFit::Closed(stray),
+                start.byte,
+            );
             return Ok(extent);
         }
     }
@@ -95,7 +105,14 @@ pub(crate) fn find_extent<R: Read + Seek>(
             && !is_other_type(bytes / layout.stride(), declared)
         {
             let extent = Extent { layout, count: bytes / layout.stride() };
-            report(header, extent, byte_count, SizeEvidence::HeaderBytes, &LayoutFit::Closed(stray), start.byte);
+            report(
+                header,
+                extent,
+                byte_count,
+                SizeEvidence::HeaderBytes,
+                &LayoutFit::Closed(stray),
+                start.byte,
+            );
             return Ok(extent);
         }
     }
@@ -106,36 +123,65 @@ pub(crate) fn find_extent<R: Read + Seek>(
     if closing.is_some() {
         let mut whole = candidates.iter().filter(native).flat_map(|&layout| {
             let lengths = (0..=stray).map(move |stray| (layout, distance - stray, stray));
-            lengths.filter(|(layout, bytes, _)| bytes % layout.stride() == 0 && bytes / layout.stride() < declared)
+            lengths.filter(|(layout, bytes, _)| {
+                bytes % layout.stride() == 0 && bytes / layout.stride() < declared
+            })
         });
         if let (Some((layout, bytes, stray)), None) = (whole.next(), whole.next())
             && !is_other_type(bytes / layout.stride(), declared)
         {
             let extent = Extent { layout, count: bytes / layout.stride() };
-            report(header, extent, byte_count, SizeEvidence::NextSentinel, &LayoutFit::Closed(stray as usize), start.byte);
+            report(
+                header,
+                extent,
+                byte_count,
+                SizeEvidence::NextSentinel,
+                &LayoutFit::Closed(stray as usize),
+                start.byte,
+            );
             return Ok(extent);
         }
     } else {
-        let confirmed = candidates.iter().filter(native).find(|&&layout| byte_count == Some(size(layout, declared)));
-        let ending = || candidates.iter().find(|&&layout| (distance - stray..=distance).contains(&size(layout, declared)));
+        let confirmed =
+            candidates.iter().filter(native).find(|&&layout| byte_count == Some(size(layout, declared)));
+        let ending = || {
+            candidates.iter().find(|&&layout| (distance - stray..=distance).contains(&size(layout, declared)))
+        };
         if let Some(&layout) = confirmed.or_else(ending) {
             let extent = Extent { layout, count: declared.min(distance / layout.stride()) };
-            let evidence = if confirmed.is_some() { SizeEvidence::TypeAndCount } else { SizeEvidence::EndOfFile };
+            let evidence =
+                if confirmed.is_some() { SizeEvidence::TypeAndCount } else { SizeEvidence::EndOfFile };
             report(header, extent, byte_count, evidence, &LayoutFit::Open, start.byte);
             return Ok(extent);
         }
     }
     let expected = size(candidates[0], declared);
-    Err(UniversalError::PayloadSize { place: header.place, count: declared, expected, header_bytes: byte_count, distance })
+    Err(UniversalError::PayloadSize {
+        place: header.place,
+        count: declared,
+        expected,
+        header_bytes: byte_count,
+        distance,
+    })
 }
 
-/// Whether a count is twice, three times, a half or a third of the declared one: another type or spacing is more likely than another count.
+/// Whether a count is twice, three times, a half or a third of the declared one: another type or spacing is
+/// more likely than another count.
 fn is_other_type(found: u64, declared: u64) -> bool {
-    [2, 3].iter().any(|&factor| found.checked_mul(factor) == Some(declared) || declared.checked_mul(factor) == Some(found))
+    [2, 3].iter().any(|&factor| {
+        found.checked_mul(factor) == Some(declared) || declared.checked_mul(factor) == Some(found)
+    })
 }
 
 /// Writes type and count as found into the header, and warns of deviations.
-fn report(header: &mut RecordHeader, extent: Extent, byte_count: Option<u64>, evidence: SizeEvidence, fit: &LayoutFit, start: u64) {
+fn report(
+    header: &mut RecordHeader,
+    extent: Extent,
+    byte_count: Option<u64>,
+    evidence: SizeEvidence,
+    fit: &LayoutFit,
+    start: u64,
+) {
     let place = header.place;
     let declared = header.count as u64;
     let bytes = extent.layout.stride() * extent.count;
@@ -144,7 +190,12 @@ fn report(header: &mut RecordHeader, extent: Extent, byte_count: Option<u64>, ev
         header.warnings.push(Warning::ByteCount { place, found: byte_count, used: bytes, evidence });
     }
     if extent.layout.ordinate != header.ordinate_type {
-        header.warnings.push(Warning::Precision { place, declared: header.ordinate_type, used: extent.layout.ordinate, evidence });
+        header.warnings.push(Warning::Precision {
+            place,
+            declared: header.ordinate_type,
+            used: extent.layout.ordinate,
+            evidence,
+        });
         header.ordinate_type = extent.layout.ordinate;
     }
     if extent.layout.abscissa_bytes == 8 {

@@ -35,8 +35,10 @@ pub(crate) enum Form {
 }
 
 /// Powers of ten that are exact in a double.
-const EXACT_POWERS: [f64; 23] =
-    [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22];
+const EXACT_POWERS: [f64; 23] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18,
+    1e19, 1e20, 1e21, 1e22,
+];
 /// Largest integer up to which all are exact in a double.
 const EXACT_INTEGER: u64 = 1 << 53;
 
@@ -84,11 +86,13 @@ fn eight_digits(bytes: &[u8; 8]) -> Option<u64> {
 
 /// Scans the next number from an offset on.
 ///
-/// A number ends at a blank, at the end of the text, or at a sign that starts the next one (full Fortran columns touch). A sign right after the
-/// mantissa is an exponent without letter if exactly three digits and no point follow: Fortran omits the letter in no other case.
+/// A number ends at a blank, at the end of the text, or at a sign that starts the next one (full Fortran
+/// columns touch). A sign right after the mantissa is an exponent without letter if exactly three digits and
+/// no point follow: Fortran omits the letter in no other case.
 ///
-/// With mantissa ≤ 2⁵³ and |power of ten| ≤ 22, both are exact in a double, so that one product or quotient is correctly rounded. All other
-/// numbers go to the parser of the standard library, which rounds correctly, too.
+/// With mantissa ≤ 2⁵³ and |power of ten| ≤ 22, both are exact in a double, so that one product or quotient
+/// is correctly rounded. All other numbers go to the parser of the standard library, which rounds correctly,
+/// too.
 #[inline]
 pub(crate) fn scan(text: &[u8], from: usize) -> Scan {
     let mut start = from;
@@ -117,7 +121,11 @@ pub(crate) fn scan(text: &[u8], from: usize) -> Scan {
     if let Some((digits_from, found)) = exponent_start(text, end, point) {
         let mut integer = 0;
         let digits_end = digits(text, digits_from, &mut integer);
-        let magnitude = if digits_end - digits_from > 9 { 99_999 } else { i32::try_from(integer).unwrap_or(99_999).min(99_999) };
+        let magnitude = if digits_end - digits_from > 9 {
+            99_999
+        } else {
+            i32::try_from(integer).unwrap_or(99_999).min(99_999)
+        };
         power = if text[digits_from - 1] == b'-' { -magnitude } else { magnitude };
         (end, form) = (digits_end, found);
     }
@@ -153,7 +161,8 @@ fn exponent_start(text: &[u8], end: usize, point: bool) -> Option<(usize, Form)>
     at(text, digits_from).is_ascii_digit().then_some((digits_from, form))
 }
 
-/// Parses a number with the standard library: as written, or composed of mantissa and power of ten where Rust's notation differs.
+/// Parses a number with the standard library: as written, or composed of mantissa and power of ten where
+/// Rust's notation differs.
 #[cold]
 fn exact(number: &[u8], mantissa: &[u8], power: i32, form: Form) -> f64 {
     let text = match (form, str::from_utf8(number)) {
@@ -231,7 +240,21 @@ mod tests {
 
     #[test]
     fn invalid_numbers_are_refused() {
-        for text in ["NaN", "*************", "1,5", "1.5.5", "-", ".", "E5", "1.0E", "1.0E+", "0x10", "1_0", "inf", "1.#QNAN"] {
+        for text in [
+            "NaN",
+            "*************",
+            "1,5",
+            "1.5.5",
+            "-",
+            ".",
+            "E5",
+            "1.0E",
+            "1.0E+",
+            "0x10",
+            "1_0",
+            "inf",
+            "1.#QNAN",
+        ] {
             assert!(matches!(scan(text.as_bytes(), 0), Scan::Bad { .. }), "{text}");
         }
         assert_eq!(scan(b"  \r", 0), Scan::End);

@@ -41,7 +41,14 @@ impl Values {
         };
         self.complex.shrink_to_fit();
         self.real.shrink_to_fit();
-        (abscissa, if header.ordinate_type.is_complex() { Ordinate::Complex(self.complex) } else { Ordinate::Real(self.real) })
+        (
+            abscissa,
+            if header.ordinate_type.is_complex() {
+                Ordinate::Complex(self.complex)
+            } else {
+                Ordinate::Real(self.real)
+            },
+        )
     }
 }
 
@@ -61,8 +68,15 @@ impl Points {
     /// Reserves space for the values that a header declares, as far as the bytes left can hold them.
     pub fn new(header: &RecordHeader, bytes_left: u64) -> Self {
         let width = numbers_per_value(header);
-        let mut points =
-            Self { values: Values::default(), pending: [0.0; 3], filled: 0, width, even: header.even, taken: 0, declared: header.count };
+        let mut points = Self {
+            values: Values::default(),
+            pending: [0.0; 3],
+            filled: 0,
+            width,
+            even: header.even,
+            taken: 0,
+            declared: header.count,
+        };
         points.reserve(header.ordinate_type.is_complex(), bytes_left / (USUAL_BYTES * width as u64) + 1);
         points
     }

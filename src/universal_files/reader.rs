@@ -53,7 +53,8 @@ pub enum Dataset<F = UniversalRecord> {
 /// # Ok::<(), universal_files::UniversalError>(())
 /// ```
 ///
-/// After a refused record the next call continues with the next dataset; after a failure of the file itself reading ends.
+/// After a refused record the next call continues with the next dataset; after a failure of the file itself
+/// reading ends.
 #[derive(Debug)]
 pub struct UniversalReader<R> {
     pub(crate) source: ByteSource<R>,
@@ -88,8 +89,8 @@ impl<R: Read + Seek> UniversalReader<R> {
         })
     }
 
-    /// Reads a missing value (NaN, infinite, or a field of asterisks) as NaN, instead of refusing its record. Asterisks in a counter of a header are
-    /// 0, and cost a node only itself.
+    /// Reads a missing value (NaN, infinite, or a field of asterisks) as NaN, instead of refusing its record.
+    /// Asterisks in a counter of a header are 0, and cost a node only itself.
     pub fn accept_missing(mut self) -> Self {
         self.accepts_missing = true;
         self
@@ -100,12 +101,14 @@ impl<R: Read + Seek> UniversalReader<R> {
         self.step(Self::read_record)
     }
 
-    /// Returns the next dataset, records as headers alone. Payloads are skipped, and faults in them are not detected.
+    /// Returns the next dataset, records as headers alone. Payloads are skipped, and faults in them are not
+    /// detected.
     pub fn next_header(&mut self) -> Option<Result<Dataset<RecordHeader>, UniversalError>> {
         self.step(Self::read_record_header)
     }
 
-    /// Reads the record of a header that this reader returned; the next call of the reader continues after it.
+    /// Reads the record of a header that this reader returned; the next call of the reader continues after
+    /// it.
     pub fn record(&mut self, header: &RecordHeader) -> Result<UniversalRecord, UniversalError> {
         self.source.seek(header.place)?;
         self.ended = false;
@@ -145,13 +148,18 @@ impl<R: Read + Seek> UniversalReader<R> {
         let wanted = LINE_END_SAMPLE.min(usize::try_from(self.source.length()).unwrap_or(LINE_END_SAMPLE));
         let sample = self.source.seek(FilePlace::default()).and_then(|()| self.source.peek(wanted));
         match sample {
-            Ok(sample) if sample.contains(&b'\r') && !sample.contains(&b'\n') => UniversalError::BareCarriageReturn,
+            Ok(sample) if sample.contains(&b'\r') && !sample.contains(&b'\n') => {
+                UniversalError::BareCarriageReturn
+            }
             Ok(_) => UniversalError::NoDataset,
             Err(fault) => fault.into(),
         }
     }
 
-    fn step<F>(&mut self, function: fn(&mut Self, Frame) -> Result<F, UniversalError>) -> Option<Result<Dataset<F>, UniversalError>> {
+    fn step<F>(
+        &mut self,
+        function: fn(&mut Self, Frame) -> Result<F, UniversalError>,
+    ) -> Option<Result<Dataset<F>, UniversalError>> {
         if self.ended {
             return None;
         }
@@ -165,20 +173,27 @@ impl<R: Read + Seek> UniversalReader<R> {
         dataset.transpose()
     }
 
-    fn dataset<F>(&mut self, function: fn(&mut Self, Frame) -> Result<F, UniversalError>) -> Result<Option<Dataset<F>>, UniversalError> {
+    fn dataset<F>(
+        &mut self,
+        function: fn(&mut Self, Frame) -> Result<F, UniversalError>,
+    ) -> Result<Option<Dataset<F>>, UniversalError> {
         let Some(frame) = self.open_frame()? else { return Ok(None) };
         let place = frame.line.place;
         let mut warnings = Vec::new();
         let length_factor = self.units.as_ref().map(|units| units.length_factor);
         let found = match (frame.number, frame.binary) {
             (58, _) => return function(self, frame).map(|record| Some(Dataset::Function(Box::new(record)))),
-            (151, false) => companion::read_file_header(&mut self.source, place, &mut warnings).map(Dataset::Header),
+            (151, false) => {
+                companion::read_file_header(&mut self.source, place, &mut warnings).map(Dataset::Header)
+            }
             (164, false) => companion::read_units(&mut self.source, place, &mut warnings).map(Dataset::Units),
             (15 | 2411, false) => {
                 let how = (length_factor, self.accepts_missing);
                 companion::read_nodes(&mut self.source, frame.number, how, &mut warnings).map(Dataset::Nodes)
             }
-            (82, false) => companion::read_trace_lines(&mut self.source, &mut warnings).map(Dataset::TraceLines),
+            (82, false) => {
+                companion::read_trace_lines(&mut self.source, &mut warnings).map(Dataset::TraceLines)
+            }
             (number, _) => {
                 self.find_next()?;
                 return Ok(Some(Dataset::Skipped(Skipped { number, place, times: 1 })));
@@ -198,12 +213,18 @@ impl<R: Read + Seek> UniversalReader<R> {
     }
 
     fn read_record(&mut self, frame: Frame) -> Result<UniversalRecord, UniversalError> {
-        let (mut header, byte_count) = read_header(&mut self.source, frame.line, (frame.binary, self.accepts_missing), self.units.clone())?;
+        let (mut header, byte_count) = read_header(
+            &mut self.source,
+            frame.line,
+            (frame.binary, self.accepts_missing),
+            self.units.clone(),
+        )?;
         let (abscissa, ordinate) = match header.encoding {
             Encoding::Ascii => ascii::read_values(&mut self.source, &mut header, self.accepts_missing)?,
             Encoding::Binary(order) => {
                 let extent = find_extent(&mut self.source, &mut header, byte_count)?;
-                let values = binary::read_values(&mut self.source, &header, (order, self.accepts_missing), extent)?;
+                let values =
+                    binary::read_values(&mut self.source, &header, (order, self.accepts_missing), extent)?;
                 self.close_payload(&mut header)?;
                 values
             }
@@ -215,7 +236,12 @@ impl<R: Read + Seek> UniversalReader<R> {
     }
 
     fn read_record_header(&mut self, frame: Frame) -> Result<RecordHeader, UniversalError> {
-        let (mut header, byte_count) = read_header(&mut self.source, frame.line, (frame.binary, self.accepts_missing), self.units.clone())?;
+        let (mut header, byte_count) = read_header(
+            &mut self.source,
+            frame.line,
+            (frame.binary, self.accepts_missing),
+            self.units.clone(),
+        )?;
         match header.encoding {
             Encoding::Ascii => ascii::skip_values(&mut self.source, &mut header)?,
             Encoding::Binary(_) => {

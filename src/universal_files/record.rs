@@ -72,7 +72,8 @@ pub struct RecordHeader {
     pub response: NodeLocation,
     /// Reference or excitation location.
     pub reference: NodeLocation,
-    /// Type and precision of the ordinate as read; the payload decides where its precision contradicts the header.
+    /// Type and precision of the ordinate as read; the payload decides where its precision contradicts the
+    /// header.
     pub ordinate_type: OrdinateType,
     /// Number of values (pairs if uneven), as read.
     pub count: usize,
@@ -134,9 +135,11 @@ pub struct UniversalRecord {
 }
 
 impl UniversalRecord {
-    /// Creates a record from header and data; type, spacing and count of the header follow the data (double precision is kept).
+    /// Creates a record from header and data; type, spacing and count of the header follow the data (double
+    /// precision is kept).
     pub fn new(mut header: RecordHeader, abscissa: Abscissa, ordinate: Ordinate) -> Self {
-        header.ordinate_type = OrdinateType::new(matches!(ordinate, Ordinate::Complex(_)), header.ordinate_type.is_double());
+        header.ordinate_type =
+            OrdinateType::new(matches!(ordinate, Ordinate::Complex(_)), header.ordinate_type.is_double());
         header.count = ordinate.len();
         (header.even, header.abscissa_first, header.abscissa_step) = match abscissa {
             Abscissa::Even { first, step, .. } => (true, first, step),
@@ -145,7 +148,8 @@ impl UniversalRecord {
         Self { header, abscissa, ordinate }
     }
 
-    /// Creates an FRF in double precision: motion in `numerator` (data type and unit) over excitation force in N, frequency in Hz.
+    /// Creates an FRF in double precision: motion in `numerator` (data type and unit) over excitation force
+    /// in N, frequency in Hz.
     pub fn frequency_response(
         response: NodeLocation,
         reference: NodeLocation,

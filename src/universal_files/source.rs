@@ -76,7 +76,8 @@ impl<R: Read + Seek> ByteSource<R> {
         Ok(())
     }
 
-    /// Fills the window with at least `wanted` bytes, unless the file ends before, and returns how many there are.
+    /// Fills the window with at least `wanted` bytes, unless the file ends before, and returns how many there
+    /// are.
     fn fill(&mut self, wanted: usize) -> io::Result<usize> {
         while self.filled - self.at < wanted {
             if self.at + wanted > self.buffer.len() {
@@ -149,6 +150,9 @@ impl<R: Read + Seek> ByteSource<R> {
 /// Returns the offset of the first line feed.
 fn line_feed(bytes: &[u8]) -> Option<usize> {
     let (blocks, _) = bytes.as_chunks::<32>();
-    let clean = blocks.iter().position(|block| block.iter().fold(false, |found, &byte| found | (byte == b'\n'))).unwrap_or(blocks.len());
+    let clean = blocks
+        .iter()
+        .position(|block| block.iter().fold(false, |found, &byte| found | (byte == b'\n')))
+        .unwrap_or(blocks.len());
     bytes[32 * clean..].iter().position(|&byte| byte == b'\n').map(|offset| 32 * clean + offset)
 }

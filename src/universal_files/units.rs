@@ -8,8 +8,8 @@ use crate::warning::Warning;
 pub struct Units {
     /// Line of the dataset number.
     pub place: FilePlace,
-    /// Units code: 1 m and N, 2 ft and lbf, 3 m and kgf, 4 ft and pdl, 5 mm and mN, 6 cm and cN, 7 in and lbf, 8 mm and kgf,
-    /// 9 defined by the factors alone, 10 mm and N.
+    /// Units code: 1 m and N, 2 ft and lbf, 3 m and kgf, 4 ft and pdl, 5 mm and mN, 6 cm and cN, 7 in and
+    /// lbf, 8 mm and kgf, 9 defined by the factors alone, 10 mm and N.
     pub code: i64,
     /// Description, for information only.
     pub description: String,
@@ -78,9 +78,17 @@ impl Units {
     /// Warns where the factors differ from those of the code.
     pub(crate) fn check(&self, warnings: &mut Vec<Warning>) {
         let Some((length, force)) = Self::factors_of(self.code) else { return };
-        for (factor, found, expected) in [("length", self.length_factor, length), ("force", self.force_factor, force)] {
+        for (factor, found, expected) in
+            [("length", self.length_factor, length), ("force", self.force_factor, force)]
+        {
             if (found / expected - 1.0).abs() > FACTOR_TOLERANCE {
-                warnings.push(Warning::UnitsConflict { place: self.place, code: self.code, factor, found, expected });
+                warnings.push(Warning::UnitsConflict {
+                    place: self.place,
+                    code: self.code,
+                    factor,
+                    found,
+                    expected,
+                });
             }
         }
     }

@@ -24,7 +24,9 @@ pub enum Warning {
         evidence: SizeEvidence,
     },
     /// The payload has the size of the other precision.
-    #[error("{place}: declared {declared}, but the payload has the size of {used}; read as {used}, by {evidence}")]
+    #[error(
+        "{place}: declared {declared}, but the payload has the size of {used}; read as {used}, by {evidence}"
+    )]
     Precision {
         /// Start of the dataset.
         place: FilePlace,
@@ -56,7 +58,9 @@ pub enum Warning {
         evidence: SizeEvidence,
     },
     /// The file ends inside the data.
-    #[error("{place}: the file ends inside the data: {found} of {declared} values; the copy is incomplete, get the whole file")]
+    #[error(
+        "{place}: the file ends inside the data: {found} of {declared} values; the copy is incomplete, get the whole file"
+    )]
     Truncated {
         /// Start of the dataset.
         place: FilePlace,
@@ -148,7 +152,9 @@ pub enum Warning {
         place: FilePlace,
     },
     /// A line `    -1` among the data that does not end the dataset.
-    #[error("{place}: a line -1 among the data without a dataset end after it (first one here); read as the value -1")]
+    #[error(
+        "{place}: a line -1 among the data without a dataset end after it (first one here); read as the value -1"
+    )]
     SentinelInData {
         /// First such line.
         place: FilePlace,
@@ -194,7 +200,9 @@ pub enum Warning {
         read_as: &'static str,
     },
     /// An entity name that encodes another node or direction than the node and direction fields.
-    #[error("{place}: entity name `{entity}` contradicts node {node}, direction {direction}; used node and direction, kept the name")]
+    #[error(
+        "{place}: entity name `{entity}` contradicts node {node}, direction {direction}; used node and direction, kept the name"
+    )]
     EntityConflict {
         /// The line.
         place: FilePlace,

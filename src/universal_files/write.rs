@@ -16,13 +16,15 @@ const SENTINEL: &[u8] = b"    -1\n";
 /// Rounding error of a written record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Written {
-    /// Largest shift of an abscissa value by rounding to 13 columns, or to 4 bytes if uneven and in single precision.
+    /// Largest shift of an abscissa value by rounding to 13 columns, or to 4 bytes if uneven and in single
+    /// precision.
     pub abscissa_shift: f64,
 }
 
 /// Writes datasets one after the other.
 ///
-/// Text fields are cut at their columns: identification lines at 80, labels and units at 20, entity names at 10.
+/// Text fields are cut at their columns: identification lines at 80, labels and units at 20, entity names at
+/// 10.
 #[derive(Debug)]
 pub struct UniversalWriter<W> {
     out: W,
@@ -36,7 +38,8 @@ impl<W: Write> UniversalWriter<W> {
 
     /// Writes dataset 151, which belongs at the start.
     pub fn header(&mut self, header: &FileHeader) -> Result<(), WriteError> {
-        let FileHeader { place: _, model_name, description, program, created, saved, writer, written } = header;
+        let FileHeader { place: _, model_name, description, program, created, saved, writer, written } =
+            header;
         let mut bytes = first_line("   151");
         for line in [model_name, description, program, created, saved, writer, written] {
             text_line(&mut bytes, line);
@@ -46,8 +49,13 @@ impl<W: Write> UniversalWriter<W> {
 
     /// Writes dataset 164, in force for all later records.
     pub fn units(&mut self, units: &Units) -> Result<(), WriteError> {
-        let factors = [("length", units.length_factor), ("force", units.force_factor), ("temperature", units.temperature_factor)];
-        if let Some(&(field, value)) = factors.iter().find(|(_, value)| !(*value > 0.0 && value.is_finite())) {
+        let factors = [
+            ("length", units.length_factor),
+            ("force", units.force_factor),
+            ("temperature", units.temperature_factor),
+        ];
+        if let Some(&(field, value)) = factors.iter().find(|(_, value)| !(*value > 0.0 && value.is_finite()))
+        {
             return Err(WriteError::Factor { field, value });
         }
         if !units.temperature_offset.is_finite() {
@@ -67,14 +75,17 @@ impl<W: Write> UniversalWriter<W> {
         self.close(bytes)
     }
 
-    /// Writes dataset 58 or 58b; type, count and spacing are those of the data, the precision is that of the header's ordinate type.
+    /// Writes dataset 58 or 58b; type, count and spacing are those of the data, the precision is that of the
+    /// header's ordinate type.
     ///
-    /// An uneven abscissa in double precision takes 8 bytes in 58b, which preserves its digits. The format specifies 4 bytes. Programs that
-    /// assume one number type for the whole payload read only 8; those that decide by size read both.
+    /// An uneven abscissa in double precision takes 8 bytes in 58b, which preserves its digits. The format
+    /// specifies 4 bytes. Programs that assume one number type for the whole payload read only 8; those that
+    /// decide by size read both.
     pub fn record(&mut self, record: &UniversalRecord, encoding: Encoding) -> Result<Written, WriteError> {
         check(record)?;
         let UniversalRecord { header, abscissa, ordinate } = record;
-        let kind = OrdinateType::new(matches!(ordinate, Ordinate::Complex(_)), header.ordinate_type.is_double());
+        let kind =
+            OrdinateType::new(matches!(ordinate, Ordinate::Complex(_)), header.ordinate_type.is_double());
         let mut bytes = match encoding {
             Encoding::Ascii => first_line("    58"),
             Encoding::Binary(order) => {
@@ -82,13 +93,18 @@ impl<W: Write> UniversalWriter<W> {
                 let numbers = numbers_per_value(abscissa, kind);
                 let order = if order == ByteOrder::Little { 1 } else { 2 };
                 let size = number * numbers * ordinate.len();
-                first_line(&format!("    58b{order:6}{:6}{:12}{size:12}{:6}{:6}{:12}{:12}", 2, 11, 0, 0, 0, 0))
+                first_line(&format!(
+                    "    58b{order:6}{:6}{:12}{size:12}{:6}{:6}{:12}{:12}",
+                    2, 11, 0, 0, 0, 0
+                ))
             }
         };
         let mut shift = head(&mut bytes, header, abscissa, kind, ordinate.len())?;
         match encoding {
             Encoding::Ascii => shift = shift.max(text_payload(&mut bytes, abscissa, ordinate, kind)),
-            Encoding::Binary(order) => shift = shift.max(binary_payload(&mut bytes, abscissa, ordinate, kind, order)),
+            Encoding::Binary(order) => {
+                shift = shift.max(binary_payload(&mut bytes, abscissa, ordinate, kind, order))
+            }
         }
         self.close(bytes)?;
         Ok(Written { abscissa_shift: shift })
@@ -133,20 +149,32 @@ fn check(record: &UniversalRecord) -> Result<(), WriteError> {
             number("abscissa value", 0, *first)?;
             number("abscissa step", 0, *step)?;
         }
-        Abscissa::Uneven(values) => values.iter().enumerate().try_for_each(|(index, &value)| number("abscissa value", index, value))?,
+        Abscissa::Uneven(values) => values
+            .iter()
+            .enumerate()
+            .try_for_each(|(index, &value)| number("abscissa value", index, value))?,
     }
     number("z axis value", 0, record.header.z_value)?;
     match &record.ordinate {
-        Ordinate::Real(values) => values.iter().enumerate().try_for_each(|(index, &value)| number("value", index, value)),
+        Ordinate::Real(values) => {
+            values.iter().enumerate().try_for_each(|(index, &value)| number("value", index, value))
+        }
         Ordinate::Complex(values) => {
-            let mut parts = values.iter().enumerate().flat_map(|(index, value)| [(index, value.re), (index, value.im)]);
+            let mut parts =
+                values.iter().enumerate().flat_map(|(index, value)| [(index, value.re), (index, value.im)]);
             parts.try_for_each(|(index, part)| number("value", index, part))
         }
     }
 }
 
 /// Writes the eleven header records; returns the largest shift of an even abscissa.
-fn head(bytes: &mut Vec<u8>, header: &RecordHeader, abscissa: &Abscissa, kind: OrdinateType, count: usize) -> Result<f64, WriteError> {
+fn head(
+    bytes: &mut Vec<u8>,
+    header: &RecordHeader,
+    abscissa: &Abscissa,
+    kind: OrdinateType,
+    count: usize,
+) -> Result<f64, WriteError> {
     for line in &header.id_lines {
         text_line(bytes, line);
     }
@@ -154,9 +182,10 @@ fn head(bytes: &mut Vec<u8>, header: &RecordHeader, abscissa: &Abscissa, kind: O
     integer(bytes, header.function_id, 10, "function identification number")?;
     integer(bytes, header.version, 5, "version number")?;
     integer(bytes, header.load_case, 10, "load case")?;
-    for (NodeLocation { entity, node, direction }, nodes, directions) in
-        [(&header.response, "response node", "response direction"), (&header.reference, "reference node", "reference direction")]
-    {
+    for (NodeLocation { entity, node, direction }, nodes, directions) in [
+        (&header.response, "response node", "response direction"),
+        (&header.reference, "reference node", "reference direction"),
+    ] {
         bytes.push(b' ');
         text(bytes, entity, 10);
         integer(bytes, *node, 10, nodes)?;

@@ -4,7 +4,8 @@ use std::io;
 
 use thiserror::Error;
 
-/// Reason why a dataset is not written. No part of it has reached the output, unless the output itself failed.
+/// Reason why a dataset is not written. No part of it has reached the output, unless the output itself
+/// failed.
 #[derive(Debug, Error)]
 pub enum WriteError {
     /// The output fails.

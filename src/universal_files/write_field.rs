@@ -9,7 +9,12 @@ use crate::write_error::WriteError;
 const ABSCISSA_CHARACTERS: usize = 12;
 
 /// Writes an integer, right-justified.
-pub(crate) fn integer(out: &mut Vec<u8>, value: i64, width: usize, field: &'static str) -> Result<(), WriteError> {
+pub(crate) fn integer(
+    out: &mut Vec<u8>,
+    value: i64,
+    width: usize,
+    field: &'static str,
+) -> Result<(), WriteError> {
     let text = value.to_string();
     if text.len() > width {
         return Err(WriteError::TooWide { field, value, width });
@@ -18,7 +23,8 @@ pub(crate) fn integer(out: &mut Vec<u8>, value: i64, width: usize, field: &'stat
     Ok(())
 }
 
-/// Writes text, left-justified and cut at its width: Latin-1, `?` for other characters, `NONE` for empty text.
+/// Writes text, left-justified and cut at its width: Latin-1, `?` for other characters, `NONE` for empty
+/// text.
 pub(crate) fn text(out: &mut Vec<u8>, text: &str, width: usize) {
     let text = if is_unused(text.trim()) { "NONE" } else { text };
     let byte = |character: char| match u8::try_from(character) {
@@ -62,11 +68,14 @@ fn scientific_text(value: f64, decimals: usize, letter: char) -> String {
 
 /// Writes a number in 13 columns with a leading blank and returns the value written.
 ///
-/// The form is E13.5 where that is exact, otherwise the one of up to 12 characters with the smallest error. A step of 1/3 Hz in E13.5
-/// deviates by 2 mHz after 6400 lines; as 0.3333333333 it deviates by 0.2 µHz.
+/// The form is E13.5 where that is exact, otherwise the one of up to 12 characters with the smallest error. A
+/// step of 1/3 Hz in E13.5 deviates by 2 mHz after 6400 lines; as 0.3333333333 it deviates by 0.2 µHz.
 pub(crate) fn abscissa_field(out: &mut Vec<u8>, value: f64) -> f64 {
-    let decimals = |least: usize| ABSCISSA_CHARACTERS.saturating_sub(format!("{:.0}", value.trunc()).len() + 1).max(least);
-    let forms = [scientific_text(value, 5, 'E'), scientific_text(value, 6, 'E'), format!("{value:.*}", decimals(1))];
+    let decimals = |least: usize| {
+        ABSCISSA_CHARACTERS.saturating_sub(format!("{:.0}", value.trunc()).len() + 1).max(least)
+    };
+    let forms =
+        [scientific_text(value, 5, 'E'), scientific_text(value, 6, 'E'), format!("{value:.*}", decimals(1))];
     let shift = |text: &str| text.parse().map_or(f64::INFINITY, |written: f64| (written - value).abs());
     let [standard, others @ ..] = &forms;
     let mut best = standard;
@@ -106,9 +115,12 @@ mod tests {
 
     #[test]
     fn a_step_keeps_as_many_digits_as_fit() {
-        for (value, text) in
-            [(1.0, "  1.00000E+00"), (0.195313, "  1.95313E-01"), (1.0 / 3.0, " 0.3333333333"), (-0.1953125, "-0.195312500")]
-        {
+        for (value, text) in [
+            (1.0, "  1.00000E+00"),
+            (0.195313, "  1.95313E-01"),
+            (1.0 / 3.0, " 0.3333333333"),
+            (-0.1953125, "-0.195312500"),
+        ] {
             assert_eq!(written(|out| _ = abscissa_field(out, value)).trim(), text.trim(), "{value}");
         }
         for value in [1.0 / 3.0, 1e-7 / 3.0, 12_345.678_9, 1e9 / 7.0, -2.0 / 3.0, 1e-30 / 7.0] {

@@ -12,15 +12,27 @@ pub(crate) fn numbers_per_value(abscissa: &Abscissa, kind: OrdinateType) -> usiz
 
 /// Calls `with` for each value: its abscissa if stored, its real part, and its imaginary part if complex.
 fn each_value(abscissa: &Abscissa, ordinate: &Ordinate, mut with: impl FnMut(Option<f64>, f64, Option<f64>)) {
-    let stored = |index: usize| if let Abscissa::Uneven(values) = abscissa { values.get(index).copied() } else { None };
+    let stored = |index: usize| {
+        if let Abscissa::Uneven(values) = abscissa { values.get(index).copied() } else { None }
+    };
     match ordinate {
-        Ordinate::Real(values) => values.iter().enumerate().for_each(|(index, &value)| with(stored(index), value, None)),
-        Ordinate::Complex(values) => values.iter().enumerate().for_each(|(index, value)| with(stored(index), value.re, Some(value.im))),
+        Ordinate::Real(values) => {
+            values.iter().enumerate().for_each(|(index, &value)| with(stored(index), value, None))
+        }
+        Ordinate::Complex(values) => {
+            values.iter().enumerate().for_each(|(index, value)| with(stored(index), value.re, Some(value.im)))
+        }
     }
 }
 
-/// Writes 6E13.5; 4E20.12; 2(E13.5,E20.12); E13.5,2E20.12. Returns the largest rounding error of the abscissa.
-pub(crate) fn text_payload(bytes: &mut Vec<u8>, abscissa: &Abscissa, ordinate: &Ordinate, kind: OrdinateType) -> f64 {
+/// Writes 6E13.5; 4E20.12; 2(E13.5,E20.12); E13.5,2E20.12. Returns the largest rounding error of the
+/// abscissa.
+pub(crate) fn text_payload(
+    bytes: &mut Vec<u8>,
+    abscissa: &Abscissa,
+    ordinate: &Ordinate,
+    kind: OrdinateType,
+) -> f64 {
     let (decimals, width) = if kind.is_double() { (12, 20) } else { (5, 13) };
     let per_line = match (kind.is_double(), numbers_per_value(abscissa, kind)) {
         (false, _) => 6,
@@ -51,8 +63,15 @@ pub(crate) fn text_payload(bytes: &mut Vec<u8>, abscissa: &Abscissa, ordinate: &
     shift
 }
 
-/// Writes abscissa if uneven, real part, imaginary part if complex, all in one precision. Returns the largest rounding error of the abscissa.
-pub(crate) fn binary_payload(bytes: &mut Vec<u8>, abscissa: &Abscissa, ordinate: &Ordinate, kind: OrdinateType, order: ByteOrder) -> f64 {
+/// Writes abscissa if uneven, real part, imaginary part if complex, all in one precision. Returns the largest
+/// rounding error of the abscissa.
+pub(crate) fn binary_payload(
+    bytes: &mut Vec<u8>,
+    abscissa: &Abscissa,
+    ordinate: &Ordinate,
+    kind: OrdinateType,
+    order: ByteOrder,
+) -> f64 {
     let double = kind.is_double();
     let mut put = |number: f64| match (double, order) {
         (false, ByteOrder::Little) => bytes.extend((number as f32).to_le_bytes()),

@@ -1,9 +1,11 @@
-//! Access of the tests to real measurements in `../shared`, next to the project and not part of it. Number of draws of a study.
+//! Access of the tests to real measurements in `../shared`, next to the project and not part of it. Number of
+//! draws of a study.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Returns the path `../shared/{inner}`. Where it is missing, reports the calling test as skipped and returns `None`.
+/// Returns the path `../shared/{inner}`. Where it is missing, reports the calling test as skipped and returns
+/// `None`.
 ///
 /// # Panics
 /// Panics where the environment has `JOINTID_DATA=required` and the folder or file is missing.
@@ -19,14 +21,15 @@ pub fn shared(inner: &str) -> Option<PathBuf> {
     None
 }
 
-/// Reports on stderr that the calling test is skipped, and why. It writes to stderr directly, because the test harness hides the output of
-/// passing tests.
+/// Reports on stderr that the calling test is skipped, and why. It writes to stderr directly, because the
+/// test harness hides the output of passing tests.
 pub fn skipped(why: &str) {
     let test = std::thread::current().name().unwrap_or("a test").to_string();
     let _ = writeln!(std::io::stderr(), "skipped: {why}, {test}");
 }
 
-/// Returns the number of draws of a test: `all` in a study (`JOINTID_STUDY=full`, as set by `.ci/study`), otherwise `few`.
+/// Returns the number of draws of a test: `all` in a study (`JOINTID_STUDY=full`, as set by `.ci/study`),
+/// otherwise `few`.
 pub fn draws(few: u64, all: u64) -> u64 {
     if std::env::var("JOINTID_STUDY").is_ok_and(|value| value == "full") { all } else { few }
 }

@@ -18,7 +18,9 @@ THREE = np.array([1.0, 2.0, 3.0])
 
 
 def arrays(frequency_hz=THREE, frfs=None, **changed):
-    return jd.MeasurementSet.from_arrays(frequency_hz, {"p": ONES} if frfs is None else frfs, **(BENCH | changed))
+    return jd.MeasurementSet.from_arrays(
+        frequency_hz, {"p": ONES} if frfs is None else frfs, **(BENCH | changed)
+    )
 
 
 ARRAYS = [
@@ -137,9 +139,13 @@ def test_odd_arrays_are_read_as_they_are():
     assert not buffer.flags.aligned
     unaligned = arrays(LINES, {"p": buffer}, nut_m={"p": 0.6})
     assert np.array_equal(unaligned.frfs["p"].value, values)
-    single = arrays(LINES.astype(np.float32).astype(float), {"p": values.astype(np.complex64)}, nut_m={"p": 0.6})
+    single = arrays(
+        LINES.astype(np.float32).astype(float), {"p": values.astype(np.complex64)}, nut_m={"p": 0.6}
+    )
     assert single.frfs["p"].value.dtype == np.complex128
-    listed = arrays(LINES.tolist(), [{"position": "p", "frequency_hz": LINES, "value": list(values)}], nut_m={"p": 0.6})
+    listed = arrays(
+        LINES.tolist(), [{"position": "p", "frequency_hz": LINES, "value": list(values)}], nut_m={"p": 0.6}
+    )
     assert np.array_equal(listed.frfs["p"].value, values)
 
 
@@ -147,7 +153,10 @@ def test_odd_arrays_are_read_as_they_are():
 def test_an_interrupt_ends_a_call(work, study):
     # As in a terminal: a process in the background begins with interrupts ignored.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    long = {"identify": lambda: study.identify(bootstrap=5000, progress=False), "diagnose": lambda: study.diagnose(nulls=2000, progress=False)}[work]
+    long = {
+        "identify": lambda: study.identify(bootstrap=5000, progress=False),
+        "diagnose": lambda: study.diagnose(nulls=2000, progress=False),
+    }[work]
 
     def interrupt():
         time.sleep(0.4)

@@ -104,7 +104,9 @@ def test_a_killed_worker_of_dask_is_replaced(eight, tmp_path):
     distributed = pytest.importorskip("distributed")
     made = fleet(tmp_path, sets(8), bootstrap=40)
     with (
-        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as cluster,
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1"
+        ) as cluster,
         distributed.Client(cluster) as client,
     ):
         pids = client.run(os.getpid).values
@@ -153,7 +155,12 @@ def test_a_machine_with_bad_input_is_a_row(tmp_path):
         run = made.run(executor)
     assert (run.done, len(run.failures)) == (1, 1)
     failure = made.failures().iloc[0]
-    assert (failure["name"], failure["error"], failure["file"], failure["line"]) == ("bad", "InputError", str(table), 2)
+    assert (failure["name"], failure["error"], failure["file"], failure["line"]) == (
+        "bad",
+        "InputError",
+        str(table),
+        2,
+    )
     assert list(made.table().index) == ["good"]
     with pytest.raises(jd.InputError, match="not identified yet"):
         made.identification("bad")
@@ -166,7 +173,10 @@ def test_fleets_refuse_what_they_cannot_do(tmp_path):
         jd.Fleet(tmp_path / "out", None, {})
     with pytest.raises(jd.InputError, match="Dask client or an executor"):
         jd.Fleet(tmp_path / "out", None, {"m": "measurements/tian"}).run("tcp://somewhere")
-    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("fork")) as forking, pytest.raises(jd.InputError, match="spawn"):
+    with (
+        ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("fork")) as forking,
+        pytest.raises(jd.InputError, match="spawn"),
+    ):
         jd.Fleet(tmp_path / "out", None, {"m": "measurements/tian"}).run(forking)
     with pytest.raises(jd.InputError, match="there is no «n»"):
         jd.Fleet(tmp_path / "out", {"m": "configs/tian.toml"}, {"n": "measurements/tian"})
@@ -187,7 +197,13 @@ def test_two_hundred_machines(tmp_path):
 
 
 def test_coverage_is_that_of_the_intervals(tmp_path):
-    common = {"response": "table", "excitation": "table", "draws": 6, "noise": 0.01, "freeze": SETTINGS["freeze"]}
+    common = {
+        "response": "table",
+        "excitation": "table",
+        "draws": 6,
+        "noise": 0.01,
+        "freeze": SETTINGS["freeze"],
+    }
     with pool() as executor:
         rows = jd.coverage(tmp_path, "configs/tian.toml", NUTS, FEW, client=executor, **common)
         again = jd.coverage(tmp_path, "configs/tian.toml", NUTS, FEW, client=executor, **common)
@@ -198,7 +214,11 @@ def test_coverage_is_that_of_the_intervals(tmp_path):
 
 def test_the_blind_check_runs_on_an_executor(tmp_path, monkeypatch):
     target = Path(__file__).parents[2] / "target"
-    built = [target / profile / "jointid-lab" for profile in ("debug", "release") if (target / profile / "jointid-lab").is_file()]
+    built = [
+        target / profile / "jointid-lab"
+        for profile in ("debug", "release")
+        if (target / profile / "jointid-lab").is_file()
+    ]
     if not built:
         pytest.skip("jointid-lab is not built")
     newest = max(built, key=lambda file: file.stat().st_mtime)

@@ -54,7 +54,9 @@ def test_the_notebooks_of_the_guide_are_all_tested():
 
 def test_the_code_of_the_page_on_python_runs(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    blocks = re.findall(r"^```python\n(.*?)^```", (GUIDE / "python.md").read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    blocks = re.findall(
+        r"^```python\n(.*?)^```", (GUIDE / "python.md").read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL
+    )
     assert len(blocks) >= 4
     names: dict = {"__name__": "guide"}
     for block in blocks:

@@ -17,7 +17,9 @@ import jointid as jd
 
 
 def command(*words: str, folder=None) -> str:
-    ran = subprocess.run([sys.executable, "-m", "jointid", *words], capture_output=True, text=True, check=False, cwd=folder)
+    ran = subprocess.run(
+        [sys.executable, "-m", "jointid", *words], capture_output=True, text=True, check=False, cwd=folder
+    )
     assert ran.returncode == 0, ran.stderr
     return ran.stdout
 
@@ -41,12 +43,17 @@ def test_diagnosis_validation_comparison_plan_and_peaks_are_those_of_the_command
     arguments = ("diagnose", "--without", "rotor-hold", "--positions", "l1,l3,l5", "--no-cache", "--json")
     same(json.loads(diagnosis.json), command(*arguments))
     assert diagnosis.verdict.effects == ("rotor-hold",) or diagnosis.verdict.kind == "ambiguous"
-    same(json.loads(study.compare(["l3"], progress=False).json), command("compare", "--positions", "l1,l3,l5", "--single", "l3", "--json"))
+    same(
+        json.loads(study.compare(["l3"], progress=False).json),
+        command("compare", "--positions", "l1,l3,l5", "--single", "l3", "--json"),
+    )
     same(json.loads(study.plan(progress=False).json), command("plan", "--json"))
     found.save(tmp_path / "identification.json")
     validated = json.loads(command("validate", "--result", str(tmp_path / "identification.json"), "--json"))
     assert found.validate()["positions"] == validated["positions"]
-    predicted = json.loads(command("predict", "--result", str(tmp_path / "identification.json"), "--nut-m", "0.5,0.9", "--json"))
+    predicted = json.loads(
+        command("predict", "--result", str(tmp_path / "identification.json"), "--nut-m", "0.5,0.9", "--json")
+    )
     assert found.predict(nut_m=[0.5, 0.9], progress=False).positions == predicted["positions"]
     again = jd.Identification.load(tmp_path / "identification.json")
     assert again.json == found.json
@@ -54,7 +61,21 @@ def test_diagnosis_validation_comparison_plan_and_peaks_are_those_of_the_command
 
 
 def test_frfs_are_those_of_the_command(tmp_path):
-    arguments = ("--from-hz", "10", "--to-hz", "400", "--step-hz", "2", "--response", "table", "--excitation", "table", "--position", "l1,l5", "--json")
+    arguments = (
+        "--from-hz",
+        "10",
+        "--to-hz",
+        "400",
+        "--step-hz",
+        "2",
+        "--response",
+        "table",
+        "--excitation",
+        "table",
+        "--position",
+        "l1,l5",
+        "--json",
+    )
     printed = json.loads(command("simulate", "frf", *arguments))
     theirs = np.array([printed["positions"][name] for name in ("l1", "l5")])
     ours = jd.Study().frf(printed["frequency_hz"], positions=["l1", "l5"], **BENCH)
@@ -95,7 +116,9 @@ def test_peaks_and_stabilisation_find_the_modes():
     assert peaks.modes_csv.startswith("position,order,")
 
 
-@pytest.mark.parametrize("what", ["machine", "set", "files", "study", "found", "on_frfs", "diagnosis", "peaks", "error"])
+@pytest.mark.parametrize(
+    "what", ["machine", "set", "files", "study", "found", "on_frfs", "diagnosis", "peaks", "error"]
+)
 def test_objects_pickle(what, study, found, on_frfs):
     made = {
         "machine": lambda: study.machine,
@@ -136,7 +159,12 @@ def test_a_profile_has_its_minimum_at_the_estimate(on_frfs):
 
 
 def test_the_named_effect_is_applied():
-    diagnosis = jd.Study().fit(["l1", "l3", "l5"]).without("rotor-hold").diagnose(progress=False, effects=["rotor-hold"])
+    diagnosis = (
+        jd.Study()
+        .fit(["l1", "l3", "l5"])
+        .without("rotor-hold")
+        .diagnose(progress=False, effects=["rotor-hold"])
+    )
     if diagnosis.verdict.kind == "effect":
         assert "k_s" in diagnosis.apply().parameters
     else:
@@ -158,7 +186,9 @@ def test_matlab_files_hold_the_document(found, tmp_path):
 
 def test_figures_show_what_they_say(found, on_frfs, tmp_path):
     pytest.importorskip("matplotlib").use("Agg")
-    diagnosis = on_frfs.study.without("rotor-hold").diagnose(progress=False, effects=["rotor-hold", "bed-compliance"])
+    diagnosis = on_frfs.study.without("rotor-hold").diagnose(
+        progress=False, effects=["rotor-hold", "bed-compliance"]
+    )
     lines = np.linspace(5.0, 400.0, 500)
     figures = {
         "modes-before-after": found.plot(),

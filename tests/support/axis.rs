@@ -1,5 +1,6 @@
-//! A driven axis that shares no code with the models under test. A mass in its own closed loop is integrated by the Runge–Kutta method at
-//! 50 µs. Its friction changes sign smoothly; its measurements have noise and quantisation.
+//! A driven axis that shares no code with the models under test. A mass in its own closed loop is integrated
+//! by the Runge–Kutta method at 50 µs. Its friction changes sign smoothly; its measurements have noise and
+//! quantisation.
 
 use rand::RngExt;
 use rand::SeedableRng;
@@ -26,7 +27,8 @@ pub struct Axis {
     /// Delay from command to force.
     pub delay_s: f64,
     pub spring_n_per_m: f64,
-    /// Relative amplitude of the variation of friction along the travel, its wave number (rad/m) and phase (rad).
+    /// Relative amplitude of the variation of friction along the travel, its wave number (rad/m) and phase
+    /// (rad).
     pub friction_variation: f64,
     pub variation_per_m: f64,
     pub variation_phase: f64,
@@ -76,17 +78,26 @@ impl Axis {
             // Coloured noise of the recorded force.
             coloured_noise = 0.9 * coloured_noise + 0.15 * (random.random::<f64>() - 0.5);
             samples.push((r, read, force + coloured_noise + 0.3 * (random.random::<f64>() - 0.5)));
-            let buildup = if self.presliding_m > 0.0 { 1.0 - (-since_reversal_m / self.presliding_m).exp() } else { 1.0 };
+            let buildup = if self.presliding_m > 0.0 {
+                1.0 - (-since_reversal_m / self.presliding_m).exp()
+            } else {
+                1.0
+            };
             let level = |v: f64, x: f64| {
                 let variation = 1.0
                     + self.friction_variation * (self.variation_per_m * x + self.variation_phase).sin()
                     + self.friction_drift * (i as f64 / total);
-                buildup * (self.coulomb * variation + self.stribeck / (1.0 + (v / self.stribeck_velocity).powi(2)))
+                buildup
+                    * (self.coulomb * variation
+                        + self.stribeck / (1.0 + (v / self.stribeck_velocity).powi(2)))
             };
             let acceleration = |x: f64, v: f64| {
                 let viscous = if v > 0.0 { self.viscous } else { self.viscous_backward };
                 let friction = level(v, x) * (v / 2e-5).tanh() + viscous * v;
-                (acting - friction - self.spring_n_per_m * (x - 0.1) - self.ripple * (self.ripple_per_m * x + self.ripple_phase).sin())
+                (acting
+                    - friction
+                    - self.spring_n_per_m * (x - 0.1)
+                    - self.ripple * (self.ripple_per_m * x + self.ripple_phase).sin())
                     / self.mass_kg
             };
             for _ in 0..20 {
@@ -105,7 +116,8 @@ impl Axis {
     }
 }
 
-/// Returns a position command (m, 1 kHz): motions back and forth over 0.2 m at various speeds, with standstills between them.
+/// Returns a position command (m, 1 kHz): motions back and forth over 0.2 m at various speeds, with
+/// standstills between them.
 ///
 /// Each motion has raised-cosine ramps and a section of constant speed. The command has two periods.
 pub fn course(seed: u64) -> Vec<f64> {
@@ -122,7 +134,11 @@ pub fn course(seed: u64) -> Vec<f64> {
         let steady_samples = (1e3 * steady) as usize;
         for i in 0..2 * ramp_samples + steady_samples {
             let rise = |k: usize| 0.5 - 0.5 * (std::f64::consts::PI * k as f64 / ramp_samples as f64).cos();
-            let share = if i < ramp_samples { rise(i) } else { rise((2 * ramp_samples + steady_samples - i).min(ramp_samples)) };
+            let share = if i < ramp_samples {
+                rise(i)
+            } else {
+                rise((2 * ramp_samples + steady_samples - i).min(ramp_samples))
+            };
             x += 1e-3 * speed * share * if forward { 1.0 } else { -1.0 };
             command.push(x);
         }

@@ -34,14 +34,16 @@ pub fn fill_in_machine(axis: &Path) {
     fs::write(&machine, fill(&fs::read_to_string(&machine).unwrap(), &BENCH)).unwrap();
 }
 
-/// Fills positions and modes into the template's set, and writes the FRFs of the same positions next to it, one table each.
+/// Fills positions and modes into the template's set, and writes the FRFs of the same positions next to it,
+/// one table each.
 pub fn fill_in_measurements(axis: &Path, taps: &Path) {
     let manifest = axis.join("measurements/manifest.toml");
     let text = fs::read_to_string(&manifest).unwrap();
     if text.contains("nut_m = nan") {
         fs::write(&manifest, fill(&text, &POSITIONS)).unwrap();
     }
-    let measured = [["24,", "118,", "523,", "716,"], ["24,", "116,", "565,", "721,"], ["23,", "113,", "561,", "728,"]];
+    let measured =
+        [["24,", "118,", "523,", "716,"], ["24,", "116,", "565,", "721,"], ["23,", "113,", "561,", "728,"]];
     let mut text = String::from("position,order,frequency_hz,amplitude\n");
     for (position, row) in measured.iter().enumerate() {
         for (order, cell) in row.iter().enumerate() {
@@ -51,8 +53,22 @@ pub fn fill_in_measurements(axis: &Path, taps: &Path) {
     fs::write(axis.join("measurements/modes.csv"), text).unwrap();
     fs::create_dir_all(taps).unwrap();
     for (at, (_, nut_m)) in POSITIONS.iter().enumerate() {
-        let frf = ["simulate", "frf", "--nut-m", nut_m, "--from-hz", "5", "--to-hz", "900", "--step-hz", "1", "--quiet"];
-        let text = String::from_utf8(Command::cargo_bin("jointid").unwrap().args(frf).output().unwrap().stdout).unwrap();
+        let frf = [
+            "simulate",
+            "frf",
+            "--nut-m",
+            nut_m,
+            "--from-hz",
+            "5",
+            "--to-hz",
+            "900",
+            "--step-hz",
+            "1",
+            "--quiet",
+        ];
+        let text =
+            String::from_utf8(Command::cargo_bin("jointid").unwrap().args(frf).output().unwrap().stdout)
+                .unwrap();
         let lines: String = text.lines().map(|l| format!("{}\n", l.split_once(',').unwrap().1)).collect();
         fs::write(taps.join(format!("tap-p{}.csv", at + 1)), lines).unwrap();
     }

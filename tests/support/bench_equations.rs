@@ -1,5 +1,6 @@
-//! Tian et al., Eq. 1–24, written out for the bench, equation by equation, with the corrections of the paper's misprints:
-//! cot for cos in Eq. 1–2, h_J = 1/(k + iωc) in Eq. 6 and 8, v = (1, −1, −i_b) in Eq. 19–20.
+//! Tian et al., Eq. 1–24, written out for the bench, equation by equation, with the corrections of the
+//! paper's misprints: cot for cos in Eq. 1–2, h_J = 1/(k + iωc) in Eq. 6 and 8, v = (1, −1, −i_b) in Eq.
+//! 19–20.
 
 use nalgebra::{Matrix2, Matrix3, Vector3};
 use num_complex::Complex64;
@@ -20,8 +21,16 @@ pub struct Joints {
 }
 
 /// Published joint values (Tab. 3).
-pub const TAB_3: Joints =
-    Joints { k_al: 4.28e7, k_ar: 2.94e7, k_n: 7.09e8, k_m: 5.53e3, c_al: 2.02e3, c_ar: 2.73e3, c_n: 2.25e5, c_m: 3.50 };
+pub const TAB_3: Joints = Joints {
+    k_al: 4.28e7,
+    k_ar: 2.94e7,
+    k_n: 7.09e8,
+    k_m: 5.53e3,
+    c_al: 2.02e3,
+    c_ar: 2.73e3,
+    c_n: 2.25e5,
+    c_m: 3.50,
+};
 
 // Tab. A, in SI units, with the paper's symbols.
 pub const E: f64 = 2e11;
@@ -85,8 +94,13 @@ pub fn h_all(joints: &Joints, l: f64, omega: f64) -> Matrix3<C> {
     let i_b = LEAD / std::f64::consts::TAU; // Eq. 21
     let v = Vector3::new(real(1.0), real(-1.0), real(-i_b));
     let w2 = omega * omega;
-    // H_W = (K_W + iωC_W − ω²M_W)⁻¹ by the Sherman–Morrison formula: direct inversion loses ten digits at 1 Hz.
-    let free = Matrix3::from_diagonal(&Vector3::new(real(-1.0 / (M_B * w2)), real(-1.0 / (M_S * w2)), real(-1.0 / (J_S * w2))));
+    // H_W = (K_W + iωC_W − ω²M_W)⁻¹ by the Sherman–Morrison formula: direct inversion loses ten digits at 1
+    // Hz.
+    let free = Matrix3::from_diagonal(&Vector3::new(
+        real(-1.0 / (M_B * w2)),
+        real(-1.0 / (M_S * w2)),
+        real(-1.0 / (J_S * w2)),
+    ));
     let u = free * v;
     let h_w = free - u * u.transpose() / ((joints.k_n + iw * joints.c_n).inv() + v.dot(&u));
     let h_aw = couple(h_w, 1, h_ad[(1, 1)]); // Eq. 23

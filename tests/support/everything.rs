@@ -2,10 +2,12 @@
 
 use machine::Machine;
 
-/// Returns the bench with loss, integral action, relaxation, shaft, inertia, measuring chain and modifiers as parameters.
+/// Returns the bench with loss, integral action, relaxation, shaft, inertia, measuring chain and modifiers as
+/// parameters.
 pub fn everything() -> Machine {
     let text = std::fs::read_to_string("configs/tian.toml").unwrap();
-    // Its parameters act on every kind of element: loss, integral action, relaxation, shaft, inertia, measurement chain, modifiers.
+    // Its parameters act on every kind of element: loss, integral action, relaxation, shaft, inertia,
+    // measurement chain, modifiers.
     let more = r#"
 [[effect]]
 id = "everything"
@@ -56,6 +58,7 @@ eta_pad = { unit = "1", start = 0.1, lower = 0.01, upper = 1.0 }
 w_pad = { unit = "1/s", start = 5.0, lower = 0.0, upper = 50.0 }
 k_pad = { unit = "N/m", start = 2e6, lower = 1e5, upper = 1e8 }
 "#;
-    let text = text.replace("effects = [\"rotor-hold\"]", "effects = [\"rotor-hold\", \"everything\"]") + more;
+    let text =
+        text.replace("effects = [\"rotor-hold\"]", "effects = [\"rotor-hold\", \"everything\"]") + more;
     config::read_machine_text("test", &text, &[], &[]).unwrap().machine
 }

@@ -1,6 +1,7 @@
 //! The bench as linear finite elements with consistent mass: a model independent of the one under test.
 //!
-//! It has an axial chain, a torsional chain, table and rotor. Complex tridiagonal solves eliminate the two chains.
+//! It has an axial chain, a torsional chain, table and rotor. Complex tridiagonal solves eliminate the two
+//! chains.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use num_complex::Complex64;
@@ -30,11 +31,13 @@ impl Bench {
         Bench { elements, nut, joints, hold }
     }
 
-    /// Returns stiffness and mass of one chain as tridiagonals: (diagonal, off-diagonal) of each; 2·elements + 1 nodes.
+    /// Returns stiffness and mass of one chain as tridiagonals: (diagonal, off-diagonal) of each;
+    /// 2·elements + 1 nodes.
     fn chain(&self, a: f64, inertia_per_m: f64) -> [Vec<f64>; 4] {
         let n = self.elements;
         let nodes = 2 * n + 1;
-        let (mut kd, mut ko, mut md, mut mo) = (vec![0.0; nodes], vec![0.0; nodes - 1], vec![0.0; nodes], vec![0.0; nodes - 1]);
+        let (mut kd, mut ko, mut md, mut mo) =
+            (vec![0.0; nodes], vec![0.0; nodes - 1], vec![0.0; nodes], vec![0.0; nodes - 1]);
         for e in 0..2 * n {
             let h = if e < n { self.nut } else { L - self.nut } / n as f64;
             let (k, m) = (a / h, inertia_per_m * h / 6.0);
@@ -81,7 +84,8 @@ impl Bench {
         diagonal[0] += coupling - w2 * 1e-4 - coupling * coupling / rotor;
         diagonal[n] -= w2 * 1e-4;
         let torsional = at_middle(&diagonal, &off, n);
-        // The nut joint acts on x_b − x_s − i_b·θ_s: its compliance in series with those of the screw at the nut.
+        // The nut joint acts on x_b − x_s − i_b·θ_s: its compliance in series with those of the screw at the
+        // nut.
         let i_b = LEAD / std::f64::consts::TAU;
         let series = (j.k_n + iw * j.c_n).inv() + axial + torsional * (i_b * i_b);
         (series.inv() - w2 * 272.0).inv()
@@ -127,7 +131,11 @@ impl Bench {
         let lower = m.cholesky().unwrap().l();
         let inverse = lower.try_inverse().unwrap();
         let reduced = &inverse * k * inverse.transpose();
-        let mut hz: Vec<f64> = SymmetricEigen::new(reduced).eigenvalues.iter().map(|l| l.max(0.0).sqrt() / std::f64::consts::TAU).collect();
+        let mut hz: Vec<f64> = SymmetricEigen::new(reduced)
+            .eigenvalues
+            .iter()
+            .map(|l| l.max(0.0).sqrt() / std::f64::consts::TAU)
+            .collect();
         hz.sort_by(f64::total_cmp);
         hz
     }

@@ -10,7 +10,8 @@ use num_complex::Complex64;
 
 use super::{Draws, POSITIONS};
 
-/// Makes a set of receptances at the positions of the bench, with noise of relative standard deviation `sd` (total, complex).
+/// Makes a set of receptances at the positions of the bench, with noise of relative standard deviation `sd`
+/// (total, complex).
 pub fn set_of(
     channels: &[(&str, &str)],
     lines: &[f64],
@@ -50,7 +51,10 @@ pub fn set_of(
         gain: Gain::Known(1.0),
         response: None,
         excitation: None,
-        positions: POSITIONS.iter().map(|(name, nut)| Position { name: (*name).into(), nut_m: Some(*nut) }).collect(),
+        positions: POSITIONS
+            .iter()
+            .map(|(name, nut)| Position { name: (*name).into(), nut_m: Some(*nut) })
+            .collect(),
         modes: None,
         frfs,
         motions: Vec::new(),
@@ -68,7 +72,13 @@ pub fn spread(from_hz: f64, to_hz: f64, count: usize) -> Vec<f64> {
 }
 
 /// Makes FRFs of the model under test at given parameters.
-pub fn own_set(machine: &Machine, values: &[f64], lines: &[f64], sd: f64, random: &mut Draws) -> MeasurementSet {
+pub fn own_set(
+    machine: &Machine,
+    values: &[f64],
+    lines: &[f64],
+    sd: f64,
+    random: &mut Draws,
+) -> MeasurementSet {
     let table = machine.point("table").unwrap();
     let structure = Arc::new(Structure::new(machine, table, table, RodModel::Exact).unwrap());
     let mut work = structure.workspace();

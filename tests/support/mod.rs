@@ -1,4 +1,5 @@
-//! Reference models with known true values, and helpers for the tests. No reference model uses the model under test.
+//! Reference models with known true values, and helpers for the tests. No reference model uses the model
+//! under test.
 
 pub mod axis;
 pub mod axis_template;
@@ -29,7 +30,8 @@ pub fn table_structure(machine: &Machine, rods: RodModel) -> Arc<Structure> {
 }
 
 /// Nut positions of the bench (m).
-pub const POSITIONS: [(&str, f64); 6] = [("l1", 0.6), ("l2", 0.8), ("l3", 1.0), ("l4", 1.3), ("l5", 1.6), ("l6", 1.9)];
+pub const POSITIONS: [(&str, f64); 6] =
+    [("l1", 0.6), ("l2", 0.8), ("l3", 1.0), ("l4", 1.3), ("l5", 1.6), ("l6", 1.9)];
 
 /// A small reproducible random number generator.
 pub struct Draws(pub u64);

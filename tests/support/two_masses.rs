@@ -1,6 +1,6 @@
-//! A driven axis of two masses that shares no code with the models under test. The motor with its rotating parts, expressed as travel, drives a
-//! table through a spring with smoothed backlash. Semi-implicit Euler steps of 20 µs integrate it in its own loops; its measurements have noise
-//! and quantisation.
+//! A driven axis of two masses that shares no code with the models under test. The motor with its rotating
+//! parts, expressed as travel, drives a table through a spring with smoothed backlash. Semi-implicit Euler
+//! steps of 20 µs integrate it in its own loops; its measurements have noise and quantisation.
 
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -71,13 +71,18 @@ impl TwoMasses {
             let read = |x: f64, step: f64| (x / step).round() * step;
             samples.push((r, read(x, 2e-8), read(table, 1e-7), (force + coloured_noise) * TRAVEL_M));
             for _ in 0..50 {
-                let lead = self.lead_expansion * y + self.lead_error_m.0 * (std::f64::consts::TAU * y / self.lead_error_m.1).sin();
+                let lead = self.lead_expansion * y
+                    + self.lead_error_m.0 * (std::f64::consts::TAU * y / self.lead_error_m.1).sin();
                 let stretch = y - lead - x;
                 // Contact is smoothed over 0.2 µm: the spring force sets in as ln(1 + e^z).
-                let smoothed = |z: f64| 2e-7 * (1.0 + (z / 2e-7).min(300.0).exp()).ln().max(if z > 6e-5 { z / 2e-7 } else { 0.0 });
+                let smoothed = |z: f64| {
+                    2e-7 * (1.0 + (z / 2e-7).min(300.0).exp()).ln().max(if z > 6e-5 { z / 2e-7 } else { 0.0 })
+                };
                 let half = 0.5 * self.backlash_m;
-                let spring = if half > 0.0 { smoothed(stretch - half) - smoothed(-stretch - half) } else { stretch };
-                let contact = if half > 0.0 { (spring / stretch.abs().max(1e-9)).abs().min(1.0) } else { 1.0 };
+                let spring =
+                    if half > 0.0 { smoothed(stretch - half) - smoothed(-stretch - half) } else { stretch };
+                let contact =
+                    if half > 0.0 { (spring / stretch.abs().max(1e-9)).abs().min(1.0) } else { 1.0 };
                 let transmitted = self.stiffness * spring + 6e3 * contact * (w - v);
                 let level = self.coulomb * (1.0 + self.friction_variation * (13.0 * y).sin());
                 let friction = level * (w / 1e-4).tanh() + self.viscous * w;

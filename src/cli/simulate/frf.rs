@@ -25,7 +25,8 @@ pub struct FrfArguments {
     pub nut_m: Option<f64>,
     #[command(flatten)]
     pub load: LoadArguments,
-    /// Machine, set and parameter values from this identification.json; --config and --measurements replace its own
+    /// Machine, set and parameter values from this identification.json; --config and --measurements replace
+    /// its own
     #[arg(long, value_name = "FILE")]
     pub result: Option<PathBuf>,
     /// Lowest frequency (Hz)

@@ -55,6 +55,9 @@ fn from_result(given: &HoldArguments, path: &Path) -> CommandResult {
     let request = GainsRequest { constant, lead_m, ids: given.ids.clone() };
     let document = gains_of_identified(&study, path, &request).map_err(shown)?;
     warn(&given.output, &document.stamp.warnings);
-    let text = document.gains.as_ref().map_or_else(String::new, |gains| used(&study, path) + &hold_gains_text(gains, &given.ids));
+    let text = document
+        .gains
+        .as_ref()
+        .map_or_else(String::new, |gains| used(&study, path) + &hold_gains_text(gains, &given.ids));
     deliver(&given.output, folder.as_ref(), "hold.json", &document, &text)
 }

@@ -39,7 +39,9 @@ pub enum Simulation {
     )]
     Motion(motion::MotionArguments),
     /// Frequency response from command to position
-    #[command(after_help = "Example:\n  jointid simulate bode --config configs/servo-axis.toml --response slide")]
+    #[command(
+        after_help = "Example:\n  jointid simulate bode --config configs/servo-axis.toml --response slide"
+    )]
     Bode(bode::BodeArguments),
     /// Stiffness and damping of the loops at the driven point
     #[command(

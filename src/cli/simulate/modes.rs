@@ -41,5 +41,11 @@ pub fn run(given: &ModesArguments) -> CommandResult {
     };
     let document = modes(&study, &request).map_err(shown)?;
     warn_of_result(&given.output, &document.stamp);
-    deliver(&given.output, folder.as_ref(), "modes.json", &document, &modes_text(&document, &study.machine().title))
+    deliver(
+        &given.output,
+        folder.as_ref(),
+        "modes.json",
+        &document,
+        &modes_text(&document, &study.machine().title),
+    )
 }

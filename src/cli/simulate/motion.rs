@@ -14,7 +14,12 @@ pub struct MotionArguments {
     #[command(flatten)]
     pub sources: Sources,
     /// Reference of the axis: s-curve, sine, or a table with the columns time_s and command_m
-    #[arg(long, value_name = "s-curve|sine|FILE", required_unless_present = "record", conflicts_with = "record")]
+    #[arg(
+        long,
+        value_name = "s-curve|sine|FILE",
+        required_unless_present = "record",
+        conflicts_with = "record"
+    )]
     pub reference: Option<String>,
     /// Record of the measurement set to simulate in closed loop and to compare
     #[arg(long, value_name = "NAME")]
@@ -76,7 +81,11 @@ impl MotionArguments {
                 },
                 and_back: self.and_back,
             },
-            "sine" => Reference::Sine { amplitude_m: self.amplitude_m, frequency_hz: self.frequency_hz, periods: self.periods },
+            "sine" => Reference::Sine {
+                amplitude_m: self.amplitude_m,
+                frequency_hz: self.frequency_hz,
+                periods: self.periods,
+            },
             path => Reference::Table(path.into()),
         }
     }
@@ -87,8 +96,12 @@ pub fn run(given: &MotionArguments) -> CommandResult {
     let study = given.sources.open_machine()?;
     let folder = prepare(&given.output)?;
     let study = stoppable(study);
-    let request =
-        MotionRequest { reference: given.command(), place: nut_place(given.nut_m), lumps: usize::from(given.lumps), step_s: given.step_s };
+    let request = MotionRequest {
+        reference: given.command(),
+        place: nut_place(given.nut_m),
+        lumps: usize::from(given.lumps),
+        step_s: given.step_s,
+    };
     let document = motion(&study, &request).map_err(shown)?;
     warn_of_result(&given.output, &document.stamp);
     let (csv, json) = (motion_csv(&document), to_json(&document).map_err(to_message)?);

@@ -12,8 +12,8 @@ use numeric::linear_fit::LinearFit;
 /// Number of alternations of fit and weights.
 const ROUNDS: usize = 2;
 
-/// Weights the extra channels of motions by the noise of a fit to the first `fitted` motions. The residual beyond smooth functions counts as noise: a
-/// missing effect must not.
+/// Weights the extra channels of motions by the noise of a fit to the first `fitted` motions. The residual
+/// beyond smooth functions counts as noise: a missing effect must not.
 ///
 /// # Errors  as [`estimate_identifiable`].
 pub(super) fn weigh(

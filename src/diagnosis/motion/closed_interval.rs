@@ -10,9 +10,9 @@ use super::residual_bootstrap::ResidualBootstrap;
 use crate::evidence::share_closed;
 use numeric::statistics::quantile;
 
-/// Returns the 95 % interval of `closed`. Blocks of time, longer than the correlation of the residual, are redrawn jointly from the residuals before
-/// and after and from the noise. Noise given by its level is redrawn among the lags of its differences. The interval holds for these models at these
-/// parameters.
+/// Returns the 95 % interval of `closed`. Blocks of time, longer than the correlation of the residual, are
+/// redrawn jointly from the residuals before and after and from the noise. Noise given by its level is
+/// redrawn among the lags of its differences. The interval holds for these models at these parameters.
 pub(super) fn closed_interval(
     before: &[MotionPart],
     after: &[MotionPart],
@@ -24,7 +24,9 @@ pub(super) fn closed_interval(
     let mut all = Vec::new();
     for ((b, a), n) in flat(before).zip(flat(after)).zip(noise) {
         let residual = DVector::from_vec(a.residual.clone());
-        let block = ResidualBootstrap::new(&residual, &[(b.residual.len(), b.period)]).block().max((0.25 / b.step_s) as usize);
+        let block = ResidualBootstrap::new(&residual, &[(b.residual.len(), b.period)])
+            .block()
+            .max((0.25 / b.step_s) as usize);
         all.push((b, a, n, block));
     }
     let drawn: Vec<f64> = (0..draws)
@@ -44,5 +46,6 @@ pub(super) fn closed_interval(
             share_closed(g0.sqrt(), g1.sqrt(), floor.sqrt())
         })
         .collect();
-    (drawn.len() > draws / 2).then(|| Some((quantile(drawn.iter().copied(), 0.025)?, quantile(drawn.iter().copied(), 0.975)?)))?
+    (drawn.len() > draws / 2)
+        .then(|| Some((quantile(drawn.iter().copied(), 0.025)?, quantile(drawn.iter().copied(), 0.975)?)))?
 }

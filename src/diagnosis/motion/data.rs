@@ -4,7 +4,8 @@ use nalgebra::{DMatrix, DVector};
 
 use dynamics::inverse_dynamics::{ExtraChannel, MotionSignal, recorded};
 
-/// Number of parts that are left out one after another, and slices of each part in a record, alternating with those of the other parts.
+/// Number of parts that are left out one after another, and slices of each part in a record, alternating with
+/// those of the other parts.
 const PARTS: usize = 12;
 const SLICES: usize = 5;
 
@@ -23,8 +24,9 @@ pub struct MotionData<'m> {
 }
 
 impl<'m> MotionData<'m> {
-    /// Cuts records into twelve parts, each of five slices of every record: of its time, or of the period of a repeating command. Thus a part is left
-    /// out of every period. Slices of other parts lie in between: predicted and fitted samples cover the same positions and speeds.
+    /// Cuts records into twelve parts, each of five slices of every record: of its time, or of the period of
+    /// a repeating command. Thus a part is left out of every period. Slices of other parts lie in between:
+    /// predicted and fitted samples cover the same positions and speeds.
     pub fn new(motions: Vec<&'m MotionSignal>) -> Self {
         let mut part = Vec::new();
         for motion in &motions {
@@ -34,7 +36,8 @@ impl<'m> MotionData<'m> {
                 part.extend((0..samples).map(|i| (i % cycle) * PARTS * SLICES / cycle % PARTS));
             }
         }
-        let mut columns: Vec<String> = motions.iter().flat_map(|m| &m.extra_channels).map(|f| f.column.clone()).collect();
+        let mut columns: Vec<String> =
+            motions.iter().flat_map(|m| &m.extra_channels).map(|f| f.column.clone()).collect();
         columns.sort();
         columns.dedup();
         let begins = (0..=PARTS).map(|p| part.iter().filter(|own| **own < p).count()).collect();
@@ -63,7 +66,8 @@ impl<'m> MotionData<'m> {
         self.y.len()
     }
 
-    /// Returns a column of force computed record by record, thinned, with its influence on extra channels estimated from the control loop.
+    /// Returns a column of force computed record by record, thinned, with its influence on extra channels
+    /// estimated from the control loop.
     pub fn column(&self, of: impl Fn(&MotionSignal) -> Vec<f64>) -> DVector<f64> {
         self.channel(None, of)
     }
@@ -92,7 +96,9 @@ impl<'m> MotionData<'m> {
         for m in &self.motions {
             let computed = of(m);
             let own = if force { m.thinned(&computed) } else { None };
-            for channel in std::iter::once(own).chain(m.extra_channels.iter().map(|f| further(f, m, &computed))) {
+            for channel in
+                std::iter::once(own).chain(m.extra_channels.iter().map(|f| further(f, m, &computed)))
+            {
                 all.extend(channel.unwrap_or_else(|| vec![0.0; m.load.len()]));
             }
         }

@@ -1,4 +1,5 @@
-//! Faults of records: a delay between force and position, or a factor of the force, that the other records do not have.
+//! Faults of records: a delay between force and position, or a factor of the force, that the other records do
+//! not have.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -29,8 +30,8 @@ pub struct RecordShift {
     pub gap: f64,
     /// Gap with its own delay and factor.
     pub gap_own: f64,
-    /// Reduction of the squared gap by delay and factor. The least of three: of the residual by a small delay, by the delay as it is, and of the residual
-    /// after the model moved within its covariance.
+    /// Reduction of the squared gap by delay and factor. The least of three: of the residual by a small
+    /// delay, by the delay as it is, and of the residual after the model moved within its covariance.
     pub gap_reduction: f64,
     /// Gap due to noise.
     pub floor: f64,
@@ -59,17 +60,19 @@ pub(super) struct Covariance {
 }
 
 impl Covariance {
-    /// Computes (Jᵀ·J/s² + 1/range²)⁻¹ of a fit. s² is the variance of the residual, corrected for its autocorrelation.
+    /// Computes (Jᵀ·J/s² + 1/range²)⁻¹ of a fit. s² is the variance of the residual, corrected for its
+    /// autocorrelation.
     pub fn new(fit: &ForceFit, machine: &Machine, motions: &[&MotionSignal]) -> Option<Self> {
         let records: Vec<(usize, Option<usize>)> = motions.iter().flat_map(|m| m.channels()).collect();
-        let variance =
-            fit.residual.norm_squared() / fit.residual.len() as f64 * ResidualBootstrap::new(&fit.residual, &records).inflation();
+        let variance = fit.residual.norm_squared() / fit.residual.len() as f64
+            * ResidualBootstrap::new(&fit.residual, &records).inflation();
         let ranges = DMatrix::from_diagonal(&DVector::from_iterator(
             fit.free.len(),
             fit.free.iter().map(|i| machine.parameters[*i].upper - machine.parameters[*i].lower),
         ));
         let columns = &fit.derivatives * &ranges;
-        let normal = columns.tr_mul(&columns) / variance + DMatrix::identity(columns.ncols(), columns.ncols());
+        let normal =
+            columns.tr_mul(&columns) / variance + DMatrix::identity(columns.ncols(), columns.ncols());
         let root = normal.cholesky()?.l().transpose().try_inverse()?;
         Some(Covariance { parameters: fit.free.clone(), root: ranges * root })
     }
@@ -81,8 +84,13 @@ impl Covariance {
     }
 }
 
-/// Estimates delay and factor of each record relative to a model, and the reduction of the gap by them beyond the model's uncertainty.
-pub(super) fn shifts(model: Model<'_>, motions: &[&MotionSignal], covariance: Option<&Covariance>) -> Vec<RecordShift> {
+/// Estimates delay and factor of each record relative to a model, and the reduction of the gap by them beyond
+/// the model's uncertainty.
+pub(super) fn shifts(
+    model: Model<'_>,
+    motions: &[&MotionSignal],
+    covariance: Option<&Covariance>,
+) -> Vec<RecordShift> {
     motions.iter().filter_map(|motion| shift(model, motion, covariance)).collect()
 }
 
@@ -91,18 +99,27 @@ fn shift(model: Model<'_>, motion: &MotionSignal, covariance: Option<&Covariance
     let predicted: MotionPart = part(rigid, machine, values, motion);
     let force = rigid.force(machine, values, motion);
     let slope: Vec<f64> = central_differences(&force).into_iter().map(|d| d / motion.step_s).collect();
-    let columns = DMatrix::from_columns(&[DVector::from_vec(motion.thinned(&slope)?), DVector::from_vec(motion.thinned(&force)?)]);
+    let columns = DMatrix::from_columns(&[
+        DVector::from_vec(motion.thinned(&slope)?),
+        DVector::from_vec(motion.thinned(&force)?),
+    ]);
     let records = [(motion.load.len(), motion.period)];
     let left = DVector::from_vec(predicted.residual.clone());
     let fit = LinearFit::new(&columns, &left)?;
     let half = half_widths(&columns, &fit.residual, &records)?;
-    let projection = covariance.and_then(|covariance| UncertaintyProjection::new(covariance.moves(model, motion), &left));
+    let projection =
+        covariance.and_then(|covariance| UncertaintyProjection::new(covariance.moves(model, motion), &left));
     let mut taken = left.norm_squared() - fit.residual.norm_squared();
     if let Some(projection) = projection {
-        let left = projection.without(&DMatrix::from_columns(std::slice::from_ref(&left))).column(0).into_owned();
-        taken = taken.min(left.norm_squared() - LinearFit::new(&projection.without(&columns), &left)?.residual.norm_squared());
+        let left =
+            projection.without(&DMatrix::from_columns(std::slice::from_ref(&left))).column(0).into_owned();
+        taken = taken.min(
+            left.norm_squared()
+                - LinearFit::new(&projection.without(&columns), &left)?.residual.norm_squared(),
+        );
     }
-    // g·F(t − τ) ≈ g·F − g·τ·Ḟ. A delay that the record really has removes the residual when it is applied, whatever the slope of the force promises.
+    // g·F(t − τ) ≈ g·F − g·τ·Ḟ. A delay that the record really has removes the residual when it is applied,
+    // whatever the slope of the force promises.
     let factor = 1.0 + fit.coefficients[1];
     let delay_s = fit.coefficients[0] / factor;
     let shifted = shifted_earlier(&force, delay_s / motion.step_s);
@@ -126,7 +143,8 @@ fn shift(model: Model<'_>, motion: &MotionSignal, covariance: Option<&Covariance
 /// Root mean square of standard deviations by which uncertain parameters of the model may move.
 const MAX_MOVE: f64 = 2.0;
 
-/// Projection of columns within a model's uncertainty: (Bᵀ·B + λ·1) with the least λ that keeps the coefficients of a residual within [`MAX_MOVE`].
+/// Projection of columns within a model's uncertainty: (Bᵀ·B + λ·1) with the least λ that keeps the
+/// coefficients of a residual within [`MAX_MOVE`].
 struct UncertaintyProjection {
     moves: DMatrix<f64>,
     normal: Cholesky<f64, Dyn>,
@@ -152,8 +170,9 @@ impl UncertaintyProjection {
     }
 }
 
-/// Least reductions by a record's own delay and factor: as a share of its squared gap, and of that beyond noise. Then the least differences beyond
-/// the intervals of both: of the delay in steps of the record, and of the factor.
+/// Least reductions by a record's own delay and factor: as a share of its squared gap, and of that beyond
+/// noise. Then the least differences beyond the intervals of both: of the delay in steps of the record, and
+/// of the factor.
 const LEAST_REDUCTION: (f64, f64) = (0.1, 0.5);
 const DELAY_STEPS: f64 = 0.1;
 const FACTOR: f64 = 0.03;
@@ -203,11 +222,18 @@ pub(super) fn contradictions(fit: &[RecordShift], others: &[RecordShift], step_s
         .collect()
 }
 
-/// Returns those contradictions that explain a share of the gap of the machine as described (`before`), too: the residual of an imperfectly modelled
-/// large effect is not a fault of a record.
-pub(super) fn beyond_effects(found: &[Contradiction], shifts: &[RecordShift], before: &[MotionPart]) -> Vec<Contradiction> {
+/// Returns those contradictions that explain a share of the gap of the machine as described (`before`), too:
+/// the residual of an imperfectly modelled large effect is not a fault of a record.
+pub(super) fn beyond_effects(
+    found: &[Contradiction],
+    shifts: &[RecordShift],
+    before: &[MotionPart],
+) -> Vec<Contradiction> {
     let explains = |contradiction: &&Contradiction| {
-        shifts.iter().find(|shift| shift.name == contradiction.name).is_some_and(|shift| exceeds_effects(shift, before))
+        shifts
+            .iter()
+            .find(|shift| shift.name == contradiction.name)
+            .is_some_and(|shift| exceeds_effects(shift, before))
     };
     found.iter().filter(explains).cloned().collect()
 }
@@ -218,14 +244,16 @@ fn exceeds_effects(shift: &RecordShift, before: &[MotionPart]) -> bool {
     shift.gap.powi(2) - shift.gap_own.powi(2) > LEAST_REDUCTION_NOMINAL * gap.powi(2)
 }
 
-/// Returns the fitted records that contradict the others; of two, both. Delay and factor must also explain a share of the gap of the machine as
-/// described (`before`). The residual of an imperfectly modelled large effect is not a fault of a record.
+/// Returns the fitted records that contradict the others; of two, both. Delay and factor must also explain a
+/// share of the gap of the machine as described (`before`). The residual of an imperfectly modelled large
+/// effect is not a fault of a record.
 pub(super) fn faulty(shifts: &[RecordShift], before: &[MotionPart], step_s: f64) -> Vec<Contradiction> {
     if shifts.len() < 2 {
         return Vec::new();
     }
     let against_others = |at: usize| {
-        let others: Vec<RecordShift> = shifts.iter().enumerate().filter(|(i, _)| *i != at).map(|(_, s)| s.clone()).collect();
+        let others: Vec<RecordShift> =
+            shifts.iter().enumerate().filter(|(i, _)| *i != at).map(|(_, s)| s.clone()).collect();
         let taken = shifts[at].gap.powi(2) - shifts[at].gap_own.powi(2);
         let much = taken > 0.5 * shifts[at].gap.powi(2) && exceeds_effects(&shifts[at], before);
         contradictions(&others, std::slice::from_ref(&shifts[at]), step_s).into_iter().filter(move |_| much)

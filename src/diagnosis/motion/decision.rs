@@ -12,7 +12,8 @@ use machine::{EffectIds, Mechanism, Parameter};
 
 /// Ratio of the loss of the best free function to that of the chosen effects below which these are rejected.
 const DOUBTFUL: f64 = 0.5;
-/// Least reduction of the prediction error by a free function, and by an effect that shows but is not confirmed, that gives the verdict «unknown».
+/// Least reduction of the prediction error by a free function, and by an effect that shows but is not
+/// confirmed, that gives the verdict «unknown».
 const LEAST_FREE: f64 = 0.1;
 
 /// Inputs of the decision.
@@ -35,13 +36,15 @@ pub(super) struct MotionDecisionInputs<'e> {
     pub contradictions: &'e [Contradiction],
     /// Those of them that no imperfectly modelled effect explains.
     pub stated: &'e [Contradiction],
-    /// 95 % interval of the share that the chosen effects close of the gap of the held-out records, without those if others remain.
+    /// 95 % interval of the share that the chosen effects close of the gap of the held-out records, without
+    /// those if others remain.
     pub closed95: Option<(f64, f64)>,
     /// Whether records are held out.
     pub holds_out: bool,
 }
 
-/// Decides on the verdict. What is named on the fitted records stands as an effect where the held-out ones speak for it.
+/// Decides on the verdict. What is named on the fitted records stands as an effect where the held-out ones
+/// speak for it.
 pub(super) fn decide(inputs: &MotionDecisionInputs<'_>) -> Verdict {
     if !inputs.faulty.is_empty() {
         // Which of two that contradict each other is wrong, is open.
@@ -63,12 +66,16 @@ pub(super) fn decide(inputs: &MotionDecisionInputs<'_>) -> Verdict {
     let confirmed = inputs.holds_out.then(|| inputs.closed95.is_some_and(|(low, _)| low > 0.0));
     let stated = inputs.stated;
     let beside: String = stated.iter().map(|record| format!("; {}", record.description)).collect();
-    let verdict = Verdict { confirmed, faults: ids(stated), reason: verdict.reason.clone() + &beside, ..verdict };
+    let verdict =
+        Verdict { confirmed, faults: ids(stated), reason: verdict.reason.clone() + &beside, ..verdict };
     match (confirmed, verdict.kind) {
         (Some(false), _) if !stated.is_empty() => at_fault(stated),
         (Some(false), VerdictKind::Effect) => {
             let reason = "the held-out records do not surely speak for the best effect";
-            Verdict { confirmed, ..verdict.unnamed(reason, "record more motions with other speeds and loads") }
+            Verdict {
+                confirmed,
+                ..verdict.unnamed(reason, "record more motions with other speeds and loads")
+            }
         }
         _ => verdict,
     }
@@ -87,24 +94,48 @@ fn at_fault(records: &[Contradiction]) -> Verdict {
 
 /// Returns the verdict that the fitted records give.
 fn explanation(inputs: &MotionDecisionInputs<'_>) -> Verdict {
-    let MotionDecisionInputs { context, first, base, chosen, names, loss: chosen_loss, full_fits, named, same, located, .. } = inputs;
+    let MotionDecisionInputs {
+        context,
+        first,
+        base,
+        chosen,
+        names,
+        loss: chosen_loss,
+        full_fits,
+        named,
+        same,
+        located,
+        ..
+    } = inputs;
     let no_effect = |reason: String| Verdict::new(VerdictKind::None, reason, None);
     let left = |of: &ForceFit| of.squares / base.1.squares;
     let free = first.best_free();
     let free_loss = free.map_or(f64::INFINITY, |f| 1.0 - f.gain);
-    let place =
-        located.first().map_or("?".into(), |l| l.column.as_ref().map_or(l.over.to_string(), |column| format!("{} in {column}", l.over)));
-    let compared = if located.first().is_some_and(|l| l.column.is_some()) { "the transmission error" } else { "the force" };
+    let place = located.first().map_or("?".into(), |l| {
+        l.column.as_ref().map_or(l.over.to_string(), |column| format!("{} in {column}", l.over))
+    });
+    let compared = if located.first().is_some_and(|l| l.column.is_some()) {
+        "the transmission error"
+    } else {
+        "the force"
+    };
     let unknown = |reason: String| {
-        let next = format!("record the same motion at other speeds and loads: the residual of {compared} depends on {place}");
+        let next = format!(
+            "record the same motion at other speeds and loads: the residual of {compared} depends on {place}"
+        );
         Verdict::new(VerdictKind::Unknown, reason, Some(next))
     };
     let Some(best) = first.best_effect() else {
-        return Verdict::new(VerdictKind::Unknown, "no candidate applies to this machine and these records".into(), None);
+        return Verdict::new(
+            VerdictKind::Unknown,
+            "no candidate applies to this machine and these records".into(),
+            None,
+        );
     };
     if names.is_empty() {
         let (id, gain) = (first.id(best), first.ranked[best].gain);
-        let is_significant = |gain: f64, p: f64| (gain >= LEAST_FREE && p < ALPHA) || (gain >= NEARLY_ALL && p < RARE);
+        let is_significant =
+            |gain: f64, p: f64| (gain >= LEAST_FREE && p < ALPHA) || (gain >= NEARLY_ALL && p < RARE);
         if let Some(free) = free.filter(|f| is_significant(f.gain, first.null.p_value_free(f))) {
             let reason = format!(
                 "a free function of {place} reduces the squared prediction error at left-out parts by {:.0} % ({}), and no effect of the \
@@ -121,7 +152,9 @@ fn explanation(inputs: &MotionDecisionInputs<'_>) -> Verdict {
             "next to the nuisance parameters, {id} reduces the squared prediction error at left-out parts by {:.0} %",
             100.0 * gain.max(0.0)
         );
-        let not_confirmed = format!("{reduction}, but in the joint fit without nuisance parameters it reduces the misfit much less");
+        let not_confirmed = format!(
+            "{reduction}, but in the joint fit without nuisance parameters it reduces the misfit much less"
+        );
         if p < ALPHA && gain >= least.max(LEAST_FREE) && shows {
             return unknown(not_confirmed);
         }
@@ -137,7 +170,10 @@ fn explanation(inputs: &MotionDecisionInputs<'_>) -> Verdict {
             return no_effect(not_confirmed);
         }
         if p < ALPHA {
-            let reason = format!("{reduction}; reductions below {:.0} % are common on machines without a missing effect", 100.0 * least);
+            let reason = format!(
+                "{reduction}; reductions below {:.0} % are common on machines without a missing effect",
+                100.0 * least
+            );
             return no_effect(reason);
         }
         let reason = format!(
@@ -185,7 +221,11 @@ fn explanation(inputs: &MotionDecisionInputs<'_>) -> Verdict {
         100.0 * gain,
         p_value_text(first.null.p_value(&first.ranked[best])),
         if names.len() > 1 {
-            format!("; with {} the squared misfit falls by {:.0} %", names.after_first().join(" and "), 100.0 * (1.0 - left(&chosen.1)))
+            format!(
+                "; with {} the squared misfit falls by {:.0} %",
+                names.after_first().join(" and "),
+                100.0 * (1.0 - left(&chosen.1))
+            )
         } else {
             String::new()
         }
@@ -202,7 +242,8 @@ fn explanation(inputs: &MotionDecisionInputs<'_>) -> Verdict {
     Verdict::naming(alternatives, reason, context.effects, same.iter().map(|at| first.id(*at)))
 }
 
-/// Formats the parameters of the chosen effects where extra measuring points were recorded; short lengths in µm.
+/// Formats the parameters of the chosen effects where extra measuring points were recorded; short lengths in
+/// µm.
 fn amounts(context: &Context<'_>, (hypothesis, fit): &Chosen) -> String {
     if context.data.columns.is_empty() {
         return String::new();

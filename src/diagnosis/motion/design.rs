@@ -1,12 +1,14 @@
-//! Least squares of candidates whose designs share columns. Everything that does not depend on the force is computed once, and null simulations are
-//! solved in batches. A candidate stores its own columns alone: they border the normal equations of the shared ones.
+//! Least squares of candidates whose designs share columns. Everything that does not depend on the force is
+//! computed once, and null simulations are solved in batches. A candidate stores its own columns alone: they
+//! border the normal equations of the shared ones.
 //!
 //! ```text
 //! ┌ A   B ┐ ┌c┐   ┌a┐      U = A⁻¹·B     S = C − Bᵀ·U      z = S⁻¹·(b − Uᵀ·a)      c = A⁻¹·a − U·z
 //! └ Bᵀ  C ┘ └z┘ = └b┘
 //! ```
 //!
-//! # Source  the inverse of a bordered matrix: Golub and Van Loan, Matrix Computations, 4th ed. (2013), 3.2.11.
+//! # Source  the inverse of a bordered matrix: Golub and Van Loan, Matrix Computations, 4th ed. (2013),
+//!   3.2.11.
 
 use std::sync::Arc;
 
@@ -27,8 +29,9 @@ pub(super) struct SharedDesign {
 }
 
 impl SharedDesign {
-    /// Builds the design from columns in the order of the records. `penalty` is added to the diagonal of the normal equations: 0, or the variance of
-    /// the noise over that of the coefficient. `None` where columns are linearly dependent.
+    /// Builds the design from columns in the order of the records. `penalty` is added to the diagonal of the
+    /// normal equations: 0, or the variance of the noise over that of the coefficient. `None` where columns
+    /// are linearly dependent.
     pub fn new(data: &MotionData<'_>, columns: &DMatrix<f64>, penalty: Vec<f64>) -> Option<Self> {
         let rows = sorted(data, columns).transpose();
         let lengths = lengths(columns)?;
@@ -41,7 +44,8 @@ impl SharedDesign {
             .collect();
         let all: DMatrix<f64> = gram.iter().sum();
         let inverse = |normal: DMatrix<f64>| inverse(normal, &penalty, &lengths);
-        let inverses: Option<Vec<DMatrix<f64>>> = gram.iter().map(|part| &all - part).chain([all.clone()]).map(inverse).collect();
+        let inverses: Option<Vec<DMatrix<f64>>> =
+            gram.iter().map(|part| &all - part).chain([all.clone()]).map(inverse).collect();
         Some(SharedDesign { inverses: inverses?, rows, penalty, gram })
     }
 }
@@ -55,8 +59,8 @@ pub(super) struct Forces {
     shared: Vec<SharedProducts>,
 }
 
-/// Products of forces with shared columns in each part and in total, and coefficients of each fit by shared columns alone. Also the products of these
-/// coefficients with the Gram matrix of the left-out part.
+/// Products of forces with shared columns in each part and in total, and coefficients of each fit by shared
+/// columns alone. Also the products of these coefficients with the Gram matrix of the left-out part.
 struct SharedProducts {
     base: Arc<SharedDesign>,
     products: Vec<DMatrix<f64>>,
@@ -77,7 +81,8 @@ impl Forces {
             let products = with_shared(data, base, &sorted);
             let sums: DMatrix<f64> = products.iter().sum();
             let rests = products.iter().map(|part| &sums - part).chain([sums.clone()]);
-            let coefficients: Vec<DMatrix<f64>> = base.inverses.iter().zip(rests).map(|(inverse, rest)| inverse * rest).collect();
+            let coefficients: Vec<DMatrix<f64>> =
+                base.inverses.iter().zip(rests).map(|(inverse, rest)| inverse * rest).collect();
             let gram_products = base.gram.iter().zip(&coefficients).map(|(gram, c)| gram * c).collect();
             SharedProducts { base: base.clone(), products, sums, coefficients, gram_products }
         };
@@ -96,7 +101,8 @@ fn with_shared(data: &MotionData<'_>, base: &SharedDesign, columns: &DMatrix<f64
     (0..data.parts()).map(|part| product(data.rows_of(part))).collect()
 }
 
-/// Returns the products of a few columns with others in each part: for so few columns faster one by one than by blocks.
+/// Returns the products of a few columns with others in each part: for so few columns faster one by one than
+/// by blocks.
 fn products(data: &MotionData<'_>, few: &DMatrix<f64>, columns: &DMatrix<f64>) -> Vec<DMatrix<f64>> {
     let product = |(from, samples)| few.rows(from, samples).tr_mul(&columns.rows(from, samples));
     (0..data.parts()).map(|part| product(data.rows_of(part))).collect()
@@ -129,12 +135,14 @@ struct Border {
 /// Products of own columns and zero-coefficient force in a left-out part.
 #[derive(Debug, Clone)]
 struct PartProducts {
-    /// Products of shared and own columns with the zero-coefficient force, its sum of squares, and products with [`Border::at_zero`].
+    /// Products of shared and own columns with the zero-coefficient force, its sum of squares, and products
+    /// with [`Border::at_zero`].
     shared: DVector<f64>,
     added: DVector<f64>,
     squares: f64,
     gram_products: DVector<f64>,
-    /// Products of the own columns' components orthogonal to the shared ones: with the shared columns, and with themselves.
+    /// Products of the own columns' components orthogonal to the shared ones: with the shared columns, and
+    /// with themselves.
     across: DMatrix<f64>,
     own: DMatrix<f64>,
 }
@@ -158,7 +166,8 @@ impl Solved {
 }
 
 impl CandidateDesign {
-    /// Builds a design from own columns in the order of the records, with a ridge penalty on them. `None` where columns are linearly dependent.
+    /// Builds a design from own columns in the order of the records, with a ridge penalty on them. `None`
+    /// where columns are linearly dependent.
     pub fn new(
         data: &MotionData<'_>,
         base: &Arc<SharedDesign>,
@@ -172,20 +181,34 @@ impl CandidateDesign {
         let own = sorted(data, own);
         let across = with_shared(data, base, &own);
         let among = products(data, &own, &own);
-        let first = |products: Vec<DMatrix<f64>>| products.iter().map(|p| p.column(0).into_owned()).collect::<Vec<DVector<f64>>>();
+        let first = |products: Vec<DMatrix<f64>>| {
+            products.iter().map(|p| p.column(0).into_owned()).collect::<Vec<DVector<f64>>>()
+        };
         let (shared, added) = (first(with_shared(data, base, &shift)), first(products(data, &own, &shift)));
         let (all_across, all_among): (DMatrix<f64>, DMatrix<f64>) = (across.iter().sum(), among.iter().sum());
         let all_shared: DVector<f64> = shared.iter().sum();
         let border = |(fit, normal): (usize, &DMatrix<f64>)| {
-            let without = |all: &DMatrix<f64>, parts: &[DMatrix<f64>]| parts.get(fit).map_or_else(|| all.clone(), |part| all - part);
+            let without = |all: &DMatrix<f64>, parts: &[DMatrix<f64>]| {
+                parts.get(fit).map_or_else(|| all.clone(), |part| all - part)
+            };
             let across = without(&all_across, &across);
             let projection = normal * &across;
             let left = without(&all_among, &among) - across.tr_mul(&projection);
-            let at_zero = normal * shared.get(fit).map_or_else(|| all_shared.clone(), |part| &all_shared - part);
-            Some(Border { inverse: inverse(left, &vec![ridge; lengths.len()], &lengths)?, projection, at_zero })
+            let at_zero =
+                normal * shared.get(fit).map_or_else(|| all_shared.clone(), |part| &all_shared - part);
+            Some(Border {
+                inverse: inverse(left, &vec![ridge; lengths.len()], &lengths)?,
+                projection,
+                at_zero,
+            })
         };
         let fits = base.inverses.iter().enumerate().map(border).collect::<Option<Vec<Border>>>()?;
-        let parts = fits.iter().zip(&base.gram).zip(across.into_iter().zip(among)).zip(shared.into_iter().zip(added)).enumerate();
+        let parts = fits
+            .iter()
+            .zip(&base.gram)
+            .zip(across.into_iter().zip(among))
+            .zip(shared.into_iter().zip(added))
+            .enumerate();
         let part = |(at, (((fit, gram), (across, own)), (shared, added)))| {
             let fit: &Border = fit;
             let (from, samples) = data.rows_of(at);
@@ -196,12 +219,22 @@ impl CandidateDesign {
             PartProducts { shared, added, squares, gram_products: gram * &fit.at_zero, across, own }
         };
         let parts = parts.map(part).collect();
-        Some(CandidateDesign { base: base.clone(), own: side_by_side(&[&shift, &own]), bounds, ridge, fits, parts })
+        Some(CandidateDesign {
+            base: base.clone(),
+            own: side_by_side(&[&shift, &own]),
+            bounds,
+            ridge,
+            fits,
+            parts,
+        })
     }
 
-    /// Fits forces and predicts each part from a fit without it. `None` where an added coefficient leaves its bounds.
+    /// Fits forces and predicts each part from a fit without it. `None` where an added coefficient leaves its
+    /// bounds.
     pub fn solve(&self, data: &MotionData<'_>, forces: &Forces) -> Vec<Option<Solved>> {
-        let Some(shared) = forces.shared.iter().find(|b| Arc::ptr_eq(&b.base, &self.base)) else { return vec![None; forces.count()] };
+        let Some(shared) = forces.shared.iter().find(|b| Arc::ptr_eq(&b.base, &self.base)) else {
+            return vec![None; forces.count()];
+        };
         let (size, count) = (self.base.rows.nrows(), self.own.ncols() - 1);
         // Work with forces subtracted the zero-coefficient force; first subtract its products.
         let mut products = products(data, &self.own, &forces.sorted);
@@ -215,11 +248,16 @@ impl CandidateDesign {
         let sums = subtracted(&shared.sums, &at_zero);
         let own = &whole.inverse * (&all - whole.projection.tr_mul(&sums));
         let first = subtracted(&shared.coefficients[data.parts()], &whole.at_zero) - &whole.projection * &own;
-        let inside = |at: &usize| self.bounds.iter().all(|&(i, lower, upper)| (lower..=upper).contains(&own[(i - size, *at)]));
+        let inside = |at: &usize| {
+            self.bounds.iter().all(|&(i, lower, upper)| (lower..=upper).contains(&own[(i - size, *at)]))
+        };
         let inside: Vec<usize> = (0..forces.count()).filter(inside).collect();
         let mut solved = vec![None; forces.count()];
         for &at in &inside {
-            let coefficients = DVector::from_iterator(size + count, first.column(at).iter().chain(own.column(at).iter()).copied());
+            let coefficients = DVector::from_iterator(
+                size + count,
+                first.column(at).iter().chain(own.column(at).iter()).copied(),
+            );
             let known = self.base.penalty.iter().copied().chain(std::iter::repeat_n(self.ridge, count));
             let prior = coefficients.iter().zip(known).map(|(c, p)| p * c * c).sum();
             solved[at] = Some(Solved { coefficients, left_out: Vec::with_capacity(data.parts()), prior });
@@ -227,7 +265,8 @@ impl CandidateDesign {
         let all = all.select_columns(&inside);
         let sums = sums.select_columns(&inside);
         for (at, (fit, part)) in self.fits.iter().zip(&self.parts).enumerate() {
-            let chosen = |of: &DMatrix<f64>, at_zero: &DVector<f64>| subtracted(&of.select_columns(&inside), at_zero);
+            let chosen =
+                |of: &DMatrix<f64>, at_zero: &DVector<f64>| subtracted(&of.select_columns(&inside), at_zero);
             let product = chosen(&shared.products[at], &part.shared);
             let coefficients = chosen(&shared.coefficients[at], &fit.at_zero);
             let gram_products = chosen(&shared.gram_products[at], &part.gram_products);
@@ -238,7 +277,8 @@ impl CandidateDesign {
             let bent_own = &part.own * &own;
             for (k, force) in inside.iter().enumerate() {
                 let squares = forces.squares[(at, *force)] - 2.0 * own_product[(0, k)] + part.squares;
-                let alone = squares + coefficients.column(k).dot(&(gram_products.column(k) - 2.0 * product.column(k)));
+                let alone = squares
+                    + coefficients.column(k).dot(&(gram_products.column(k) - 2.0 * product.column(k)));
                 let left = alone + own.column(k).dot(&(bent_own.column(k) - 2.0 * beyond.column(k)));
                 if let Some(solved) = &mut solved[*force] {
                     solved.left_out.push(left);
@@ -258,9 +298,12 @@ impl CandidateDesign {
         force
     }
 
-    /// Returns the covariance of the first coefficients over the variance of the noise, with their penalties as priors.
+    /// Returns the covariance of the first coefficients over the variance of the noise, with their penalties
+    /// as priors.
     pub fn covariance(&self, count: usize) -> DMatrix<f64> {
-        let (Some(inverse), Some(whole)) = (self.base.inverses.last(), self.fits.last()) else { return DMatrix::zeros(count, count) };
+        let (Some(inverse), Some(whole)) = (self.base.inverses.last(), self.fits.last()) else {
+            return DMatrix::zeros(count, count);
+        };
         let projection = whole.projection.rows(0, count);
         inverse.view((0, 0), (count, count)) + projection * &whole.inverse * projection.transpose()
     }
@@ -283,17 +326,20 @@ fn lengths(columns: &DMatrix<f64>) -> Option<Vec<f64>> {
     columns.column_iter().map(|column| Some(column.norm()).filter(|l| *l > 0.0 && l.is_finite())).collect()
 }
 
-/// Least share of its length that a column must have orthogonal to the others to be linearly independent: the resolution of normal equations.
+/// Least share of its length that a column must have orthogonal to the others to be linearly independent: the
+/// resolution of normal equations.
 pub(super) const INDEPENDENT: f64 = 1e-5;
 
-/// Inverts penalised normal equations, scaled to columns of unit length for accuracy with mixed units; `None` where columns are linearly dependent.
+/// Inverts penalised normal equations, scaled to columns of unit length for accuracy with mixed units; `None`
+/// where columns are linearly dependent.
 fn inverse(mut normal: DMatrix<f64>, penalty: &[f64], lengths: &[f64]) -> Option<DMatrix<f64>> {
     let count = normal.nrows();
     for i in 0..count {
         normal[(i, i)] += penalty[i];
     }
     let scaled = DMatrix::from_fn(count, count, |i, j| normal[(i, j)] / (lengths[i] * lengths[j]));
-    let inverse = Cholesky::new(scaled).filter(|c| (0..count).all(|i| c.l_dirty()[(i, i)] > INDEPENDENT))?.inverse();
+    let inverse =
+        Cholesky::new(scaled).filter(|c| (0..count).all(|i| c.l_dirty()[(i, i)] > INDEPENDENT))?.inverse();
     Some(DMatrix::from_fn(count, count, |i, j| inverse[(i, j)] / (lengths[i] * lengths[j])))
 }
 
@@ -306,7 +352,8 @@ mod tests {
     use dynamics::inverse_dynamics::{MotionSignal, Preprocessing};
     use measurement::{DriveEffort, MotionRecord};
 
-    /// Bordered columns give the same solution as all columns in one fit, without each part and with all parts.
+    /// Bordered columns give the same solution as all columns in one fit, without each part and with all
+    /// parts.
     #[test]
     fn limit_bordered_equations_equal_one_fit() {
         let swings = |i: usize| 0.1 * (1e-3 * i as f64).sin();
@@ -323,7 +370,8 @@ mod tests {
         let motion = MotionSignal::new(&record, Preprocessing::default_for(1e-3)).unwrap();
         let data = MotionData::new(vec![&motion]);
         let mut random = Xoshiro256PlusPlus::seed_from_u64(1);
-        let mut columns = |count: usize| DMatrix::from_fn(data.samples(), count, |_, _| random.random::<f64>() - 0.3);
+        let mut columns =
+            |count: usize| DMatrix::from_fn(data.samples(), count, |_, _| random.random::<f64>() - 0.3);
         for (ridge, count) in [(0.0, 3), (0.2, 7), (0.0, 0)] {
             let (shared, own, shift, forces) = (columns(6), columns(count), columns(1), columns(2));
             let penalty = [vec![0.0; 2], vec![3.0; 4]].concat();
@@ -333,7 +381,10 @@ mod tests {
             let forces: Vec<DVector<f64>> = forces.column_iter().map(|c| c.into_owned()).collect();
             let solved = design.solve(&data, &Forces::new(&data, &forces, &[base]));
             let all = side_by_side(&[&shared, &own]);
-            let known = DVector::from_iterator(6 + count, penalty.into_iter().chain(std::iter::repeat_n(ridge, count)));
+            let known = DVector::from_iterator(
+                6 + count,
+                penalty.into_iter().chain(std::iter::repeat_n(ridge, count)),
+            );
             for (force, solved) in forces.iter().zip(solved) {
                 let (y, solved) = (force - &shift, solved.unwrap());
                 let fit = |rows: &[usize]| {
@@ -347,14 +398,20 @@ mod tests {
                         data.order[from..from + samples].to_vec(),
                         data.order[..from].iter().chain(&data.order[from + samples..]).copied().collect(),
                     );
-                    let expected = (y.select_rows(&out) - all.select_rows(&out) * fit(&kept).1).norm_squared();
+                    let expected =
+                        (y.select_rows(&out) - all.select_rows(&out) * fit(&kept).1).norm_squared();
                     assert!((left / expected - 1.0).abs() < 1e-10, "{left} {expected}");
                 }
                 let (inverse, coefficients) = fit(&data.order);
                 assert!((&solved.coefficients - &coefficients).norm() < 1e-10 * coefficients.norm());
                 assert!((solved.prior - coefficients.component_mul(&coefficients).dot(&known)).abs() < 1e-10);
-                assert!((design.covariance(6) - inverse.view((0, 0), (6, 6))).norm() < 1e-10 * inverse.norm());
-                assert!((design.force(&data, &coefficients) - &all * &coefficients - &shift).norm() < 1e-10 * force.norm());
+                assert!(
+                    (design.covariance(6) - inverse.view((0, 0), (6, 6))).norm() < 1e-10 * inverse.norm()
+                );
+                assert!(
+                    (design.force(&data, &coefficients) - &all * &coefficients - &shift).norm()
+                        < 1e-10 * force.norm()
+                );
             }
         }
     }

@@ -6,7 +6,9 @@ use super::channel_weight::weigh;
 use super::closed_interval::closed_interval;
 use super::context::{Chosen, Context, MotionSettings};
 use super::data::{MotionData, side_by_side};
-use super::data_fault::{Contradiction, Covariance, RecordShift, beyond_effects, contradictions, faulty, shifts};
+use super::data_fault::{
+    Contradiction, Covariance, RecordShift, beyond_effects, contradictions, faulty, shifts,
+};
 use super::decision::{MotionDecisionInputs, amount, decide};
 use super::design::INDEPENDENT;
 use super::force_fault::{ForceFault, Nominal, correct, texts, with_force_faults};
@@ -20,8 +22,8 @@ use super::selection::SelectionStep;
 use crate::evidence::share_closed;
 use crate::{Hypothesis, Status, Verdict, VerdictKind};
 use dynamics::inverse_dynamics::{
-    InverseError, LinearForce, MotionSignal, Phase, Rigid, free_parameters, is_linear_in_inverse, mask_backlash_crossings,
-    parameters_without_influence,
+    InverseError, LinearForce, MotionSignal, Phase, Rigid, free_parameters, is_linear_in_inverse,
+    mask_backlash_crossings, parameters_without_influence,
 };
 use long_work::Control;
 use machine::{Effect, EffectIds, Machine, ParameterValues};
@@ -60,7 +62,8 @@ pub struct MotionDiagnosis {
     pub located: Vec<LocatedMotion>,
     /// Null distribution of the machine as described.
     pub null: MotionNullDistribution,
-    /// Squared prediction error at left-out parts over the median of null simulations (1), of the machine as described and of the chosen model.
+    /// Squared prediction error at left-out parts over the median of null simulations (1), of the machine as
+    /// described and of the chosen model.
     pub excess: [f64; 2],
     /// The chosen model: with the named effect or combination, else the machine as described.
     pub chosen: (Hypothesis, ParameterValues),
@@ -86,7 +89,8 @@ pub struct MotionDiagnosis {
     pub verdict: Verdict,
     /// Phase of the motion in which the named effect, or the unknown one, is largest.
     pub phase: Option<Phase>,
-    /// Squared prediction error at left-out parts with the chosen effects, over that of the machine as described (1).
+    /// Squared prediction error at left-out parts with the chosen effects, over that of the machine as
+    /// described (1).
     pub loss: f64,
     /// Whether the diagnosis ran to its end.
     pub complete: bool,
@@ -99,21 +103,24 @@ impl MotionDiagnosis {
     }
 }
 
-/// Least gain of a second effect, and that of a third or of one easily confused with the first: similar effects best explain the residual of an
-/// imperfectly modelled first effect.
+/// Least gain of a second effect, and that of a third or of one easily confused with the first: similar
+/// effects best explain the residual of an imperfectly modelled first effect.
 const LEAST_SECOND: f64 = 0.11;
 const LEAST_MORE: f64 = 0.25;
 /// Largest number of combined effects.
 const MAX_EFFECTS: usize = 3;
-/// Least share of the misfit that a common effect must explain, and of the held-out gap that it must close with confidence, to be mentioned.
+/// Least share of the misfit that a common effect must explain, and of the held-out gap that it must close
+/// with confidence, to be mentioned.
 const LEAST_CONFIDENT: f64 = 0.2;
 /// Draws of the bootstrap of `closed`.
 const BOOTSTRAP: usize = 400;
 
-/// Diagnoses motions of a drive by the force of its rigid motion and, where recorded, by the transmission errors of extra measuring points. Of
-/// several effects with one id the one for motion is used ([`Effect::for_data`]).
+/// Diagnoses motions of a drive by the force of its rigid motion and, where recorded, by the transmission
+/// errors of extra measuring points. Of several effects with one id the one for motion is used
+/// ([`Effect::for_data`]).
 ///
-/// # Errors  the machine is not one rigid axis, a record gives force instead of torque or the reverse, a frozen parameter is unknown. Records that do
+/// # Errors  the machine is not one rigid axis, a record gives force instead of torque or the reverse, a
+///   frozen parameter is unknown. Records that do
 /// not determine the machine's own parameters give the verdict «insufficient», not an error.
 pub fn diagnose_motion(
     machine: &Machine,
@@ -124,22 +131,31 @@ pub fn diagnose_motion(
     control: &Control,
 ) -> Result<MotionDiagnosis, InverseError> {
     let rigid = Rigid::new(machine, &machine.start())?;
-    let without_edges = |motions: &[&MotionSignal]| motions.iter().map(|m| (*m).clone().without_edges()).collect::<Vec<MotionSignal>>();
+    let without_edges = |motions: &[&MotionSignal]| {
+        motions.iter().map(|m| (*m).clone().without_edges()).collect::<Vec<MotionSignal>>()
+    };
     let (mut all, fitted) = (without_edges(&[fit_motions, held_out].concat()), fit_motions.len());
     all.iter().try_for_each(|motion| rigid.check(machine, motion))?;
     let asked = free_parameters(machine, frozen)?;
     // A parameter that no channel depends on keeps its value.
     let unseen = parameters_without_influence(&rigid, machine, &asked, fit_motions);
     let free: Vec<usize> = asked.into_iter().filter(|i| !unseen.contains(i)).collect();
-    // The data do not distinguish springs in series with equal wind-up, and no verdict depends on their distinction.
+    // The data do not distinguish springs in series with equal wind-up, and no verdict depends on their
+    // distinction.
     let spring = |parameter: usize| is_linear_in_inverse(machine, &[parameter])[0];
-    let force_faults = correct(&Nominal { rigid: &rigid, machine, free: &free, may_stay: spring }, &mut all, fitted);
+    let force_faults =
+        correct(&Nominal { rigid: &rigid, machine, free: &free, may_stay: spring }, &mut all, fitted);
     let fit_of = |all: &mut [MotionSignal]| {
         weigh(&rigid, machine, &free, spring, all, fitted)?;
         nominal_fit(&rigid, machine, &free, &all[..fitted].iter().collect::<Vec<_>>(), spring, control)
     };
-    let fit = fit_of(&mut all)
-        .and_then(|first| if mask_backlash_crossings(&mut all, &rigid, machine, &first.values) { fit_of(&mut all) } else { Ok(first) });
+    let fit = fit_of(&mut all).and_then(|first| {
+        if mask_backlash_crossings(&mut all, &rigid, machine, &first.values) {
+            fit_of(&mut all)
+        } else {
+            Ok(first)
+        }
+    });
     let (fit_motions, held_out): (Vec<&MotionSignal>, Vec<&MotionSignal>) =
         (all[..fitted].iter().collect(), all[fitted..].iter().collect());
     let (fit_motions, held_out) = (fit_motions.as_slice(), held_out.as_slice());
@@ -152,8 +168,16 @@ pub fn diagnose_motion(
         Err(other) => return Err(other),
     };
     let held = unseen.iter().chain(free.iter().filter(|i| !fit.free.contains(i)));
-    let frozen: Vec<String> = frozen.iter().cloned().chain(held.map(|i| machine.parameters[*i].id.clone())).collect();
-    let context = Context { data: MotionData::new(fit_motions.to_vec()), rigid, frozen: &frozen, effects, settings, control };
+    let frozen: Vec<String> =
+        frozen.iter().cloned().chain(held.map(|i| machine.parameters[*i].id.clone())).collect();
+    let context = Context {
+        data: MotionData::new(fit_motions.to_vec()),
+        rigid,
+        frozen: &frozen,
+        effects,
+        settings,
+        control,
+    };
     let base = (nominal.clone(), fit);
     let Some(first) = context.screen(&base, &EffectIds::default()) else {
         let why =
@@ -172,10 +196,12 @@ pub fn diagnose_motion(
     // Prediction error at left-out parts with the chosen effects, over that of the machine as described.
     let mut loss = 1.0;
     let full_fits = context.full_fits(&first, &base);
-    let same =
-        first.indistinguishable(context.effects, |at| full_fits[at].as_ref().map_or(0.0, |fitted| 1.0 - fitted.1.squares / base.1.squares));
+    let same = first.indistinguishable(context.effects, |at| {
+        full_fits[at].as_ref().map_or(0.0, |fitted| 1.0 - fitted.1.squares / base.1.squares)
+    });
     // Name the best of the indistinguishable effects that the joint fit confirms.
-    let confirmed = |at: &usize| full_fits[*at].as_ref().is_some_and(|next| context.confirms(&first, *at, next, &base));
+    let confirmed =
+        |at: &usize| full_fits[*at].as_ref().is_some_and(|next| context.confirms(&first, *at, next, &base));
     if first.significant(|at| context.least(&first, first.id(at)))
         && let Some(at) = same.iter().copied().find(confirmed)
         && let Some(next) = full_fits[at].clone()
@@ -211,8 +237,10 @@ pub fn diagnose_motion(
     let parts = |(hypothesis, values): (&Hypothesis, &[f64]), motions: &[&MotionSignal]| -> Vec<MotionPart> {
         motions.iter().map(|m| part(&context.rigid, &hypothesis.machine, values, m)).collect()
     };
-    let (base_fit, base_held_out) = (parts((&base.0, &base.1.values), fit_motions), parts((&base.0, &base.1.values), held_out));
-    let (chosen_fit, chosen_held_out) = (parts((&chosen.0, &chosen.1.values), fit_motions), parts((&chosen.0, &chosen.1.values), held_out));
+    let (base_fit, base_held_out) =
+        (parts((&base.0, &base.1.values), fit_motions), parts((&base.0, &base.1.values), held_out));
+    let (chosen_fit, chosen_held_out) =
+        (parts((&chosen.0, &chosen.1.values), fit_motions), parts((&chosen.0, &chosen.1.values), held_out));
     let floor_fit = floor_of(&noise_of(&chosen_fit, fit_motions), &chosen_fit);
     let noise = noise_of(&chosen_held_out, held_out);
     let floor = if held_out.is_empty() { floor_fit } else { floor_of(&noise, &chosen_held_out) };
@@ -232,13 +260,23 @@ pub fn diagnose_motion(
             });
             let p_value = Some(first.null.p_value(ranked));
             let statistic = first.null.statistic(ranked);
-            TriedMotion { id: candidate.id.clone(), status: Status::Tried, gain: ranked.gain, statistic, p_value, parameters, held_out }
+            TriedMotion {
+                id: candidate.id.clone(),
+                status: Status::Tried,
+                gain: ranked.gain,
+                statistic,
+                p_value,
+                parameters,
+                held_out,
+            }
         })
         .collect();
     for (at, candidate) in first.screening.candidates.iter().enumerate() {
         if first.ranked.iter().all(|r| r.candidate != at) {
             let status = match &candidate.status {
-                Status::Tried => Status::Failed("its parameters leave their ranges at every grid node".into()),
+                Status::Tried => {
+                    Status::Failed("its parameters leave their ranges at every grid node".into())
+                }
                 other => other.clone(),
             };
             tried.push(TriedMotion {
@@ -269,16 +307,19 @@ pub fn diagnose_motion(
                 shape: variable.shape(),
                 gain: r.gain,
                 p_value: first.null.p_value_free(r),
-                gap_held_out: function.and_then(|function| gap_with(function, &base, (&context, &other_data))),
+                gap_held_out: function
+                    .and_then(|function| gap_with(function, &base, (&context, &other_data))),
             })
         })
         .collect();
     let model = (&context.rigid, &chosen.0.machine, &chosen.1.values[..]);
     let fit_shifts = shifts(model, fit_motions, None);
-    let other_shifts = shifts(model, held_out, Covariance::new(&chosen.1, &chosen.0.machine, fit_motions).as_ref());
+    let other_shifts =
+        shifts(model, held_out, Covariance::new(&chosen.1, &chosen.0.machine, fit_motions).as_ref());
     let step_s = fit_motions.iter().map(|m| m.step_s).fold(0.0, f64::max);
     // An effect that delays the force of all records must not hide a single record with a delayed force.
-    let without_delay = without_added_delay(&chosen).map(|values| shifts((&context.rigid, &chosen.0.machine, &values), fit_motions, None));
+    let without_delay = without_added_delay(&chosen)
+        .map(|values| shifts((&context.rigid, &chosen.0.machine, &values), fit_motions, None));
     let faulty = faulty(without_delay.as_ref().unwrap_or(&fit_shifts), &base_fit, step_s);
     let contradictions = contradictions(&fit_shifts, &other_shifts, step_s);
     let stated = beyond_effects(&contradictions, &other_shifts, &base_held_out);
@@ -287,7 +328,8 @@ pub fn diagnose_motion(
     let confirming95 = if sound.is_empty() || sound.len() == held_out.len() {
         closed95
     } else {
-        let [before, after] = [&base, &chosen].map(|(hypothesis, fit)| parts((hypothesis, &fit.values), &sound));
+        let [before, after] =
+            [&base, &chosen].map(|(hypothesis, fit)| parts((hypothesis, &fit.values), &sound));
         closed_interval(&before, &after, &noise_of(&after, &sound), BOOTSTRAP, settings.seed)
     };
     let verdict = decide(&MotionDecisionInputs {
@@ -314,7 +356,8 @@ pub fn diagnose_motion(
         None => verdict,
     };
     let verdict = if control.stopped() {
-        let reason = "stopped before enough null simulations were drawn to decide on significance".to_string();
+        let reason =
+            "stopped before enough null simulations were drawn to decide on significance".to_string();
         with_force_faults(Verdict::new(VerdictKind::Insufficient, reason, None), &force_faults)
     } else {
         verdict
@@ -324,10 +367,17 @@ pub fn diagnose_motion(
         VerdictKind::Unknown => first.best_free(),
         _ => None,
     };
-    let squared_reduction = named_candidate.and_then(|ranked| first.screening.squared_reduction(&context.data, ranked));
+    let squared_reduction =
+        named_candidate.and_then(|ranked| first.screening.squared_reduction(&context.data, ranked));
     Ok(MotionDiagnosis {
-        phase: squared_reduction.and_then(|squared_reduction| largest_phase(&context.data.motions, squared_reduction.as_slice())),
-        cells: fit_motions.iter().zip(&base_fit).chain(held_out.iter().zip(&base_held_out)).flat_map(|(m, p)| misfit_map(m, p)).collect(),
+        phase: squared_reduction
+            .and_then(|squared_reduction| largest_phase(&context.data.motions, squared_reduction.as_slice())),
+        cells: fit_motions
+            .iter()
+            .zip(&base_fit)
+            .chain(held_out.iter().zip(&base_held_out))
+            .flat_map(|(m, p)| misfit_map(m, p))
+            .collect(),
         nominal: (base.0, base.1.values),
         fit: base_fit,
         held_out: base_held_out,
@@ -350,8 +400,9 @@ pub fn diagnose_motion(
     })
 }
 
-/// Describes a common effect that explains most of the fitted records' misfit. It must close part of the held-out gap with confidence, and more than
-/// its patch alone closes, as a description with compliant springs may.
+/// Describes a common effect that explains most of the fitted records' misfit. It must close part of the
+/// held-out gap with confidence, and more than its patch alone closes, as a description with compliant
+/// springs may.
 fn common_cause(
     context: &Context<'_>,
     first: &SelectionStep,
@@ -366,18 +417,22 @@ fn common_cause(
         .filter(|(_, (_, fit))| fit.squares < (1.0 - LEAST_CONFIDENT) * squares);
     let (at, (hypothesis, fit)) = best?;
     let machine = &hypothesis.machine;
-    let parts = |values: &[f64]| held_out.iter().map(|m| part(&context.rigid, machine, values, m)).collect::<Vec<MotionPart>>();
+    let parts = |values: &[f64]| {
+        held_out.iter().map(|m| part(&context.rigid, machine, values, m)).collect::<Vec<MotionPart>>()
+    };
     let mut without = fit.values.clone();
     hypothesis.added.iter().for_each(|i| without[*i] = machine.parameters[*i].start);
     let (after, without) = (parts(&fit.values), parts(&without));
     let noise = noise_of(before, held_out);
-    let share = |after: &[MotionPart]| share_closed(gap_of(before)?, gap_of(after)?, floor_of(&noise, before)?);
+    let share =
+        |after: &[MotionPart]| share_closed(gap_of(before)?, gap_of(after)?, floor_of(&noise, before)?);
     let closed = share(&after)?;
     let (low, high) = closed_interval(before, &after, &noise, BOOTSTRAP, context.settings.seed)?;
     if low < LEAST_CONFIDENT || closed - share(&without)? < LEAST_CONFIDENT {
         return None;
     }
-    let amounts: Vec<String> = hypothesis.added.iter().map(|i| amount(&machine.parameters[*i], fit.values[*i])).collect();
+    let amounts: Vec<String> =
+        hypothesis.added.iter().map(|i| amount(&machine.parameters[*i], fit.values[*i])).collect();
     Some(format!(
         "{}, which is common on machines, closes {:.0} % of the held-out gap ({:.0}–{:.0} %): {}",
         first.id(at),
@@ -390,7 +445,8 @@ fn common_cause(
 
 /// Returns the values of a fit without the delay of the force that effects add. `None` where none does.
 fn without_added_delay((hypothesis, fit): &Chosen) -> Option<ParameterValues> {
-    let delays = hypothesis.machine.drive.as_ref()?.delay_s.depends_on().filter(|i| hypothesis.added.contains(i));
+    let delays =
+        hypothesis.machine.drive.as_ref()?.delay_s.depends_on().filter(|i| hypothesis.added.contains(i));
     let mut values = fit.values.clone();
     let mut delayed = false;
     for index in delays {
@@ -401,9 +457,16 @@ fn without_added_delay((hypothesis, fit): &Chosen) -> Option<ParameterValues> {
     delayed.then_some(values)
 }
 
-/// Returns the gap of held-out records with a free function, fitted together with the machine's free parameters to the fitted records.
-fn gap_with(function: &FreeFunction, (hypothesis, fit): &Chosen, (context, held_out): (&Context<'_>, &MotionData<'_>)) -> Option<f64> {
-    let own = |data: &MotionData<'_>| LinearForce::new(&context.rigid, &hypothesis.machine, &fit.values, &fit.free, &data.motions);
+/// Returns the gap of held-out records with a free function, fitted together with the machine's free
+/// parameters to the fitted records.
+fn gap_with(
+    function: &FreeFunction,
+    (hypothesis, fit): &Chosen,
+    (context, held_out): (&Context<'_>, &MotionData<'_>),
+) -> Option<f64> {
+    let own = |data: &MotionData<'_>| {
+        LinearForce::new(&context.rigid, &hypothesis.machine, &fit.values, &fit.free, &data.motions)
+    };
     let recorded = held_out.y.norm();
     if held_out.motions.is_empty() || !(recorded > 0.0) {
         return None;
@@ -412,8 +475,9 @@ fn gap_with(function: &FreeFunction, (hypothesis, fit): &Chosen, (context, held_
     let penalty = [vec![0.0; fit.free.len()], vec![function.ridge(); function.columns.ncols()]].concat();
     let columns = side_by_side(&[&here.derivatives, &function.columns]);
     let solved = LinearFit::penalised(&columns, &penalty, &(&context.data.y - here.prediction), INDEPENDENT)?;
-    let residual =
-        &held_out.y - there.prediction - side_by_side(&[&there.derivatives, &function.columns_on(held_out)]) * solved.coefficients;
+    let residual = &held_out.y
+        - there.prediction
+        - side_by_side(&[&there.derivatives, &function.columns_on(held_out)]) * solved.coefficients;
     Some(residual.norm() / recorded)
 }
 
@@ -426,9 +490,13 @@ fn insufficient(
     why: String,
 ) -> MotionDiagnosis {
     let values = nominal.machine.start();
-    let parts = |motions: &[&MotionSignal]| motions.iter().map(|m| part(rigid, &nominal.machine, &values, m)).collect::<Vec<_>>();
+    let parts = |motions: &[&MotionSignal]| {
+        motions.iter().map(|m| part(rigid, &nominal.machine, &values, m)).collect::<Vec<_>>()
+    };
     let (fit, held_out) = (parts(fit), parts(held_out));
-    let next = Some("record a motion with reversals, several speeds and accelerations over the whole travel".to_string());
+    let next = Some(
+        "record a motion with reversals, several speeds and accelerations over the whole travel".to_string(),
+    );
     MotionDiagnosis {
         chosen: (nominal.clone(), values.clone()),
         nominal: (nominal, values),

@@ -9,10 +9,12 @@ use machine::Machine;
 
 /// Factors between units of force or torque, what is recorded and what was meant.
 const UNITS: [(f64, &str, &str); 3] = [(1e3, "N", "kN"), (9.80665, "N", "kgf"), (4.448_222, "N", "lbf")];
-/// Share of the squared force that the machine as described leaves at least where its sign or unit is wrong in all records (1).
+/// Share of the squared force that the machine as described leaves at least where its sign or unit is wrong
+/// in all records (1).
 const UNEXPLAINED: f64 = 0.5;
-/// Largest share of the squared force of other records that the machine leaves where it judges a record, and largest share of a squared deviation that
-/// remains once its sign or unit is corrected (1): nine tenths are explained.
+/// Largest share of the squared force of other records that the machine leaves where it judges a record, and
+/// largest share of a squared deviation that remains once its sign or unit is corrected (1): nine tenths are
+/// explained.
 const REMAINS: f64 = 0.1;
 /// Largest ratio of what two factors leave of the squared force at which they explain it equally well (1).
 const SAME: f64 = 2.0;
@@ -40,8 +42,11 @@ impl ForceFault {
         let of = self.record.as_ref().map_or("all records".into(), |record| format!("record {record}"));
         let size = self.factor.abs();
         let cause = |factor: f64| {
-            let [of, by] = [factor, 1.0 / factor].map(|factor| UNITS.iter().find(|(unit, ..)| (factor / unit - 1.0).abs() < SAME_SCALE));
-            let words = of.map(|(_, recorded, meant)| (recorded, meant)).or(by.map(|(_, recorded, meant)| (meant, recorded)));
+            let [of, by] = [factor, 1.0 / factor]
+                .map(|factor| UNITS.iter().find(|(unit, ..)| (factor / unit - 1.0).abs() < SAME_SCALE));
+            let words = of
+                .map(|(_, recorded, meant)| (recorded, meant))
+                .or(by.map(|(_, recorded, meant)| (meant, recorded)));
             words.map_or(String::new(), |(recorded, meant)| format!(", as of {recorded} for {meant}"))
         };
         let times = match size {
@@ -58,7 +63,8 @@ impl ForceFault {
 
     /// Corrects the records that it concerns.
     fn correct(&self, motions: &mut [MotionSignal]) {
-        let concerned = |motion: &&mut MotionSignal| self.record.as_ref().is_none_or(|record| *record == motion.name);
+        let concerned =
+            |motion: &&mut MotionSignal| self.record.as_ref().is_none_or(|record| *record == motion.name);
         motions.iter_mut().filter(concerned).for_each(|motion| {
             multiply(motion, 1.0 / self.factor);
             // A reading that was reconstructed from the force is wrong with it.
@@ -80,7 +86,8 @@ fn multiply(motion: &mut MotionSignal, by: f64) {
     motion.load.iter_mut().for_each(|force| *force *= by);
 }
 
-/// Adds wrong signs and units of the force to the verdict on the corrected records. They are the verdict where it names no effect.
+/// Adds wrong signs and units of the force to the verdict on the corrected records. They are the verdict
+/// where it names no effect.
 pub(super) fn with_force_faults(verdict: Verdict, found: &[ForceFault]) -> Verdict {
     if found.is_empty() {
         return verdict;
@@ -92,7 +99,14 @@ pub(super) fn with_force_faults(verdict: Verdict, found: &[ForceFault]) -> Verdi
         return Verdict { faults, reason, ..verdict };
     }
     let next = "correct the files, or check sign and range of the force channel and record again".to_string();
-    Verdict { kind: VerdictKind::Measurement, faults, reason, next_measurement: Some(next), confirmed: None, ..verdict }
+    Verdict {
+        kind: VerdictKind::Measurement,
+        faults,
+        reason,
+        next_measurement: Some(next),
+        confirmed: None,
+        ..verdict
+    }
 }
 
 /// A rigid drive, its machine, the free parameters and those of them that may keep their start values.
@@ -105,18 +119,31 @@ pub(super) struct Nominal<'n, S> {
 
 impl<S: Fn(usize) -> bool> Nominal<'_, S> {
     fn fit(&self, motions: &[&MotionSignal]) -> Result<ForceFit, InverseError> {
-        estimate_identifiable(self.rigid, self.machine, &self.machine.start(), self.free, motions, &self.may_stay)
+        estimate_identifiable(
+            self.rigid,
+            self.machine,
+            &self.machine.start(),
+            self.free,
+            motions,
+            &self.may_stay,
+        )
     }
 
-    /// Returns the share of the squared force of records that a fit to them leaves (1); infinite where they determine no fit.
+    /// Returns the share of the squared force of records that a fit to them leaves (1); infinite where they
+    /// determine no fit.
     fn left(&self, motions: &[MotionSignal]) -> f64 {
         let recorded: f64 = motions.iter().map(|motion| square(&motion.load)).sum();
         self.fit(&motions.iter().collect::<Vec<_>>()).map_or(f64::INFINITY, |fit| fit.squares / recorded)
     }
 }
 
-/// Finds wrong signs and units of the force and corrects the records for them. The first `fitted` motions are the fitted ones.
-pub(super) fn correct(nominal: &Nominal<'_, impl Fn(usize) -> bool>, motions: &mut [MotionSignal], fitted: usize) -> Vec<ForceFault> {
+/// Finds wrong signs and units of the force and corrects the records for them. The first `fitted` motions are
+/// the fitted ones.
+pub(super) fn correct(
+    nominal: &Nominal<'_, impl Fn(usize) -> bool>,
+    motions: &mut [MotionSignal],
+    fitted: usize,
+) -> Vec<ForceFault> {
     // The force alone is compared.
     let mut forces = motions.to_vec();
     forces.iter_mut().for_each(|motion| motion.extra_channels.clear());
@@ -131,14 +158,18 @@ pub(super) fn correct(nominal: &Nominal<'_, impl Fn(usize) -> bool>, motions: &m
     found
 }
 
-/// Returns the sign or unit of all records with which the machine explains them, where it does not as they are.
+/// Returns the sign or unit of all records with which the machine explains them, where it does not as they
+/// are.
 fn of_all(nominal: &Nominal<'_, impl Fn(usize) -> bool>, motions: &[MotionSignal]) -> Option<ForceFault> {
     let as_recorded = nominal.left(motions);
     if !(as_recorded > UNEXPLAINED) || !as_recorded.is_finite() {
         return None;
     }
     let units = UNITS.iter().flat_map(|(unit, ..)| [*unit, 1.0 / unit]);
-    let factors = std::iter::once(1.0).chain(units).flat_map(|factor| [-factor, factor]).filter(|factor| *factor != 1.0);
+    let factors = std::iter::once(1.0)
+        .chain(units)
+        .flat_map(|factor| [-factor, factor])
+        .filter(|factor| *factor != 1.0);
     let left = |factor: f64| {
         let mut corrected = motions.to_vec();
         corrected.iter_mut().for_each(|motion| multiply(motion, 1.0 / factor));
@@ -148,15 +179,21 @@ fn of_all(nominal: &Nominal<'_, impl Fn(usize) -> bool>, motions: &[MotionSignal
     let least = tried.iter().map(|(_, left)| *left).fold(f64::INFINITY, f64::min);
     // Wide ranges of the parameters allow several units: the smallest change is stated.
     let as_good = tried.into_iter().filter(|(_, left)| *left <= (SAME * least).min(REMAINS * as_recorded));
-    let factor = as_good.map(|(factor, _)| factor).min_by(|a, b| a.abs().ln().abs().total_cmp(&b.abs().ln().abs()))?;
+    let factor =
+        as_good.map(|(factor, _)| factor).min_by(|a, b| a.abs().ln().abs().total_cmp(&b.abs().ln().abs()))?;
     Some(ForceFault { record: None, factor })
 }
 
-/// Returns the record whose force differs by sign or unit from that of a machine fitted to the others. Two records may contradict each other: it is the
-/// held-out one then, and none where both are fitted.
-fn of_one(nominal: &Nominal<'_, impl Fn(usize) -> bool>, motions: &[MotionSignal], fitted: usize) -> Option<ForceFault> {
+/// Returns the record whose force differs by sign or unit from that of a machine fitted to the others. Two
+/// records may contradict each other: it is the held-out one then, and none where both are fitted.
+fn of_one(
+    nominal: &Nominal<'_, impl Fn(usize) -> bool>,
+    motions: &[MotionSignal],
+    fitted: usize,
+) -> Option<ForceFault> {
     let against_others = |at: usize| {
-        let others: Vec<&MotionSignal> = motions.iter().enumerate().filter(|(i, _)| *i != at).map(|(_, motion)| motion).collect();
+        let others: Vec<&MotionSignal> =
+            motions.iter().enumerate().filter(|(i, _)| *i != at).map(|(_, motion)| motion).collect();
         let fit = nominal.fit(&others).ok()?;
         let others_left = fit.squares / others.iter().map(|motion| square(&motion.load)).sum::<f64>();
         let record: MotionPart = part(nominal.rigid, nominal.machine, &fit.values, &motions[at]);
@@ -172,16 +209,24 @@ fn of_one(nominal: &Nominal<'_, impl Fn(usize) -> bool>, motions: &[MotionSignal
     eligible.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(_, _, fault)| fault)
 }
 
-/// Returns the factor of a record's force that fits best, its squared deviation from the predicted force, and what that factor leaves of it.
+/// Returns the factor of a record's force that fits best, its squared deviation from the predicted force, and
+/// what that factor leaves of it.
 fn factor_of(record: &MotionPart) -> Option<(f64, f64, f64)> {
-    let predicted: Vec<f64> = record.recorded.iter().zip(&record.residual).map(|(recorded, residual)| recorded - residual).collect();
-    let product: f64 = record.recorded.iter().zip(&predicted).map(|(recorded, predicted)| recorded * predicted).sum();
+    let predicted: Vec<f64> = record
+        .recorded
+        .iter()
+        .zip(&record.residual)
+        .map(|(recorded, residual)| recorded - residual)
+        .collect();
+    let product: f64 =
+        record.recorded.iter().zip(&predicted).map(|(recorded, predicted)| recorded * predicted).sum();
     let (own, deviation) = (square(&predicted), square(&record.residual));
     let factor = product / own;
     (own > 0.0 && factor != 0.0).then(|| (factor, deviation, square(&record.recorded) - product * factor))
 }
 
-/// Returns the sign of a factor, with the unit that it is near: other factors may be those of a missing effect in a record at one speed.
+/// Returns the sign of a factor, with the unit that it is near: other factors may be those of a missing
+/// effect in a record at one speed.
 fn sign_and_unit(factor: f64) -> f64 {
     let units = UNITS.iter().flat_map(|(unit, ..)| [*unit, 1.0 / unit]);
     let near = units.into_iter().find(|unit| (factor.abs() / unit - 1.0).abs() < SAME_SCALE);

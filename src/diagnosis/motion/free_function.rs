@@ -1,5 +1,5 @@
-//! Free functions: smooth functions of speed, position, acceleration or travel since the last reversal, added to the force or to the error of an
-//! extra channel. They locate a discrepancy without naming its cause.
+//! Free functions: smooth functions of speed, position, acceleration or travel since the last reversal, added
+//! to the force or to the error of an extra channel. They locate a discrepancy without naming its cause.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -64,7 +64,12 @@ impl Variable {
 
     /// Whether the function changes its sign with the direction of the motion.
     fn is_directed(self) -> bool {
-        matches!(self, Variable::PositionAndDirection | Variable::AccelerationAndDirection | Variable::TravelSinceReversal)
+        matches!(
+            self,
+            Variable::PositionAndDirection
+                | Variable::AccelerationAndDirection
+                | Variable::TravelSinceReversal
+        )
     }
 }
 
@@ -88,8 +93,8 @@ impl FreeFunction {
         DMatrix::from_columns(&self.used.iter().map(column).collect::<Vec<_>>())
     }
 
-    /// Returns the penalty on each of its columns. Hat functions sum to columns of the machine (a constant, a direction): a small ridge penalty
-    /// separates them.
+    /// Returns the penalty on each of its columns. Hat functions sum to columns of the machine (a constant, a
+    /// direction): a small ridge penalty separates them.
     pub fn ridge(&self) -> f64 {
         1e-3 * self.columns.norm_squared() / self.columns.ncols() as f64
     }
@@ -115,10 +120,20 @@ pub struct LocatedMotion {
 }
 
 /// Returns the column of one hat function.
-fn hat_column(data: &MotionData<'_>, channel: Option<&str>, variable: Variable, knots: &[f64], at: usize) -> DVector<f64> {
+fn hat_column(
+    data: &MotionData<'_>,
+    channel: Option<&str>,
+    variable: Variable,
+    knots: &[f64],
+    at: usize,
+) -> DVector<f64> {
     data.channel(channel, |motion| {
         let hats = variable.samples(motion).into_iter().map(|x| hat(knots, at, x));
-        if variable.is_directed() { hats.zip(motion.direction()).map(|(hat, sign)| hat * sign).collect() } else { hats.collect() }
+        if variable.is_directed() {
+            hats.zip(motion.direction()).map(|(hat, sign)| hat * sign).collect()
+        } else {
+            hats.collect()
+        }
     })
 }
 
@@ -135,7 +150,8 @@ pub(super) fn free_functions(data: &MotionData<'_>) -> Vec<FreeFunction> {
                 continue;
             }
             let columns = (0..knots.len()).map(|at| hat_column(data, channel, variable, &knots, at));
-            let (used, columns): (Vec<usize>, Vec<DVector<f64>>) = columns.enumerate().filter(|(_, column)| column.norm() > 0.0).unzip();
+            let (used, columns): (Vec<usize>, Vec<DVector<f64>>) =
+                columns.enumerate().filter(|(_, column)| column.norm() > 0.0).unzip();
             if !columns.is_empty() {
                 let (column, columns) = (channel.map(str::to_string), DMatrix::from_columns(&columns));
                 functions.push(FreeFunction { column, columns, variable, knots, used });
@@ -202,8 +218,10 @@ pub(super) struct ForceLocations<'p> {
 impl<'p> ForceLocations<'p> {
     /// Determines the points of a machine with given values along motions.
     pub fn new(rigid: &Rigid, machine: &'p Machine, values: &[f64], motions: &'p [&'p MotionSignal]) -> Self {
-        let friction_location =
-            motions.iter().find_map(|m| rigid.joint_with_most_friction(machine, values, m)).map(|joint| machine.joints[joint].name.clone());
+        let friction_location = motions
+            .iter()
+            .find_map(|m| rigid.joint_with_most_friction(machine, values, m))
+            .map(|joint| machine.joints[joint].name.clone());
         let driven = || machine.drive.as_ref().map_or("drive".into(), |d| machine.points[d.on].name.clone());
         ForceLocations {
             machine,
@@ -213,10 +231,12 @@ impl<'p> ForceLocations<'p> {
         }
     }
 
-    /// Returns the location of a free function. Errors of an extra channel arise at its point, forces depending on acceleration at the largest
-    /// inertia, all others at the largest friction.
+    /// Returns the location of a free function. Errors of an extra channel arise at its point, forces
+    /// depending on acceleration at the largest inertia, all others at the largest friction.
     pub fn of(&self, over: Variable, column: Option<&str>) -> String {
-        let further = |name: &str| self.motions.iter().flat_map(|m| &m.extra_channels).find(|f| f.column == name).map(|f| f.point);
+        let further = |name: &str| {
+            self.motions.iter().flat_map(|m| &m.extra_channels).find(|f| f.column == name).map(|f| f.point)
+        };
         let point = match column {
             Some(column) => further(column),
             None if over == Variable::Acceleration => self.heaviest,

@@ -51,13 +51,14 @@ impl MotionPart {
         (square(&self.residual) / self.samples.max(1) as f64).sqrt() / self.weight
     }
 
-    /// Returns rms(predicted − measured)/rms(measured) of the tracking error of an extra channel. The prediction is the encoder's position with the
-    /// predicted transmission error.
+    /// Returns rms(predicted − measured)/rms(measured) of the tracking error of an extra channel. The
+    /// prediction is the encoder's position with the predicted transmission error.
     pub fn tracking_gap(&self) -> Option<f64> {
         self.tracking.filter(|t| *t > 0.0).map(|t| self.residual_rms() / t)
     }
 
-    /// Returns the gap of this channel due to noise, where the command repeats: the non-repeating part of the residual.
+    /// Returns the gap of this channel due to noise, where the command repeats: the non-repeating part of the
+    /// residual.
     pub fn noise_floor(&self) -> Option<f64> {
         let noise = non_repeating(&self.residual, self.period?);
         Some(square(&noise).sqrt() / square(&self.recorded).sqrt())

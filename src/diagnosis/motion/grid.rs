@@ -33,18 +33,28 @@ impl LinearParameter {
     }
 }
 
-/// Grid nodes over one nonlinear parameter; largest number of waves over the travel, with two nodes each; nodes over several parameters.
+/// Grid nodes over one nonlinear parameter; largest number of waves over the travel, with two nodes each;
+/// nodes over several parameters.
 const NODES: (usize, usize, usize) = (24, 80, 48);
 
-/// Returns the grid nodes over the ranges of nonlinear parameters. A period is searched from an eightieth of the travel to the travel, at nodes half
-/// a wave apart over it. Longer waves belong to the nuisance parameters.
-pub(super) fn grid(machine: &Machine, curved: &[usize], data: &MotionData<'_>, rigid: &Rigid) -> Vec<Vec<(usize, f64)>> {
-    let turning = machine.drive.as_ref().map(|d| d.on).filter(|p| machine.points[*p].motion == PointMotion::Rotation);
+/// Returns the grid nodes over the ranges of nonlinear parameters. A period is searched from an eightieth of
+/// the travel to the travel, at nodes half a wave apart over it. Longer waves belong to the nuisance
+/// parameters.
+pub(super) fn grid(
+    machine: &Machine,
+    curved: &[usize],
+    data: &MotionData<'_>,
+    rigid: &Rigid,
+) -> Vec<Vec<(usize, f64)>> {
+    let turning =
+        machine.drive.as_ref().map(|d| d.on).filter(|p| machine.points[*p].motion == PointMotion::Rotation);
     let range = |index: usize| {
         let p = &machine.parameters[index];
         let travel = match p.mechanism {
             Mechanism::Period(PeriodAlong::Travel) => Some(1.0),
-            Mechanism::Period(PeriodAlong::Motor) => Some(turning.map_or(1.0, |point| rigid.point_ratio(point).abs())),
+            Mechanism::Period(PeriodAlong::Motor) => {
+                Some(turning.map_or(1.0, |point| rigid.point_ratio(point).abs()))
+            }
             _ => None,
         };
         let Some(travel) = travel else { return (p.lower, p.upper, p.scale == Scale::Logarithmic) };
@@ -62,18 +72,28 @@ pub(super) fn grid(machine: &Machine, curved: &[usize], data: &MotionData<'_>, r
             if machine.parameters[*one].mechanism.is_period() {
                 let (low, high, _) = range(*one);
                 let count = (2.0 * high / low).clamp(1.0, 2.0 * NODES.1 as f64) as usize;
-                let waves = |k: usize| 1.0 / high + (k as f64 + 0.5) / count as f64 * (1.0 / low - 1.0 / high);
+                let waves =
+                    |k: usize| 1.0 / high + (k as f64 + 0.5) / count as f64 * (1.0 / low - 1.0 / high);
                 return (0..count).map(|k| vec![(*one, 1.0 / waves(k))]).collect();
             }
             let count = NODES.0;
-            // From the inner neighbour of the end with next to no influence outward: that end itself has no information.
-            // A range that begins at zero is divided by the third power: nodes are denser at small values.
+            // From the inner neighbour of the end with next to no influence outward: that end itself has no
+            // information. A range that begins at zero is divided by the third power: nodes are denser at
+            // small values.
             let (low, _, logarithmic) = range(*one);
-            let unit = |k: usize| ((k as f64 - 0.5) / count as f64).powi(if low == 0.0 && !logarithmic { 3 } else { 1 });
+            let unit = |k: usize| {
+                ((k as f64 - 0.5) / count as f64).powi(if low == 0.0 && !logarithmic { 3 } else { 1 })
+            };
             (1..=count).map(|k| vec![(*one, value(*one, unit(k)))]).collect()
         }
         several => {
-            let point = |k: usize| several.iter().zip(halton_point(k, several.len())).map(|(i, unit)| (*i, value(*i, unit))).collect();
+            let point = |k: usize| {
+                several
+                    .iter()
+                    .zip(halton_point(k, several.len()))
+                    .map(|(i, unit)| (*i, value(*i, unit)))
+                    .collect()
+            };
             (1..=NODES.2).map(point).collect()
         }
     }
@@ -83,7 +103,13 @@ pub(super) fn grid(machine: &Machine, curved: &[usize], data: &MotionData<'_>, r
 const SMALL_CHANGE: f64 = 0.05;
 
 /// Returns a small value of an amplitude; `None` for other parameters.
-pub(super) fn small(rigid: &Rigid, machine: &Machine, start: &[f64], index: usize, data: &MotionData<'_>) -> Option<f64> {
+pub(super) fn small(
+    rigid: &Rigid,
+    machine: &Machine,
+    start: &[f64],
+    index: usize,
+    data: &MotionData<'_>,
+) -> Option<f64> {
     let parameter = &machine.parameters[index];
     if parameter.scale == Scale::Logarithmic || !(parameter.lower < 0.0 && 0.0 < parameter.upper) {
         return None;

@@ -28,7 +28,8 @@ pub struct MisfitCell {
     pub direction: i8,
     /// Number of samples.
     pub samples: usize,
-    /// Root mean square of the residual in the cell over that of the record's force (of the transmission error for an extra channel).
+    /// Root mean square of the residual in the cell over that of the record's force (of the transmission
+    /// error for an extra channel).
     pub gap: f64,
     /// Share of the record's squared misfit.
     pub share: f64,
@@ -39,8 +40,8 @@ pub struct MisfitCell {
 /// Number of bands of speed and of position.
 const BANDS: usize = 5;
 
-/// Returns the non-empty cells of a record. Samples at standstill belong to no cell: there the force of a rigid drive does not follow from its
-/// motion.
+/// Returns the non-empty cells of a record. Samples at standstill belong to no cell: there the force of a
+/// rigid drive does not follow from its motion.
 pub fn misfit_map(motion: &MotionSignal, part: &MotionPart) -> Vec<MisfitCell> {
     let mut found = cells_of(motion, part, (None, &motion.is_moving, 1.0));
     for (further, part) in motion.extra_channels.iter().zip(&part.extra_channels) {
@@ -50,7 +51,11 @@ pub fn misfit_map(motion: &MotionSignal, part: &MotionPart) -> Vec<MisfitCell> {
 }
 
 /// Returns the cells of one channel, with the mask of its samples and its weight.
-fn cells_of(motion: &MotionSignal, part: &MotionPart, (column, counts, weight): (Option<&String>, &[bool], f64)) -> Vec<MisfitCell> {
+fn cells_of(
+    motion: &MotionSignal,
+    part: &MotionPart,
+    (column, counts, weight): (Option<&String>, &[bool], f64),
+) -> Vec<MisfitCell> {
     let kept: Vec<usize> = motion.kept().collect();
     let all = phases(motion);
     let moving = counts.iter().filter(|m| **m).count();
@@ -62,7 +67,9 @@ fn cells_of(motion: &MotionSignal, part: &MotionPart, (column, counts, weight): 
             .zip(&part.residual)
             .zip(counts)
             .filter(|((at, _), moves)| {
-                **moves && inside(**at) && (direction == 0 || motion.velocity_m_s[**at] * f64::from(direction) > 0.0)
+                **moves
+                    && inside(**at)
+                    && (direction == 0 || motion.velocity_m_s[**at] * f64::from(direction) > 0.0)
             })
             .map(|((_, e), _)| *e)
             .collect();
@@ -109,14 +116,16 @@ fn cells_of(motion: &MotionSignal, part: &MotionPart, (column, counts, weight): 
 /// Least share of the masked samples in a phase whose mean is used.
 const LEAST_SAMPLES: f64 = 0.01;
 
-/// Returns the phase with the largest mean amount per sample. Amounts are given for the force, record after record, each followed by its extra
-/// channels.
+/// Returns the phase with the largest mean amount per sample. Amounts are given for the force, record after
+/// record, each followed by its extra channels.
 pub(super) fn largest_phase(motions: &[&MotionSignal], amount: &[f64]) -> Option<Phase> {
     let mut sums = [(0.0, 0_usize); Phase::ALL.len()];
     let mut amounts = amount.iter();
     for motion in motions {
         let (kept, all): (Vec<usize>, _) = (motion.kept().collect(), phases(motion));
-        for counts in std::iter::once(&motion.is_moving).chain(motion.extra_channels.iter().map(|f| &f.is_used)) {
+        for counts in
+            std::iter::once(&motion.is_moving).chain(motion.extra_channels.iter().map(|f| &f.is_used))
+        {
             for ((at, counts), amount) in kept.iter().zip(counts).zip(&mut amounts) {
                 if *counts {
                     let (sum, count) = &mut sums[all[*at] as usize];
@@ -127,6 +136,9 @@ pub(super) fn largest_phase(motions: &[&MotionSignal], amount: &[f64]) -> Option
         }
     }
     let least = LEAST_SAMPLES * sums.iter().map(|(_, count)| *count as f64).sum::<f64>();
-    let means = Phase::ALL.into_iter().zip(sums).filter(|(_, (sum, count))| *count > 0 && *count as f64 >= least && *sum > 0.0);
+    let means = Phase::ALL
+        .into_iter()
+        .zip(sums)
+        .filter(|(_, (sum, count))| *count > 0 && *count as f64 >= least && *sum > 0.0);
     means.max_by(|a, b| (a.1.0 / a.1.1 as f64).total_cmp(&(b.1.0 / b.1.1 as f64))).map(|(phase, _)| phase)
 }

@@ -1,10 +1,12 @@
-//! Diagnosis of the discrepancy between simulated and recorded motion by inverse dynamics, with the same questions as for FRFs.
+//! Diagnosis of the discrepancy between simulated and recorded motion by inverse dynamics, with the same
+//! questions as for FRFs.
 //!
-//! The recorded force is compared with that of the rigid machine. Transmission errors of extra measuring points, where recorded, are compared in
-//! addition, weighted by the noise of each. The force is linear in most parameters: a candidate adds a few columns to those of the machine. Its other
-//! parameters (a velocity, a period, a delay) are searched on a grid. Candidates are ranked by their prediction of parts of the motion that are left
-//! out of the fit. Thresholds come from null simulations: the machine with its nuisance parameters, and noise with the autocorrelation of the
-//! residual.
+//! The recorded force is compared with that of the rigid machine. Transmission errors of extra measuring
+//! points, where recorded, are compared in addition, weighted by the noise of each. The force is linear in
+//! most parameters: a candidate adds a few columns to those of the machine. Its other parameters (a velocity,
+//! a period, a delay) are searched on a grid. Candidates are ranked by their prediction of parts of the
+//! motion that are left out of the fit. Thresholds come from null simulations: the machine with its nuisance
+//! parameters, and noise with the autocorrelation of the residual.
 
 mod channel_weight;
 mod closed_interval;

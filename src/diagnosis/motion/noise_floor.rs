@@ -52,15 +52,20 @@ impl NoiseFloor {
         }
     }
 
-    /// Estimates the noise of a record that does not repeat. Misfit is large at reversals and elsewhere constant for a while, noise is everywhere.
-    /// Hence the estimate is the median absolute difference over some hundredths of a second, of samples with an uninterrupted mask. An oscillating
-    /// misfit would be overestimated: the residual beyond smooth functions is an upper bound. It is also the estimate of a channel that is too short.
+    /// Estimates the noise of a record that does not repeat. Misfit is large at reversals and elsewhere
+    /// constant for a while, noise is everywhere. Hence the estimate is the median absolute difference over
+    /// some hundredths of a second, of samples with an uninterrupted mask. An oscillating misfit would be
+    /// overestimated: the residual beyond smooth functions is an upper bound. It is also the estimate of a
+    /// channel that is too short.
     fn of(channel: &MotionPart, counts: &[bool], beyond_smooth: Vec<f64>) -> Self {
         let residual = &channel.residual;
         let most = (square(&beyond_smooth) / counts.iter().filter(|c| **c).count().max(1) as f64).sqrt();
         let level = |lag: usize| -> Option<f64> {
             let whole = |at: &usize| counts[at - lag..=*at].iter().all(|c| *c);
-            let differences: Vec<f64> = (lag..residual.len()).filter(whole).map(|at| (residual[at] - residual[at - lag]).abs()).collect();
+            let differences: Vec<f64> = (lag..residual.len())
+                .filter(whole)
+                .map(|at| (residual[at] - residual[at - lag]).abs())
+                .collect();
             let level = OVER_MEDIAN * median(differences.iter().copied())? / std::f64::consts::SQRT_2;
             (differences.len() >= LEAST_COUNT).then_some(level.min(most))
         };
@@ -72,11 +77,12 @@ impl NoiseFloor {
     }
 }
 
-/// Returns the noise of each channel of each record. For a repeating command it is the non-repeating part of the chosen model's residual, scaled for
-/// the mean that was removed; else its level.
+/// Returns the noise of each channel of each record. For a repeating command it is the non-repeating part of
+/// the chosen model's residual, scaled for the mean that was removed; else its level.
 pub(super) fn noise_of(after: &[MotionPart], motions: &[&MotionSignal]) -> Vec<NoiseFloor> {
     let of = |(part, motion): (&MotionPart, &&MotionSignal)| -> Vec<NoiseFloor> {
-        let counts = std::iter::once(&motion.is_moving).chain(motion.extra_channels.iter().map(|f| &f.is_used));
+        let counts =
+            std::iter::once(&motion.is_moving).chain(motion.extra_channels.iter().map(|f| &f.is_used));
         let left = non_systematic(part, motion);
         let one = |((channel, counts), left): ((&MotionPart, &Vec<bool>), Vec<f64>)| match part.period {
             Some(_) => NoiseFloor::Sampled(left),
@@ -87,15 +93,21 @@ pub(super) fn noise_of(after: &[MotionPart], motions: &[&MotionSignal]) -> Vec<N
     after.iter().zip(motions).flat_map(of).collect()
 }
 
-/// Returns the part of each channel's residual that does not repeat with the command, scaled for the mean that was removed. Without a repeating
-/// command, it is the residual beyond smooth functions of speed, position and travel since reversal: more than its noise.
+/// Returns the part of each channel's residual that does not repeat with the command, scaled for the mean
+/// that was removed. Without a repeating command, it is the residual beyond smooth functions of speed,
+/// position and travel since reversal: more than its noise.
 pub(super) fn non_systematic(part: &MotionPart, motion: &MotionSignal) -> Vec<Vec<f64>> {
     if let Some(period) = part.period {
         return part.channels().map(|c| non_repeating(&c.residual, period)).collect();
     }
     let data = MotionData::new(vec![motion]);
-    let all = DVector::from_iterator(data.samples(), part.channels().flat_map(|c| c.residual.iter().copied()));
-    without_smooth_functions(&data, all).as_slice().chunks(motion.load.len().max(1)).map(<[f64]>::to_vec).collect()
+    let all =
+        DVector::from_iterator(data.samples(), part.channels().flat_map(|c| c.residual.iter().copied()));
+    without_smooth_functions(&data, all)
+        .as_slice()
+        .chunks(motion.load.len().max(1))
+        .map(<[f64]>::to_vec)
+        .collect()
 }
 
 /// Returns the gap due to noise over all records.
@@ -111,13 +123,15 @@ mod tests {
 
     use super::*;
 
-    /// Returns normal noise of size 1 that is correlated over `blur` samples, with peaks of ±15 at reversals and a slow wave of 0.5.
+    /// Returns normal noise of size 1 that is correlated over `blur` samples, with peaks of ±15 at reversals
+    /// and a slow wave of 0.5.
     fn residual(blur: usize, reversals: bool) -> Vec<f64> {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(7);
         let mut uniform = || random.random::<f64>() - 0.5;
         let normal: Vec<f64> = (0..2000 + blur).map(|_| (0..12).map(|_| uniform()).sum()).collect();
         let noise = normal.windows(blur).map(|w| w.iter().sum::<f64>() / (blur as f64).sqrt());
-        let reversal = |at: usize| if reversals && at % 40 < 3 { 15.0 - 10.0 * (at % 40) as f64 } else { 0.0 };
+        let reversal =
+            |at: usize| if reversals && at % 40 < 3 { 15.0 - 10.0 * (at % 40) as f64 } else { 0.0 };
         noise.enumerate().map(|(at, noise)| noise + reversal(at) + 0.5 * (0.02 * at as f64).sin()).collect()
     }
 
@@ -157,10 +171,14 @@ mod tests {
     #[test]
     fn limit_noise_of_a_wave_is_bounded_by_the_residual_beyond_smooth_functions() {
         // Differences of a wave of 10 Hz give 1.7 times its root mean square.
-        let wave: Vec<f64> = (0..2000).map(|at| 3.0 * (0.2 * std::f64::consts::PI * at as f64).sin()).collect();
+        let wave: Vec<f64> =
+            (0..2000).map(|at| 3.0 * (0.2 * std::f64::consts::PI * at as f64).sin()).collect();
         let counts = vec![true; wave.len()];
         let half: Vec<f64> = wave.iter().map(|x| 0.5 * x).collect();
-        assert!(level_of(&noise_of(wave.clone(), &counts, wave.clone()), &counts) < 3.0 / std::f64::consts::SQRT_2 + 1e-9);
+        assert!(
+            level_of(&noise_of(wave.clone(), &counts, wave.clone()), &counts)
+                < 3.0 / std::f64::consts::SQRT_2 + 1e-9
+        );
         assert!(level_of(&noise_of(wave, &counts, half), &counts) < 1.5 / std::f64::consts::SQRT_2 + 1e-9);
     }
 

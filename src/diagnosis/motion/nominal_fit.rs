@@ -5,11 +5,12 @@ use identification::motion::{ForceFit, best_anywhere, estimate_identifiable};
 use long_work::Control;
 use machine::Machine;
 
-/// Squared misfit of a fit near the description, as a multiple of the least, above which it is a minimum of its own and not the described machine.
+/// Squared misfit of a fit near the description, as a multiple of the least, above which it is a minimum of
+/// its own and not the described machine.
 const OTHER_MINIMUM: f64 = 2.0;
 
-/// Fits the machine near its description. Its best fit anywhere is used only where it leaves far less: elsewhere in their ranges parameters in which the
-/// force is not linear may imitate a missing effect.
+/// Fits the machine near its description. Its best fit anywhere is used only where it leaves far less:
+/// elsewhere in their ranges parameters in which the force is not linear may imitate a missing effect.
 pub(super) fn nominal_fit(
     rigid: &Rigid,
     machine: &Machine,

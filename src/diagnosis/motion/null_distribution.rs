@@ -1,12 +1,14 @@
-//! Null distribution of motions: the reduction of the prediction error by candidates where no effect is missing.
+//! Null distribution of motions: the reduction of the prediction error by candidates where no effect is
+//! missing.
 
 use super::screening::{NullDraw, Ranked, strength};
 use crate::null_distribution::excess;
 use numeric::distribution::monte_carlo_p_value;
 use numeric::statistics::quantile;
 
-/// Null distribution. Candidates differ in what they gain by chance: a wave of any period gains much, others little. Hence −ln(1 − gain) is divided
-/// by the 90 % quantile of each candidate, and the largest ratio of a draw represents the whole library.
+/// Null distribution. Candidates differ in what they gain by chance: a wave of any period gains much, others
+/// little. Hence −ln(1 − gain) is divided by the 90 % quantile of each candidate, and the largest ratio of a
+/// draw represents the whole library.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MotionNullDistribution {
     /// 90 % quantile of −ln(1 − gain) of each candidate.
@@ -23,18 +25,26 @@ pub struct MotionNullDistribution {
 
 /// Least scale of a candidate.
 const LEAST_SCALE: f64 = 0.01;
-/// Least ratio of a candidate's −ln(1 − gain) to its largest in any draw that counts as significant regardless of other candidates.
+/// Least ratio of a candidate's −ln(1 − gain) to its largest in any draw that counts as significant
+/// regardless of other candidates.
 const BEYOND: f64 = 1.25;
 
 impl MotionNullDistribution {
     /// Builds the distribution from its draws. `free` marks free functions.
     pub(super) fn new(draws: &[NullDraw], free: &[bool]) -> Self {
         let of = |at: usize| draws.iter().map(move |draw| draw.gains[at]);
-        let scales: Vec<f64> = (0..free.len()).map(|at| quantile(of(at), 0.9).unwrap_or(0.0).max(LEAST_SCALE)).collect();
+        let scales: Vec<f64> =
+            (0..free.len()).map(|at| quantile(of(at), 0.9).unwrap_or(0.0).max(LEAST_SCALE)).collect();
         let most: Vec<f64> = (0..free.len()).map(|at| of(at).fold(0.0, f64::max)).collect();
         let largest = |of_free: bool| {
             let largest_ratio = |draw: &NullDraw| {
-                let ratios = draw.gains.iter().zip(&scales).zip(free).filter(|(_, free)| **free == of_free).map(|((g, s), _)| g / s);
+                let ratios = draw
+                    .gains
+                    .iter()
+                    .zip(&scales)
+                    .zip(free)
+                    .filter(|(_, free)| **free == of_free)
+                    .map(|((g, s), _)| g / s);
                 ratios.fold(0.0, f64::max)
             };
             let mut all: Vec<f64> = draws.iter().map(largest_ratio).collect();
@@ -57,8 +67,8 @@ impl MotionNullDistribution {
         excess(misfit, &self.misfit)
     }
 
-    /// Returns the share of draws in which some effect gains as much; the least possible share where a candidate clearly exceeds its own largest
-    /// gain.
+    /// Returns the share of draws in which some effect gains as much; the least possible share where a
+    /// candidate clearly exceeds its own largest gain.
     pub fn p_value(&self, ranked: &Ranked) -> f64 {
         self.p_value_among(&self.effects, ranked)
     }

@@ -36,7 +36,10 @@ impl ResidualBootstrap {
                 let part = &residual.as_slice()[from..from + length];
                 from += length;
                 let repeating = period.map_or(Vec::new(), |period| period_mean(part, period));
-                let rest = part.iter().enumerate().map(|(i, e)| if repeating.is_empty() { *e } else { e - repeating[i % repeating.len()] });
+                let rest = part
+                    .iter()
+                    .enumerate()
+                    .map(|(i, e)| if repeating.is_empty() { *e } else { e - repeating[i % repeating.len()] });
                 RecordResidual { rest: rest.collect(), repeating }
             })
             .collect();
@@ -55,14 +58,18 @@ impl ResidualBootstrap {
         self.inflation
     }
 
-    /// Draws noise by blocks. Moved in time, they keep the autocorrelation; `in_place` with random signs, they also keep the distribution of the
-    /// level over time. The repeating part repeats in the draw.
+    /// Draws noise by blocks. Moved in time, they keep the autocorrelation; `in_place` with random signs,
+    /// they also keep the distribution of the level over time. The repeating part repeats in the draw.
     pub fn draw(&self, in_place: bool, random: &mut Xoshiro256PlusPlus) -> DVector<f64> {
         let mut all = Vec::new();
         for part in &self.records {
             let repeating = self.resampled(&part.repeating, in_place, random);
             let rest = self.resampled(&part.rest, in_place, random);
-            all.extend(rest.iter().enumerate().map(|(i, e)| if repeating.is_empty() { *e } else { e + repeating[i % repeating.len()] }));
+            all.extend(
+                rest.iter()
+                    .enumerate()
+                    .map(|(i, e)| if repeating.is_empty() { *e } else { e + repeating[i % repeating.len()] }),
+            );
         }
         DVector::from_vec(all)
     }
@@ -98,7 +105,9 @@ pub(super) fn period_mean(part: &[f64], period: usize) -> Vec<f64> {
 
 /// Returns the long-run variance over that of white noise, at least 1.
 fn inflation(residual: &DVector<f64>, reach: usize) -> f64 {
-    (long_run_covariance(&DMatrix::from_columns(std::slice::from_ref(residual)), reach)[(0, 0)] / residual.norm_squared()).max(1.0)
+    (long_run_covariance(&DMatrix::from_columns(std::slice::from_ref(residual)), reach)[(0, 0)]
+        / residual.norm_squared())
+    .max(1.0)
 }
 
 /// Returns the lag (samples) at which the autocorrelation first falls below a tenth.

@@ -1,4 +1,5 @@
-//! Screening: every candidate is fitted jointly with the machine and ranked by its prediction of left-out parts of the motion.
+//! Screening: every candidate is fitted jointly with the machine and ranked by its prediction of left-out
+//! parts of the motion.
 
 use std::sync::Arc;
 
@@ -90,7 +91,8 @@ pub struct MotionScreening {
 
 /// Least relative change of the force by an effective parameter value.
 const LEAST_CHANGE: f64 = 1e-3;
-/// Least share of a column, orthogonal to the machine's own parameters, with which a candidate is identifiable.
+/// Least share of a column, orthogonal to the machine's own parameters, with which a candidate is
+/// identifiable.
 const LEAST_INDEPENDENT: f64 = 0.05;
 
 /// Largest size (standard deviations) of nuisance parameters in null simulations.
@@ -133,35 +135,58 @@ impl MotionScreening {
             return None;
         }
         let tolerances = columns_of(&nuisances);
-        // Noise: the residual beyond smooth functions, whatever effect is missing. Its autocorrelation reduces the effective number of samples.
+        // Noise: the residual beyond smooth functions, whatever effect is missing. Its autocorrelation
+        // reduces the effective number of samples.
         let functions = free_functions(data);
         let mut left = fit.residual.clone();
-        for part in std::iter::once(&all.derivatives).chain([&tolerances]).chain(functions.iter().map(|s| &s.columns)) {
-            let independent = part.select_columns(&(0..part.ncols().saturating_sub(usize::from(part.ncols() > 4))).collect::<Vec<_>>());
+        for part in
+            std::iter::once(&all.derivatives).chain([&tolerances]).chain(functions.iter().map(|s| &s.columns))
+        {
+            let independent = part.select_columns(
+                &(0..part.ncols().saturating_sub(usize::from(part.ncols() > 4))).collect::<Vec<_>>(),
+            );
             left = LinearFit::new(&independent, &left).map_or(left, |p| p.residual);
         }
         let noise = ResidualBootstrap::new(&left, &data.records());
         let variance = left.norm_squared() / data.samples() as f64 * noise.inflation();
         let penalties = |free: usize| [vec![0.0; free], vec![variance; nuisances.len()]].concat();
-        // Fix parameters that would leave their range next to the nuisance parameters: no candidate gains or loses by moving them farther.
+        // Fix parameters that would leave their range next to the nuisance parameters: no candidate gains or
+        // loses by moving them farther.
         let with_nuisances = side_by_side(&[&all.derivatives, &tolerances]);
-        let step = LinearFit::penalised(&with_nuisances, &penalties(free_all.len()), &fit.residual, INDEPENDENT)?.coefficients;
+        let step =
+            LinearFit::penalised(&with_nuisances, &penalties(free_all.len()), &fit.residual, INDEPENDENT)?
+                .coefficients;
         let inside = |at: &usize| {
             let (p, x) = (&machine.parameters[free_all[*at]], fit.values[free_all[*at]]);
             p.holds_inside(x) || (p.lower..=p.upper).contains(&(x + step[*at]))
         };
         let free: Vec<usize> = (0..free_all.len()).filter(inside).map(|at| free_all[at]).collect();
-        let columns = if free.len() == free_all.len() { all } else { LinearForce::new(rigid, machine, &fit.values, &free, &data.motions) };
+        let columns = if free.len() == free_all.len() {
+            all
+        } else {
+            LinearForce::new(rigid, machine, &fit.values, &free, &data.motions)
+        };
         // Nuisance parameters with the machine's own columns, which many candidates do not change, and alone.
         let known = vec![variance; nuisances.len()];
-        let whole =
-            SharedDesign::new(data, &side_by_side(&[&tolerances, &columns.derivatives]), [known.clone(), vec![0.0; free.len()]].concat())?;
+        let whole = SharedDesign::new(
+            data,
+            &side_by_side(&[&tolerances, &columns.derivatives]),
+            [known.clone(), vec![0.0; free.len()]].concat(),
+        )?;
         let bases = [Arc::new(whole), Arc::new(SharedDesign::new(data, &tolerances, known)?)];
         let shift = |columns: &LinearForce, values: &[f64]| {
-            &columns.prediction - &columns.derivatives * DVector::from_iterator(free.len(), free.iter().map(|i| values[*i]))
+            &columns.prediction
+                - &columns.derivatives * DVector::from_iterator(free.len(), free.iter().map(|i| values[*i]))
         };
         let here = shift(&columns, &fit.values);
-        let nominal_design = CandidateDesign::new(data, &bases[0], &here, &DMatrix::zeros(data.samples(), 0), 0.0, Vec::new())?;
+        let nominal_design = CandidateDesign::new(
+            data,
+            &bases[0],
+            &here,
+            &DMatrix::zeros(data.samples(), 0),
+            0.0,
+            Vec::new(),
+        )?;
         // Share of a change that the machine's own parameters cannot reproduce.
         let independent_share = |change: &DVector<f64>| {
             let left = LinearFit::new(&columns.derivatives, change);
@@ -176,7 +201,8 @@ impl MotionScreening {
                 let of = &hypothesis.machine;
                 let start = start_of(of, &fit.values);
                 let added = &hypothesis.added;
-                // Linearity is tested at interior values. Without any change there, the force of a rigid drive does not depend on the effect.
+                // Linearity is tested at interior values. Without any change there, the force of a rigid
+                // drive does not depend on the effect.
                 let interior = interior(of, &start, added);
                 let base_force = prediction(rigid, of, &interior, &data.motions);
                 let changed_force = |index: usize, unit: f64| {
@@ -201,7 +227,8 @@ impl MotionScreening {
                     let why = "the force of the rigid drive with its present effects does not depend on it";
                     return without(hypothesis.id(), Status::NotApplicable(why.into()));
                 }
-                // Nonlinear amplitudes with both signs are linearised near zero, as a grid over several would miss it.
+                // Nonlinear amplitudes with both signs are linearised near zero, as a grid over several would
+                // miss it.
                 let mut toward = interior.clone();
                 if curved.len() > 1 {
                     curved.retain(|&index| {
@@ -230,7 +257,8 @@ impl MotionScreening {
                         (0..grid_points.len()).for_each(|k| grid_points[k][0].1 = from * (to / from).powf(k as f64 / last));
                     }
                 }
-                // A node covers itself and, for one nonlinear parameter other than a period, the linearised interval to its neighbours.
+                // A node covers itself and, for one nonlinear parameter other than a period, the linearised
+                // interval to its neighbours.
                 let straight = matches!(curved[..], [one] if !of.parameters[one].mechanism.is_period());
                 let near = |at: usize| {
                     let value = |at: usize| grid_points.get(at).map(|p| p[0].1);
@@ -299,7 +327,9 @@ impl MotionScreening {
             .collect();
         let mut candidates = made;
         for shape in functions {
-            if let Some(design) = CandidateDesign::new(data, &bases[0], &here, &shape.columns, shape.ridge(), Vec::new()) {
+            if let Some(design) =
+                CandidateDesign::new(data, &bases[0], &here, &shape.columns, shape.ridge(), Vec::new())
+            {
                 let node = GridNode { values: Vec::new(), linear: Vec::new(), design };
                 let word = shape.variable.word();
                 candidates.push(MotionCandidate {
@@ -323,8 +353,15 @@ impl MotionScreening {
         })
     }
 
-    /// Returns the squared misfit of a machine next to its nuisance parameters, with their penalty; parameters of effects keep their values.
-    pub fn squares(&self, data: &MotionData<'_>, rigid: &Rigid, machine: &Machine, values: &[f64]) -> Option<f64> {
+    /// Returns the squared misfit of a machine next to its nuisance parameters, with their penalty;
+    /// parameters of effects keep their values.
+    pub fn squares(
+        &self,
+        data: &MotionData<'_>,
+        rigid: &Rigid,
+        machine: &Machine,
+        values: &[f64],
+    ) -> Option<f64> {
         let own = LinearForce::new(rigid, machine, values, &self.free, &data.motions);
         let columns = side_by_side(&[&own.derivatives, &columns_of(&self.nuisances)]);
         let penalty = [vec![0.0; self.free.len()], vec![self.variance; self.nuisances.len()]].concat();
@@ -343,7 +380,12 @@ impl MotionScreening {
             let (node, best) = self.best(candidate, data, &forces).swap_remove(0)?;
             let at = &c.nodes[node];
             let mut added = at.values.clone();
-            added.extend(at.linear.iter().enumerate().map(|(k, l)| (l.index, l.of(best.coefficients[self.base_columns + k]))));
+            added.extend(
+                at.linear
+                    .iter()
+                    .enumerate()
+                    .map(|(k, l)| (l.index, l.of(best.coefficients[self.base_columns + k]))),
+            );
             Some(Ranked { candidate, gain: 1.0 - best.loss() / before, left_out: best.left_out, node, added })
         };
         let mut ranked: Vec<Ranked> = (0..self.candidates.len()).into_par_iter().filter_map(best).collect();
@@ -351,10 +393,15 @@ impl MotionScreening {
         ranked
     }
 
-    /// Returns the nuisance parameter of the machine as described that is largest in standard deviations, and that size.
+    /// Returns the nuisance parameter of the machine as described that is largest in standard deviations, and
+    /// that size.
     pub fn largest_nuisance(&self, data: &MotionData<'_>) -> Option<(&str, f64)> {
         let (_, coefficients, _) = self.fitted(data, None)?;
-        let sizes = self.nuisances.iter().zip(coefficients.iter()).map(|(nuisance, size)| (nuisance.name.as_str(), size.abs()));
+        let sizes = self
+            .nuisances
+            .iter()
+            .zip(coefficients.iter())
+            .map(|(nuisance, size)| (nuisance.name.as_str(), size.abs()));
         sizes.max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
@@ -371,18 +418,27 @@ impl MotionScreening {
     /// Returns the grid node of a candidate with the least loss for each force.
     fn best(&self, candidate: usize, data: &MotionData<'_>, forces: &Forces) -> Vec<Option<(usize, Solved)>> {
         let grid_points = self.candidates[candidate].nodes.iter().enumerate();
-        let all = grid_points.map(|(at, node)| node.design.solve(data, forces).into_iter().map(|s| s.map(|s| (at, s))).collect::<Vec<_>>());
+        let all = grid_points.map(|(at, node)| {
+            node.design.solve(data, forces).into_iter().map(|s| s.map(|s| (at, s))).collect::<Vec<_>>()
+        });
         let better = |a: Option<(usize, Solved)>, b: Option<(usize, Solved)>| match (a, b) {
             (Some(a), Some(b)) => Some(if b.1.loss() < a.1.loss() { b } else { a }),
             (a, b) => a.or(b),
         };
-        all.reduce(|a, b| a.into_iter().zip(b).map(|(a, b)| better(a, b)).collect()).unwrap_or_else(|| vec![None; forces.count()])
+        all.reduce(|a, b| a.into_iter().zip(b).map(|(a, b)| better(a, b)).collect())
+            .unwrap_or_else(|| vec![None; forces.count()])
     }
 
     /// Fits the machine, or a candidate, to the recorded force; returns design, coefficients and residual.
-    fn fitted(&self, data: &MotionData<'_>, of: Option<&Ranked>) -> Option<(&CandidateDesign, DVector<f64>, DVector<f64>)> {
+    fn fitted(
+        &self,
+        data: &MotionData<'_>,
+        of: Option<&Ranked>,
+    ) -> Option<(&CandidateDesign, DVector<f64>, DVector<f64>)> {
         let design = of.map_or(&self.nominal, |r| &self.candidates[r.candidate].nodes[r.node].design);
-        let solved = design.solve(data, &Forces::new(data, std::slice::from_ref(&data.y), &self.bases)).swap_remove(0)?;
+        let solved = design
+            .solve(data, &Forces::new(data, std::slice::from_ref(&data.y), &self.bases))
+            .swap_remove(0)?;
         let left = &data.y - design.force(data, &solved.coefficients);
         Some((design, solved.coefficients, left))
     }
@@ -394,8 +450,8 @@ impl MotionScreening {
         Some(before.zip_map(&after, |before, after| before * before - after * after))
     }
 
-    /// Simulates the machine without a missing effect. Nuisance parameters are drawn from their estimates next to the best candidate, noise by bootstrap
-    /// of its residual.
+    /// Simulates the machine without a missing effect. Nuisance parameters are drawn from their estimates
+    /// next to the best candidate, noise by bootstrap of its residual.
     pub(super) fn null_simulations(
         &self,
         data: &MotionData<'_>,
@@ -415,33 +471,52 @@ impl MotionScreening {
             let mut random = generator(seed, draw);
             let mut y = &machine + noise.draw(draw % 2 == 1, &mut random);
             let sizes = &known + &scatter * DVector::from_fn(count, |_, _| normal(&mut random));
-            self.nuisances.iter().zip(sizes.iter()).for_each(|(nuisance, size)| y.axpy(*size, &nuisance.column, 1.0));
+            self.nuisances
+                .iter()
+                .zip(sizes.iter())
+                .for_each(|(nuisance, size)| y.axpy(*size, &nuisance.column, 1.0));
             y
         };
         let solve_batch = |from: usize| {
-            let forces = Forces::new(data, &(from..draws.min(from + BATCH)).map(drawn).collect::<Vec<_>>(), &self.bases);
+            let forces = Forces::new(
+                data,
+                &(from..draws.min(from + BATCH)).map(drawn).collect::<Vec<_>>(),
+                &self.bases,
+            );
             let before = self.base_loss(data, &forces);
             let begin = |misfit: f64| NullDraw { misfit, gains: Vec::with_capacity(self.candidates.len()) };
             let mut draws: Vec<NullDraw> = before.into_iter().map(begin).collect();
             for candidate in 0..self.candidates.len() {
                 for (draw, best) in draws.iter_mut().zip(self.best(candidate, data, &forces)) {
-                    draw.gains.push(best.map_or(0.0, |(_, solved)| strength(1.0 - solved.loss() / draw.misfit)));
+                    draw.gains
+                        .push(best.map_or(0.0, |(_, solved)| strength(1.0 - solved.loss() / draw.misfit)));
                 }
             }
             draws
         };
         let chunks: Vec<usize> = (0..draws).step_by(BATCH).collect();
-        let of = |from: usize| control.cached(&format!("null simulations from {from} {seed}"), || solve_batch(from));
+        let of = |from: usize| {
+            control.cached(&format!("null simulations from {from} {seed}"), || solve_batch(from))
+        };
         chunks.into_par_iter().filter(|_| !control.stopped()).flat_map_iter(of).collect()
     }
 }
 
 /// Returns a candidate without a fit.
 fn without(id: String, status: Status) -> MotionCandidate {
-    MotionCandidate { id, status, hypothesis: None, free: None, column: None, unidentifiable: false, nodes: Vec::new() }
+    MotionCandidate {
+        id,
+        status,
+        hypothesis: None,
+        free: None,
+        column: None,
+        unidentifiable: false,
+        nodes: Vec::new(),
+    }
 }
 
-/// Returns prediction and derivatives by linear parameters. Those marked as `chord` are difference quotients to another point.
+/// Returns prediction and derivatives by linear parameters. Those marked as `chord` are difference quotients
+/// to another point.
 fn added_columns(
     rigid: &Rigid,
     machine: &Machine,
@@ -462,7 +537,9 @@ fn added_columns(
 
 /// Extends values of a machine by the start values of added effects.
 pub(super) fn start_of(machine: &Machine, values: &ParameterValues) -> ParameterValues {
-    ParameterValues(values.iter().copied().chain(machine.parameters.iter().skip(values.len()).map(|p| p.start)).collect())
+    ParameterValues(
+        values.iter().copied().chain(machine.parameters.iter().skip(values.len()).map(|p| p.start)).collect(),
+    )
 }
 
 /// Returns values with the added parameters inside their ranges, each at a different coordinate.

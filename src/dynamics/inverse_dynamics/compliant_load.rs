@@ -7,7 +7,8 @@ use crate::law::FrictionLaw;
 use machine::{Machine, Modifier as Scaled, Operating, Value};
 use numeric::filter::central_differences;
 
-/// A joint with backlash, or softer than described, and the load that the encoder moves through this joint alone.
+/// A joint with backlash, or softer than described, and the load that the encoder moves through this joint
+/// alone.
 pub(super) struct CompliantLoad<'m> {
     machine: &'m Machine,
     /// Index of the joint.
@@ -20,8 +21,8 @@ pub(super) struct CompliantLoad<'m> {
     compliance_factor: f64,
 }
 
-/// Largest natural angular frequency (rad/s) of the load on its joint. Above it the recorded motion cannot distinguish the joint from a rigid
-/// one.
+/// Largest natural angular frequency (rad/s) of the load on its joint. Above it the recorded motion cannot
+/// distinguish the joint from a rigid one.
 const MAX_OMEGA_RAD_S: f64 = 1e4;
 /// Largest phase advance (rad) of the fastest motion of the load in one step.
 const MAX_PHASE_STEP: f64 = 0.25;
@@ -29,13 +30,14 @@ const MAX_PHASE_STEP: f64 = 0.25;
 const MAX_SUBSTEPS: usize = 60;
 
 impl Rigid {
-    /// Travel (m) over which friction behind a compliant joint builds up where the description gives no presliding stiffness.
+    /// Travel (m) over which friction behind a compliant joint builds up where the description gives no
+    /// presliding stiffness.
     pub const PRESLIDING_TRAVEL_M: f64 = 1e-6;
 }
 
 impl<'m> CompliantLoad<'m> {
-    /// Finds the load behind the one joint with backlash or with a spring in series. `None` if there is no such joint, or more than one, or if it
-    /// does not separate the load from encoder and drive.
+    /// Finds the load behind the one joint with backlash or with a spring in series. `None` if there is no
+    /// such joint, or more than one, or if it does not separate the load from encoder and drive.
     pub fn new(rigid: &Rigid, machine: &'m Machine, values: &[f64]) -> Option<Self> {
         let number = |value: &Value| value.at(values, &Operating::default());
         let is_compliant = |j: &machine::Joint| {
@@ -47,7 +49,8 @@ impl<'m> CompliantLoad<'m> {
         Self::behind_joint(joint, rigid, machine, values)
     }
 
-    /// Finds the load behind a joint (index) with a spring; `None` if it does not separate a load from encoder and drive.
+    /// Finds the load behind a joint (index) with a spring; `None` if it does not separate a load from
+    /// encoder and drive.
     pub fn behind_joint(joint: usize, rigid: &Rigid, machine: &'m Machine, values: &[f64]) -> Option<Self> {
         let number = |value: &Value| value.at(values, &Operating::default());
         let soft = &machine.joints[joint];
@@ -71,7 +74,8 @@ impl<'m> CompliantLoad<'m> {
         while let Some(tie) = ties.iter().position(|t| t.iter().any(|p| encoder_side[*p])) {
             ties.swap_remove(tie).into_iter().for_each(|p| encoder_side[p] = true);
         }
-        let rate: f64 = soft.on.iter().filter(|(p, _)| encoder_side[*p]).map(|(p, c)| c * rigid.point_ratio(*p)).sum();
+        let rate: f64 =
+            soft.on.iter().filter(|(p, _)| encoder_side[*p]).map(|(p, c)| c * rigid.point_ratio(*p)).sum();
         let separates = soft.on.iter().any(|(p, _)| !encoder_side[*p] && !machine.points[*p].fixed);
         (encoder_side[drive.on] && separates && rate.abs() > 1e-9).then_some(CompliantLoad {
             machine,
@@ -97,17 +101,20 @@ impl<'m> CompliantLoad<'m> {
         on.iter().all(|(p, _)| !self.encoder_side[*p])
     }
 
-    /// Computes the force of the joint on the encoder's side (N, per reading), sample by sample. The load moves behind the recorded motion:
+    /// Computes the force of the joint on the encoder's side (N, per reading), sample by sample. The load
+    /// moves behind the recorded motion:
     ///
     /// ```text
     /// m·ÿ = T − Σ rⱼ·frictionⱼ(rⱼ·ẏ)        T = κ²·( k·(x − y) + c·(ẋ − ẏ) )        without backlash
     /// y = x ∓ ½·gap/κ, T = m·ẍ + Σ …  while T presses on that flank; else T = 0      with backlash
     /// ```
     ///
-    /// All quantities are per reading x of the encoder. The steps are semi-implicit; cubic Hermite polynomials give x between samples. With
-    /// backlash the flanks are rigid and the impacts plastic: the momentum of an impact passes the filter of the recorded acceleration.
+    /// All quantities are per reading x of the encoder. The steps are semi-implicit; cubic Hermite
+    /// polynomials give x between samples. With backlash the flanks are rigid and the impacts plastic: the
+    /// momentum of an impact passes the filter of the recorded acceleration.
     ///
-    /// Where the position of the load was recorded, T follows directly, and the encoder's side moves ahead of the load:
+    /// Where the position of the load was recorded, T follows directly, and the encoder's side moves ahead of
+    /// the load:
     ///
     /// ```text
     /// x = y + T/(κ²·k) ± ½·gap/κ, with that side's own mass times ẍ − ÿ added to T
@@ -118,7 +125,8 @@ impl<'m> CompliantLoad<'m> {
         let mass = rigid.inertia_of(self.machine, values, &|p| !self.encoder_side[p]);
         let square = self.rate * self.rate;
         let spring = Spring {
-            stiffness: (square * number(&soft.stiffness) / self.compliance_factor).min(mass * MAX_OMEGA_RAD_S * MAX_OMEGA_RAD_S),
+            stiffness: (square * number(&soft.stiffness) / self.compliance_factor)
+                .min(mass * MAX_OMEGA_RAD_S * MAX_OMEGA_RAD_S),
             damping: square * number(&soft.damping),
         };
         let half = 0.5 * number(&soft.gap) / self.rate.abs();
@@ -135,12 +143,17 @@ impl<'m> CompliantLoad<'m> {
             frictions.push(LoadFriction { ratio, viscous: number(&joint.damping), law, deflection: 0.0 });
         }
         let steps = ((motion.step_s * fastest / MAX_PHASE_STEP).ceil() as usize).clamp(1, MAX_SUBSTEPS);
-        let mut body = LoadBody { mass, frictions, position: motion.position_m[0], speed: motion.velocity_m_s[0] };
+        let mut body =
+            LoadBody { mass, frictions, position: motion.position_m[0], speed: motion.velocity_m_s[0] };
         if motion.point.is_some_and(|p| !self.encoder_side[p]) {
             let before = rigid.inertia_of(self.machine, values, &|p| self.encoder_side[p]);
             return body.ahead_of_spring(&spring, half, before, motion);
         }
-        if half > 0.0 { body.behind_backlash(half, motion, steps) } else { body.behind_spring(&spring, motion, steps) }
+        if half > 0.0 {
+            body.behind_backlash(half, motion, steps)
+        } else {
+            body.behind_spring(&spring, motion, steps)
+        }
     }
 }
 
@@ -172,10 +185,13 @@ impl LoadBody {
             through.push(force(x[i], v[i], self.position, self.speed));
             for k in 0..if i + 1 < x.len() { steps } else { 0 } {
                 let (at, speed) = between(motion, i, (k as f64 + 0.5) / steps as f64);
-                // Evaluated at mid-step with the previous acceleration. Otherwise the force of a steady acceleration is too small, by (ω·step)²/8
-                // and by the damping times half a step.
+                // Evaluated at mid-step with the previous acceleration. Otherwise the force of a steady
+                // acceleration is too small, by (ω·step)²/8 and by the damping times half a step.
                 let speed_change = 0.5 * step_s * acceleration;
-                let (mid_speed, middle) = (self.speed + speed_change, self.position + 0.5 * step_s * (self.speed + 0.5 * speed_change));
+                let (mid_speed, middle) = (
+                    self.speed + speed_change,
+                    self.position + 0.5 * step_s * (self.speed + 0.5 * speed_change),
+                );
                 let against = self.friction(mid_speed, middle, step_s);
                 acceleration = (force(at, speed, middle, mid_speed) - against) / self.mass;
                 self.position += step_s * (self.speed + 0.5 * step_s * acceleration);
@@ -185,12 +201,23 @@ impl LoadBody {
         through
     }
 
-    fn ahead_of_spring(&mut self, spring: &Spring, half: f64, before: f64, motion: &MotionSignal) -> Vec<f64> {
+    fn ahead_of_spring(
+        &mut self,
+        spring: &Spring,
+        half: f64,
+        before: f64,
+        motion: &MotionSignal,
+    ) -> Vec<f64> {
         let (x, v, a) = (&motion.position_m, &motion.velocity_m_s, &motion.acceleration_m_s2);
-        let mut through: Vec<f64> = (0..x.len()).map(|i| self.mass * a[i] + self.friction(v[i], x[i], motion.step_s)).collect();
-        let deflection: Vec<f64> =
-            contact_sides(&through).into_iter().zip(&through).map(|(side, t)| t / spring.stiffness + half * side).collect();
-        let deflection = motion.preprocessing.low_pass(motion.step_s).forward_backward(&deflection).unwrap_or(deflection);
+        let mut through: Vec<f64> =
+            (0..x.len()).map(|i| self.mass * a[i] + self.friction(v[i], x[i], motion.step_s)).collect();
+        let deflection: Vec<f64> = contact_sides(&through)
+            .into_iter()
+            .zip(&through)
+            .map(|(side, t)| t / spring.stiffness + half * side)
+            .collect();
+        let deflection =
+            motion.preprocessing.low_pass(motion.step_s).forward_backward(&deflection).unwrap_or(deflection);
         let second = central_differences(&central_differences(&deflection));
         through.iter_mut().zip(second).for_each(|(t, d)| *t += before * d / (motion.step_s * motion.step_s));
         through
@@ -201,7 +228,8 @@ impl LoadBody {
         let step_s = motion.step_s / steps as f64;
         let mut through = vec![0.0; x.len()];
         let mut impacts = vec![0.0; x.len()];
-        // The flank in contact, 0 for none. It is unknown at the start, where the load begins midway between both.
+        // The flank in contact, 0 for none. It is unknown at the start, where the load begins midway between
+        // both.
         let mut side = 0.0;
         for i in 0..x.len() {
             if side != 0.0 {
@@ -228,7 +256,8 @@ impl LoadBody {
                 }
             }
         }
-        let filtered = motion.preprocessing.low_pass(motion.step_s).forward_backward(&impacts).unwrap_or(impacts);
+        let filtered =
+            motion.preprocessing.low_pass(motion.step_s).forward_backward(&impacts).unwrap_or(impacts);
         through.iter_mut().zip(filtered).for_each(|(force, impact)| *force += impact);
         through
     }

@@ -25,8 +25,8 @@ pub struct CurvePoint {
 const MIN_STRETCH_S: f64 = 0.1;
 const SETTLING_SHARE: f64 = 0.2;
 
-/// Computes mean force over velocity, one point for each constant-speed interval of a motion. `inertia` (N per m/s²) corrects for the remaining
-/// acceleration.
+/// Computes mean force over velocity, one point for each constant-speed interval of a motion. `inertia` (N
+/// per m/s²) corrects for the remaining acceleration.
 pub fn friction_curve(motion: &MotionSignal, inertia: f64) -> Vec<CurvePoint> {
     let all = phases(motion);
     let kept: Vec<usize> = motion.kept().collect();

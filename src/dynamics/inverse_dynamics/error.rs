@@ -39,7 +39,9 @@ pub enum InverseError {
         why: String,
     },
     /// The record contains a force where the drive needs a torque, or the reverse.
-    #[error("{path}: has column {given}, but the drive acts on «{point}», which needs {wanted}; write that column")]
+    #[error(
+        "{path}: has column {given}, but the drive acts on «{point}», which needs {wanted}; write that column"
+    )]
     Load {
         /// File of the record.
         path: String,

@@ -17,7 +17,8 @@ pub struct ExtraChannel {
     pub tracking: Vec<f64>,
     /// Decimated columns that are projected out: a constant, the time, and the velocity of the encoder.
     pub projected_out: Vec<Vec<f64>>,
-    /// Whether each decimated sample is used: the axis moves, and after the last reversal or rest backlash and wind-up have changed sides.
+    /// Whether each decimated sample is used: the axis moves, and after the last reversal or rest backlash
+    /// and wind-up have changed sides.
     pub is_used: Vec<bool>,
     /// Force (N or N·m) equivalent to one unit of the reading in a common sum of squares.
     pub weight: f64,
@@ -48,7 +49,9 @@ impl ExtraChannel {
                 basis.push(own.into_iter().map(|x| x / length).collect());
             }
         }
-        let weighted = |column: &Vec<f64>| without(self.masked(column), &basis).into_iter().map(|x| self.weight * x).collect();
+        let weighted = |column: &Vec<f64>| {
+            without(self.masked(column), &basis).into_iter().map(|x| self.weight * x).collect()
+        };
         thinned.iter().map(weighted).collect()
     }
 
@@ -76,7 +79,8 @@ pub struct EncoderEstimate {
     pub(super) lag: f64,
     /// G·k_v·k_p (N/m).
     pub(super) stiffness: f64,
-    /// Change of the reading (m) if the recorded force exceeds the loops' output by one standard deviation of their ratio, at the record's rate.
+    /// Change of the reading (m) if the recorded force exceeds the loops' output by one standard deviation of
+    /// their ratio, at the record's rate.
     pub factor_m: Vec<f64>,
     /// Periods of both loops (s).
     pub periods_s: f64,

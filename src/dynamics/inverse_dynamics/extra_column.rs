@@ -20,17 +20,22 @@ const CROSSING_MARGIN: f64 = 1e-6;
 const MAX_TRAVEL_SHARE: f64 = 0.2;
 
 impl ExtraChannel {
-    /// Decimates, masks and weights a column of the record's rate, without the components that carry no information on the transmission.
+    /// Decimates, masks and weights a column of the record's rate, without the components that carry no
+    /// information on the transmission.
     ///
-    /// Two scales have different zeros, drift apart with time, and are not read at the same instant. A constant, a drift in time and a term
-    /// proportional to the velocity are therefore projected out of recorded and predicted columns alike. The result equals least squares with all
-    /// three free.
+    /// Two scales have different zeros, drift apart with time, and are not read at the same instant. A
+    /// constant, a drift in time and a term proportional to the velocity are therefore projected out of
+    /// recorded and predicted columns alike. The result equals least squares with all three free.
     pub fn thinned(&self, motion: &MotionSignal, column: &[f64]) -> Option<Vec<f64>> {
         self.thinned_all(motion, &[column])?.pop()
     }
 
     /// As [`ExtraChannel::thinned`], of several columns.
-    pub(super) fn thinned_all(&self, motion: &MotionSignal, columns: &[impl AsRef<[f64]>]) -> Option<Vec<Vec<f64>>> {
+    pub(super) fn thinned_all(
+        &self,
+        motion: &MotionSignal,
+        columns: &[impl AsRef<[f64]>],
+    ) -> Option<Vec<Vec<f64>>> {
         Some(self.weighted_all(&motion.decimated_all(columns)?))
     }
 }
@@ -43,12 +48,17 @@ enum ColumnName {
 }
 
 fn column_name(machine: &Machine, record: &MotionRecord, column: &str) -> Result<ColumnName, InverseError> {
-    let Some((name, suffix)) = column.rsplit_once('_').filter(|(_, suffix)| ["m", "rad"].contains(suffix)) else {
+    let Some((name, suffix)) = column.rsplit_once('_').filter(|(_, suffix)| ["m", "rad"].contains(suffix))
+    else {
         return Ok(ColumnName::Other);
     };
     let Some(point) = machine.point(name) else {
         let known: Vec<&str> = machine.points.iter().filter(|p| !p.fixed).map(|p| p.name.as_str()).collect();
-        let warning = format!("{}: column {column} names no point of the machine ({}) and is not used", record.source, known.join(", "));
+        let warning = format!(
+            "{}: column {column} names no point of the machine ({}) and is not used",
+            record.source,
+            known.join(", ")
+        );
         return Ok(ColumnName::Unknown(warning));
     };
     let (wanted, moves) = match machine.points[point].motion {
@@ -56,20 +66,30 @@ fn column_name(machine: &Machine, record: &MotionRecord, column: &str) -> Result
         Kind::Rotation => ("rad", "rotates"),
     };
     if suffix != wanted {
-        let fault = format!("{}: column {column}: point «{name}» {moves}; write it as {name}_{wanted}", record.source);
+        let fault = format!(
+            "{}: column {column}: point «{name}» {moves}; write it as {name}_{wanted}",
+            record.source
+        );
         return Err(InverseError::Data(fault));
     }
     Ok(ColumnName::Point(point))
 }
 
 impl MotionSignal {
-    /// Adds the columns of a record that name extra points of the machine (`<point>_m`, `<point>_rad`). Returns warnings about other columns.
+    /// Adds the columns of a record that name extra points of the machine (`<point>_m`, `<point>_rad`).
+    /// Returns warnings about other columns.
     ///
-    /// Around a reversal or a rest backlash and wind-up change sides. Neither they nor the force then correspond to the rigid motion: these
-    /// samples are masked.
+    /// Around a reversal or a rest backlash and wind-up change sides. Neither they nor the force then
+    /// correspond to the rigid motion: these samples are masked.
     ///
-    /// # Errors  a column has the unit of the other kind of point, or is constant; the machine's springs leave a part unconstrained.
-    pub fn with_points(mut self, record: &MotionRecord, machine: &Machine, rigid: &Rigid) -> Result<(Self, Vec<String>), InverseError> {
+    /// # Errors  a column has the unit of the other kind of point, or is constant; the machine's springs
+    ///   leave a part unconstrained.
+    pub fn with_points(
+        mut self,
+        record: &MotionRecord,
+        machine: &Machine,
+        rigid: &Rigid,
+    ) -> Result<(Self, Vec<String>), InverseError> {
         let (mut found, mut warnings) = (Vec::new(), Vec::new());
         let encoder = machine.drive.as_ref().ok_or(InverseError::NoDrive)?.position.encoder.at;
         for (column, samples) in &record.others {
@@ -108,22 +128,36 @@ impl MotionSignal {
             reversing.iter_mut().zip(self.near_reversals(high - low)).for_each(|(all, own)| *all |= own);
         }
         self.excluded.iter_mut().zip(&reversing).for_each(|(excluded, reversing)| *excluded |= reversing);
-        self.is_moving = self.kept().zip(&self.is_moving).map(|(at, moves)| *moves && !reversing[at]).collect();
-        let short = || InverseError::Data(format!("{}: is shorter than its filters need; record for longer", self.source));
+        self.is_moving =
+            self.kept().zip(&self.is_moving).map(|(at, moves)| *moves && !reversing[at]).collect();
+        let short = || {
+            InverseError::Data(format!(
+                "{}: is shorter than its filters need; record for longer",
+                self.source
+            ))
+        };
         self.load = self.thinned(record.load.samples()).ok_or_else(short)?;
         for (point, column, reading, ratio) in found {
-            let channel = self.extra_channel(point, column, &reading, (&self.position_m, ratio), machine).ok_or_else(short)?;
+            let channel = self
+                .extra_channel(point, column, &reading, (&self.position_m, ratio), machine)
+                .ok_or_else(short)?;
             self.extra_channels.push(channel);
         }
         Ok((self, warnings))
     }
 
     fn filtered(&self, column: &str, samples: &[f64]) -> Result<Vec<f64>, InverseError> {
-        let short = || InverseError::Data(format!("{}: {column} is shorter than its filters need; record for longer", self.source));
+        let short = || {
+            InverseError::Data(format!(
+                "{}: {column} is shorter than its filters need; record for longer",
+                self.source
+            ))
+        };
         self.preprocessing.low_pass(self.step_s).forward_backward(samples).ok_or_else(short)
     }
 
-    /// Computes the channel of an extra point from its reading and that of the loop's encoder; the point moves by `ratio` times the encoder.
+    /// Computes the channel of an extra point from its reading and that of the loop's encoder; the point
+    /// moves by `ratio` times the encoder.
     pub(super) fn extra_channel(
         &self,
         point: usize,
@@ -144,18 +178,24 @@ impl MotionSignal {
             unit: if machine.points[point].motion == Kind::Translation { "m" } else { "rad" },
             error: self.decimated(&error)?,
             tracking: self.kept().map(|at| tracking[at]).collect(),
-            projected_out: vec![self.decimated(&vec![1.0; count])?, self.decimated(&time)?, self.decimated(&self.velocity_m_s)?],
+            projected_out: vec![
+                self.decimated(&vec![1.0; count])?,
+                self.decimated(&time)?,
+                self.decimated(&self.velocity_m_s)?,
+            ],
             is_used: self.is_moving.clone(),
             weight: 1.0,
             encoder_estimate: None,
         };
-        let (force, own) = (root_mean_square(self.load.iter().copied()), root_mean_square(channel.recorded()));
+        let (force, own) =
+            (root_mean_square(self.load.iter().copied()), root_mean_square(channel.recorded()));
         channel.weight = force.zip(own).filter(|(_, own)| *own > 0.0).map_or(1.0, |(force, own)| force / own);
         Some(channel)
     }
 
-    /// Marks the samples around a reversal, a rest and the start of the record. Afterwards they last until the encoder has moved by `travel_m`
-    /// and the filter's transient has decayed. Before a reversal they cover the same travel, where the table may stand while the motor moves on.
+    /// Marks the samples around a reversal, a rest and the start of the record. Afterwards they last until
+    /// the encoder has moved by `travel_m` and the filter's transient has decayed. Before a reversal they
+    /// cover the same travel, where the table may stand while the motor moves on.
     pub(super) fn near_reversals(&self, travel_m: f64) -> Vec<bool> {
         let (v, x) = (&self.velocity_m_s, &self.position_m);
         let (low, high) = extremes(x);
@@ -170,7 +210,10 @@ impl MotionSignal {
             } else if v[at].abs() > rest {
                 if v[at].signum() != direction {
                     direction = v[at].signum();
-                    let turn = x[last..=at].iter().copied().fold(x[at], |a, b| if direction > 0.0 { a.min(b) } else { a.max(b) });
+                    let turn = x[last..=at]
+                        .iter()
+                        .copied()
+                        .fold(x[at], |a, b| if direction > 0.0 { a.min(b) } else { a.max(b) });
                     let before = (0..last).rev().take_while(|i| (x[*i] - turn).abs() < travel_m).count();
                     reversing[last.saturating_sub(before.max(around))..at].fill(true);
                     until = Some((at + around, turn));
@@ -193,7 +236,8 @@ impl MotionSignal {
     }
 }
 
-/// Computes the force equivalent to one unit of each column from the residuals of a fit, so that each channel is weighted by its own noise.
+/// Computes the force equivalent to one unit of each column from the residuals of a fit, so that each channel
+/// is weighted by its own noise.
 ///
 /// `residuals` covers the channels of all motions, with their current weights.
 pub fn weights(residuals: &[f64], motions: &[&MotionSignal]) -> BTreeMap<String, f64> {
@@ -220,21 +264,30 @@ pub fn weights(residuals: &[f64], motions: &[&MotionSignal]) -> BTreeMap<String,
     found.filter(|(_, weight)| *weight > 0.0 && weight.is_finite()).collect()
 }
 
-/// Masks the samples of extra points at which a backlash of the machine is crossed. Returns whether any sample was masked.
-pub fn mask_backlash_crossings(motions: &mut [MotionSignal], rigid: &Rigid, machine: &Machine, values: &[f64]) -> bool {
+/// Masks the samples of extra points at which a backlash of the machine is crossed. Returns whether any
+/// sample was masked.
+pub fn mask_backlash_crossings(
+    motions: &mut [MotionSignal],
+    rigid: &Rigid,
+    machine: &Machine,
+    values: &[f64],
+) -> bool {
     motions.iter_mut().fold(false, |any, motion| any | motion.mask_crossings(rigid, machine, values))
 }
 
 impl MotionSignal {
-    /// Masks the samples of extra points at which a backlash of the machine is crossed. These are the samples at which the machine predicts a
-    /// crossing, and those at which the reading changes by half the backlash within the filters' reach. If they exceed half of the used samples,
-    /// only the predicted ones are masked, or none. Returns whether any sample was masked.
+    /// Masks the samples of extra points at which a backlash of the machine is crossed. These are the samples
+    /// at which the machine predicts a crossing, and those at which the reading changes by half the backlash
+    /// within the filters' reach. If they exceed half of the used samples, only the predicted ones are
+    /// masked, or none. Returns whether any sample was masked.
     fn mask_crossings(&mut self, rigid: &Rigid, machine: &Machine, values: &[f64]) -> bool {
         let Some(played) = rigid.backlash_error(machine, values, self) else { return false };
         let mut masked = false;
         for (at, played) in played.into_iter().enumerate() {
             let (low, high) = extremes(&played);
-            let between = |place: &f64| (low + CROSSING_MARGIN * (high - low)..high - CROSSING_MARGIN * (high - low)).contains(place);
+            let between = |place: &f64| {
+                (low + CROSSING_MARGIN * (high - low)..high - CROSSING_MARGIN * (high - low)).contains(place)
+            };
             let predicted = self.within_filter_reach(&played.iter().map(between).collect::<Vec<bool>>(), 0.0);
             let steps_above = self.steps_above(&self.extra_channels[at].error, 0.5 * (high - low));
             let channel = &mut self.extra_channels[at];
@@ -243,14 +296,17 @@ impl MotionSignal {
             };
             let count = |of: &[bool]| of.iter().filter(|counts| **counts).count();
             let kept = [without(&|i| predicted[i] || steps_above[i]), without(&|i| predicted[i])];
-            let Some(kept) = kept.into_iter().find(|kept| 2 * count(kept) >= count(&channel.is_used)) else { continue };
+            let Some(kept) = kept.into_iter().find(|kept| 2 * count(kept) >= count(&channel.is_used)) else {
+                continue;
+            };
             masked |= kept != channel.is_used;
             channel.is_used = kept;
         }
         masked
     }
 
-    /// Marks the samples around which a decimated column changes by more than `most` within the filters' reach.
+    /// Marks the samples around which a decimated column changes by more than `most` within the filters'
+    /// reach.
     fn steps_above(&self, column: &[f64], most: f64) -> Vec<bool> {
         let around = (FILTER_REACH_S / self.decimated_step_s()).ceil() as usize;
         let near = |i: usize| &column[i.saturating_sub(around)..(i + around + 1).min(column.len())];

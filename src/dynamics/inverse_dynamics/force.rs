@@ -8,7 +8,8 @@ use crate::law::{FrictionLaw, TravelWave};
 use machine::{Machine, Operating, Value};
 
 impl Rigid {
-    /// Computes the force or torque of the drive at a constant velocity (m/s), without its position-dependent part.
+    /// Computes the force or torque of the drive at a constant velocity (m/s), without its position-dependent
+    /// part.
     pub fn steady(&self, machine: &Machine, values: &[f64], velocity_m_s: f64) -> f64 {
         let number = |value: &Value| value.at(values, &Operating::default());
         let sum: f64 = machine
@@ -19,7 +20,11 @@ impl Rigid {
                 let mut law = FrictionLaw::new(&joint.friction, &number);
                 law.wave = TravelWave::default();
                 let v = ratio * velocity_m_s;
-                ratio * (number(&joint.damping) * v + sign(v) * law.level(v, 0.0) + law.asymmetry * v.abs() + law.offset)
+                ratio
+                    * (number(&joint.damping) * v
+                        + sign(v) * law.level(v, 0.0)
+                        + law.asymmetry * v.abs()
+                        + law.offset)
             })
             .sum();
         let factor = machine.drive.as_ref().map_or(1.0, |d| number(&d.force_factor));
@@ -32,10 +37,11 @@ impl Rigid {
     /// r_d·F(t) = Σ mᵢ·rᵢ²·a + Σ rⱼ·( cⱼ·rⱼ·v + frictionⱼ(rⱼ·v, rⱼ·x) )        recorded(t) = ( F(t + τ) − ripple ) / (1 + e)
     /// ```
     ///
-    /// rᵢ is the rate of a point, rⱼ that of a joint's combination, r_d that of the driven point. Springs and lead errors are not included, since
-    /// they cause relative motion: [`Rigid::transmission`] predicts it. Where one joint has backlash, or an effect puts a spring in series with
-    /// it, its load follows the encoder by its own equation of motion. This is omitted where extra points were recorded, whose reversals are
-    /// masked.
+    /// rᵢ is the rate of a point, rⱼ that of a joint's combination, r_d that of the driven point. Springs and
+    /// lead errors are not included, since they cause relative motion: [`Rigid::transmission`] predicts it.
+    /// Where one joint has backlash, or an effect puts a spring in series with it, its load follows the
+    /// encoder by its own equation of motion. This is omitted where extra points were recorded, whose
+    /// reversals are masked.
     ///
     /// # Units      m, s, N (or rad, N·m at a driven angle)
     /// # Errors     none; parameters outside their range are not checked
@@ -55,8 +61,9 @@ impl Rigid {
         self.force_with_load(load.as_ref(), machine, values, motion, memory)
     }
 
-    /// Predicts the force as [`Rigid::force`] with a compliant joint, given by its index and a factor on its described compliance. `None` if the
-    /// joint does not separate a load from the drive, if another joint is compliant already, or if extra points were recorded.
+    /// Predicts the force as [`Rigid::force`] with a compliant joint, given by its index and a factor on its
+    /// described compliance. `None` if the joint does not separate a load from the drive, if another joint is
+    /// compliant already, or if extra points were recorded.
     pub fn force_with_compliant_joint(
         &self,
         (joint, times): (usize, f64),
@@ -140,10 +147,16 @@ impl Rigid {
     }
 
     /// Finds the joint (index) whose damper and friction dissipate the most energy along a motion.
-    pub fn joint_with_most_friction(&self, machine: &Machine, values: &[f64], motion: &MotionSignal) -> Option<usize> {
+    pub fn joint_with_most_friction(
+        &self,
+        machine: &Machine,
+        values: &[f64],
+        motion: &MotionSignal,
+    ) -> Option<usize> {
         let balance = self.balance(None, machine, values, motion, &mut FrictionMemory::default());
-        let work =
-            |(joint, force): &(usize, Vec<f64>)| self.ratio(&machine.joints[*joint].on).abs() * force.iter().map(|f| f.abs()).sum::<f64>();
+        let work = |(joint, force): &(usize, Vec<f64>)| {
+            self.ratio(&machine.joints[*joint].on).abs() * force.iter().map(|f| f.abs()).sum::<f64>()
+        };
         let most = balance.resisting.iter().max_by(|a, b| work(a).total_cmp(&work(b)))?;
         (work(most) > 0.0).then_some(most.0)
     }
@@ -165,5 +178,7 @@ pub fn shifted_earlier(x: &[f64], samples: f64) -> Vec<f64> {
     let last = x.len() - 1;
     let at = |i: isize| x[i.clamp(0, last as isize) as usize];
     let (whole, part) = (samples.floor(), samples - samples.floor());
-    (0..x.len() as isize).map(|i| (1.0 - part) * at(i + whole as isize) + part * at(i + whole as isize + 1)).collect()
+    (0..x.len() as isize)
+        .map(|i| (1.0 - part) * at(i + whole as isize) + part * at(i + whole as isize + 1))
+        .collect()
 }

@@ -26,16 +26,24 @@ impl FrictionLaw {
         level
     }
 
-    /// Computes the friction force along a motion of a joint that moves by `ratio` times the given velocities and positions. In presliding the
-    /// deflection z follows ż = v − σ₀·|v|/g·z, exact over a step of constant v.
+    /// Computes the friction force along a motion of a joint that moves by `ratio` times the given velocities
+    /// and positions. In presliding the deflection z follows ż = v − σ₀·|v|/g·z, exact over a step of
+    /// constant v.
     pub fn forces(&self, ratio: f64, velocity: &[f64], position: &[f64], step_s: f64) -> Vec<f64> {
-        let is_constant =
-            self.coulomb == 0.0 && self.stribeck == 0.0 && self.table.is_empty() && self.wave.is_flat() && self.asymmetry == 0.0;
+        let is_constant = self.coulomb == 0.0
+            && self.stribeck == 0.0
+            && self.table.is_empty()
+            && self.wave.is_flat()
+            && self.asymmetry == 0.0;
         if is_constant {
             return vec![self.offset; velocity.len()];
         }
         let mut deflection = 0.0;
-        velocity.iter().zip(position).map(|(v, x)| self.force(&mut deflection, ratio * v, ratio * x, step_s)).collect()
+        velocity
+            .iter()
+            .zip(position)
+            .map(|(v, x)| self.force(&mut deflection, ratio * v, ratio * x, step_s))
+            .collect()
     }
 
     /// Computes the friction force at a velocity and a position, after a step at that velocity.
@@ -61,7 +69,8 @@ impl FrictionLaw {
     }
 }
 
-/// Friction forces of the joints along one motion by their last laws: most changes of a parameter leave the laws of other joints as they are.
+/// Friction forces of the joints along one motion by their last laws: most changes of a parameter leave the
+/// laws of other joints as they are.
 #[derive(Debug, Default)]
 pub(super) struct FrictionMemory {
     /// By joint: law, ratio, and its forces.
@@ -69,8 +78,15 @@ pub(super) struct FrictionMemory {
 }
 
 impl FrictionMemory {
-    /// Returns the friction force of a joint along the motion of this memory, given by `of` for the law at this ratio.
-    pub fn forces(&mut self, joint: usize, law: &FrictionLaw, ratio: f64, of: impl FnOnce() -> Vec<f64>) -> Vec<f64> {
+    /// Returns the friction force of a joint along the motion of this memory, given by `of` for the law at
+    /// this ratio.
+    pub fn forces(
+        &mut self,
+        joint: usize,
+        law: &FrictionLaw,
+        ratio: f64,
+        of: impl FnOnce() -> Vec<f64>,
+    ) -> Vec<f64> {
         if self.last.len() <= joint {
             self.last.resize_with(joint + 1, || None);
         }

@@ -19,8 +19,14 @@ pub enum Phase {
 
 impl Phase {
     /// All phases in their order.
-    pub const ALL: [Phase; 6] =
-        [Phase::Dwell, Phase::Breakaway, Phase::Reversal, Phase::Acceleration, Phase::ConstantSpeed, Phase::Settling];
+    pub const ALL: [Phase; 6] = [
+        Phase::Dwell,
+        Phase::Breakaway,
+        Phase::Reversal,
+        Phase::Acceleration,
+        Phase::ConstantSpeed,
+        Phase::Settling,
+    ];
 
     /// Name of the phase.
     pub fn word(self) -> &'static str {
@@ -37,7 +43,8 @@ impl Phase {
 
 /// Time around a reversal and after a rest (s).
 const AROUND_S: f64 = 0.05;
-/// Share of the largest speed below which the axis rests; and share of the largest acceleration below which the speed is constant.
+/// Share of the largest speed below which the axis rests; and share of the largest acceleration below which
+/// the speed is constant.
 const REST_SHARE: f64 = 0.005;
 const STEADY_SHARE: f64 = 0.05;
 /// Shortest duration of a rest (s).
@@ -48,7 +55,8 @@ pub(super) fn phases_along((v, a): (&[f64], &[f64]), command_m: &[f64], step_s: 
     let largest = |x: &[f64]| x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     let (rest, steady) = (REST_SHARE * largest(v), STEADY_SHARE * largest(a));
     let around = (AROUND_S / step_s).round().max(1.0) as usize;
-    let mut phases: Vec<Phase> = a.iter().map(|a| if a.abs() > steady { Phase::Acceleration } else { Phase::ConstantSpeed }).collect();
+    let mut phases: Vec<Phase> =
+        a.iter().map(|a| if a.abs() > steady { Phase::Acceleration } else { Phase::ConstantSpeed }).collect();
     let commanded = numeric::filter::central_differences(command_m);
     for i in 0..v.len() {
         if commanded[i].abs() / step_s <= rest && v[i].abs() > rest {

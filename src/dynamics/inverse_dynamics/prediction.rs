@@ -17,13 +17,21 @@ pub fn free_parameters(machine: &Machine, frozen: &[String]) -> Result<Vec<usize
         let fault = format!("the machine has no such parameter; it has {}", known.join(", "));
         return Err(InverseError::Setting { key: "freeze", given: id.clone(), fault });
     }
-    let free = |i: &usize| machine.parameters[*i].fit != FitRule::Never && !frozen.contains(&machine.parameters[*i].id);
+    let free = |i: &usize| {
+        machine.parameters[*i].fit != FitRule::Never && !frozen.contains(&machine.parameters[*i].id)
+    };
     Ok((0..machine.parameters.len()).filter(free).collect())
 }
 
-/// Predicts the decimated force of a machine along motions, one record after another. The force of each record is followed by the weighted
-/// transmission error of its extra points. For a reconstructed encoder this error includes the effect of the force on the loops.
-pub fn prediction(rigid: &Rigid, machine: &Machine, values: &[f64], motions: &[&MotionSignal]) -> DVector<f64> {
+/// Predicts the decimated force of a machine along motions, one record after another. The force of each
+/// record is followed by the weighted transmission error of its extra points. For a reconstructed encoder
+/// this error includes the effect of the force on the loops.
+pub fn prediction(
+    rigid: &Rigid,
+    machine: &Machine,
+    values: &[f64],
+    motions: &[&MotionSignal],
+) -> DVector<f64> {
     let mut all = Vec::with_capacity(samples(motions));
     for m in motions {
         let columns = at_full_rate(rigid, machine, values, m, &mut FrictionMemory::default());
@@ -35,12 +43,21 @@ pub fn prediction(rigid: &Rigid, machine: &Machine, values: &[f64], motions: &[&
 }
 
 /// Predicts the force along a motion, then the transmission error of each extra point, sample by sample.
-fn at_full_rate(rigid: &Rigid, machine: &Machine, values: &[f64], m: &MotionSignal, memory: &mut FrictionMemory) -> Vec<Vec<f64>> {
+fn at_full_rate(
+    rigid: &Rigid,
+    machine: &Machine,
+    values: &[f64],
+    m: &MotionSignal,
+    memory: &mut FrictionMemory,
+) -> Vec<Vec<f64>> {
     let force = rigid.force_remembering(machine, values, m, memory);
     let mut errors = rigid.transmission_remembering(machine, values, m, memory);
     for (channel, error) in m.extra_channels.iter().zip(&mut errors) {
         if let Some(estimate) = &channel.encoder_estimate {
-            error.iter_mut().zip(estimate.reading_change(&force, m)).for_each(|(error, behind)| *error += behind);
+            error
+                .iter_mut()
+                .zip(estimate.reading_change(&force, m))
+                .for_each(|(error, behind)| *error += behind);
         }
     }
     std::iter::once(force).chain(errors).collect()
@@ -49,10 +66,13 @@ fn at_full_rate(rigid: &Rigid, machine: &Machine, values: &[f64], m: &MotionSign
 /// Decimates predicted columns: forces (0), or errors of an extra point (from 1).
 fn thinned(m: &MotionSignal, of: usize, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let channel = of.checked_sub(1).and_then(|at| m.extra_channels.get(at));
-    channel.map_or_else(|| m.thinned_all(columns), |channel| channel.thinned_all(m, columns)).unwrap_or_default()
+    channel
+        .map_or_else(|| m.thinned_all(columns), |channel| channel.thinned_all(m, columns))
+        .unwrap_or_default()
 }
 
-/// Returns the recorded force and the recorded transmission error of extra points, in the layout of [`prediction`].
+/// Returns the recorded force and the recorded transmission error of extra points, in the layout of
+/// [`prediction`].
 pub fn recorded(motions: &[&MotionSignal]) -> DVector<f64> {
     let mut all = Vec::with_capacity(samples(motions));
     for m in motions {
@@ -67,12 +87,21 @@ fn samples(motions: &[&MotionSignal]) -> usize {
 }
 
 /// Returns the free parameters on which records with extra points do not depend.
-pub fn parameters_without_influence(rigid: &Rigid, machine: &Machine, free: &[usize], motions: &[&MotionSignal]) -> Vec<usize> {
+pub fn parameters_without_influence(
+    rigid: &Rigid,
+    machine: &Machine,
+    free: &[usize],
+    motions: &[&MotionSignal],
+) -> Vec<usize> {
     if motions.iter().all(|m| m.extra_channels.is_empty()) {
         return Vec::new();
     }
     let columns = LinearForce::new(rigid, machine, &machine.start(), free, motions);
-    free.iter().zip(columns.derivatives.column_iter()).filter(|(_, c)| c.norm() == 0.0).map(|(i, _)| *i).collect()
+    free.iter()
+        .zip(columns.derivatives.column_iter())
+        .filter(|(_, c)| c.norm() == 0.0)
+        .map(|(i, _)| *i)
+        .collect()
 }
 
 /// Step of finite differences, as a share of a parameter's range.
@@ -89,14 +118,24 @@ pub struct LinearForce {
 
 impl LinearForce {
     /// Computes both; see [`derivatives`].
-    pub fn new(rigid: &Rigid, machine: &Machine, values: &[f64], free: &[usize], motions: &[&MotionSignal]) -> Self {
+    pub fn new(
+        rigid: &Rigid,
+        machine: &Machine,
+        values: &[f64],
+        free: &[usize],
+        motions: &[&MotionSignal],
+    ) -> Self {
         let here = prediction(rigid, machine, values, motions);
-        LinearForce { derivatives: derivatives(rigid, machine, values, free, motions, &here), prediction: here }
+        LinearForce {
+            derivatives: derivatives(rigid, machine, values, free, motions, &here),
+            prediction: here,
+        }
     }
 }
 
-/// Computes the derivatives of the prediction with some parameters, in their order and units, at values that predict `here`. Finite differences
-/// of a thousandth of each parameter's range are exact where the force is linear in the parameter.
+/// Computes the derivatives of the prediction with some parameters, in their order and units, at values that
+/// predict `here`. Finite differences of a thousandth of each parameter's range are exact where the force is
+/// linear in the parameter.
 pub fn derivatives(
     rigid: &Rigid,
     machine: &Machine,
@@ -120,16 +159,23 @@ pub fn derivatives(
     let mut first = 0;
     for m in motions {
         let mut memory = FrictionMemory::default();
-        let mut by_kind: Vec<Vec<Vec<f64>>> = vec![Vec::with_capacity(free.len()); 1 + m.extra_channels.len()];
+        let mut by_kind: Vec<Vec<Vec<f64>>> =
+            vec![Vec::with_capacity(free.len()); 1 + m.extra_channels.len()];
         for (_, moved) in &stepped {
-            at_full_rate(rigid, machine, moved, m, &mut memory).into_iter().zip(&mut by_kind).for_each(|(column, of)| of.push(column));
+            at_full_rate(rigid, machine, moved, m, &mut memory)
+                .into_iter()
+                .zip(&mut by_kind)
+                .for_each(|(column, of)| of.push(column));
         }
         for (of, columns) in by_kind.iter().enumerate() {
             let there = thinned(m, of, columns);
             let count = there.first().map_or(0, Vec::len);
             for (column, (there, (step, _))) in there.iter().zip(&stepped).enumerate() {
                 let rows = derivatives.view_mut((first, column), (count, 1));
-                rows.into_iter().zip(there).zip(here.rows(first, count).iter()).for_each(|((d, there), here)| *d = (there - here) / step);
+                rows.into_iter()
+                    .zip(there)
+                    .zip(here.rows(first, count).iter())
+                    .for_each(|((d, there), here)| *d = (there - here) / step);
             }
             first += count;
         }
@@ -137,7 +183,8 @@ pub fn derivatives(
     derivatives
 }
 
-/// Whether the prediction is linear in the inverse of each parameter: that of a stiffness, by which the wind-up is divided.
+/// Whether the prediction is linear in the inverse of each parameter: that of a stiffness, by which the
+/// wind-up is divided.
 pub fn is_linear_in_inverse(machine: &Machine, free: &[usize]) -> Vec<bool> {
     let mut stiff = vec![false; machine.parameters.len()];
     machine.joints.iter().flat_map(|j| j.stiffness.depends_on()).for_each(|i| stiff[i] = true);

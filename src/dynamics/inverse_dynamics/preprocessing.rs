@@ -10,7 +10,8 @@ use numeric::statistics::extremes;
 
 /// Settings of filtering and decimation.
 ///
-/// # Source  Gautier, Janot and co-workers for the EMPS records: Butterworth of order 4 at 100 Hz forward and backward on the position, central
+/// # Source  Gautier, Janot and co-workers for the EMPS records: Butterworth of order 4 at 100 Hz forward and
+///   backward on the position, central
 ///   differences, the first samples dropped, a parallel decimation by 10 of all columns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Preprocessing {
@@ -75,11 +76,11 @@ pub struct MotionSignal {
     pub command_m: Vec<f64>,
     /// Recorded force (N) or torque (N·m), decimated; 0 at rest.
     pub load: Vec<f64>,
-    /// Whether the axis moves at each decimated sample. At rest friction takes any force up to its level, so that the force does not follow from
-    /// the motion. Those samples, and 50 ms before and after, are masked.
+    /// Whether the axis moves at each decimated sample. At rest friction takes any force up to its level, so
+    /// that the force does not follow from the motion. Those samples, and 50 ms before and after, are masked.
     pub is_moving: Vec<bool>,
-    /// Samples at the record's rate that are set to 0 before decimation, so that its filter does not spread them. The axis rests there, or has
-    /// just reversed where extra points were recorded.
+    /// Samples at the record's rate that are set to 0 before decimation, so that its filter does not spread
+    /// them. The axis rests there, or has just reversed where extra points were recorded.
     pub excluded: Vec<bool>,
     /// Column of the record with the load.
     pub load_column: &'static str,
@@ -96,13 +97,18 @@ impl MotionSignal {
     ///
     /// # Errors  the record is shorter than its filters need.
     pub fn new(record: &MotionRecord, recipe: Preprocessing) -> Result<Self, InverseError> {
-        let short = || InverseError::Short { path: record.source.clone(), samples: record.samples(), needed: recipe.needed() };
+        let short = || InverseError::Short {
+            path: record.source.clone(),
+            samples: record.samples(),
+            needed: recipe.needed(),
+        };
         if record.samples() < recipe.needed() {
             return Err(short());
         }
         let low_pass = recipe.low_pass(record.step_s);
         let position_m = low_pass.forward_backward(&record.position_m).ok_or_else(short)?;
-        let slope = |x: &[f64]| central_differences(x).into_iter().map(|d| d / record.step_s).collect::<Vec<f64>>();
+        let slope =
+            |x: &[f64]| central_differences(x).into_iter().map(|d| d / record.step_s).collect::<Vec<f64>>();
         let velocity_m_s = slope(&position_m);
         let acceleration_m_s2 = slope(&velocity_m_s);
         let mut motion = MotionSignal {
@@ -123,18 +129,28 @@ impl MotionSignal {
             extra_channels: Vec::new(),
         };
         motion.excluded = phases(&motion).into_iter().map(|phase| phase == Phase::Dwell).collect();
-        motion.is_moving = motion.within_filter_reach(&motion.excluded, 0.0).into_iter().map(|rests| !rests).collect();
+        motion.is_moving =
+            motion.within_filter_reach(&motion.excluded, 0.0).into_iter().map(|rests| !rests).collect();
         motion.load = motion.thinned(record.load.samples()).ok_or_else(short)?;
         motion.period = period(&record.command_m, recipe.factor);
         Ok(motion)
     }
 
-    /// Returns the motion with the rests of another record of the same motion; `record` is the source of this motion.
+    /// Returns the motion with the rests of another record of the same motion; `record` is the source of this
+    /// motion.
     ///
     /// # Errors  as [`MotionSignal::new`].
-    pub fn with_rests_of(mut self, other: &MotionSignal, record: &MotionRecord) -> Result<Self, InverseError> {
+    pub fn with_rests_of(
+        mut self,
+        other: &MotionSignal,
+        record: &MotionRecord,
+    ) -> Result<Self, InverseError> {
         (self.excluded, self.is_moving) = (other.excluded.clone(), other.is_moving.clone());
-        let short = || InverseError::Short { path: record.source.clone(), samples: record.samples(), needed: self.preprocessing.needed() };
+        let short = || InverseError::Short {
+            path: record.source.clone(),
+            samples: record.samples(),
+            needed: self.preprocessing.needed(),
+        };
         self.load = self.thinned(record.load.samples()).ok_or_else(short)?;
         Ok(self)
     }
@@ -161,7 +177,11 @@ impl MotionSignal {
     /// As [`MotionSignal::decimated`], of several columns.
     pub(super) fn decimated_all<C: AsRef<[f64]>>(&self, columns: &[C]) -> Option<Vec<Vec<f64>>> {
         let masked = |column: &C| {
-            let masked = column.as_ref().iter().zip(&self.excluded).map(|(x, excluded)| if *excluded { 0.0 } else { *x });
+            let masked = column
+                .as_ref()
+                .iter()
+                .zip(&self.excluded)
+                .map(|(x, excluded)| if *excluded { 0.0 } else { *x });
             masked.skip(self.preprocessing.dropped).collect()
         };
         decimate(&columns.iter().map(masked).collect::<Vec<Vec<f64>>>(), self.preprocessing.factor)
@@ -190,7 +210,8 @@ impl MotionSignal {
         self
     }
 
-    /// Marks the decimated samples within the filters' reach of the given samples of the record, or within a time (s) after them.
+    /// Marks the decimated samples within the filters' reach of the given samples of the record, or within a
+    /// time (s) after them.
     pub(super) fn within_filter_reach(&self, some: &[bool], after_s: f64) -> Vec<bool> {
         let samples = |time_s: f64| (time_s / self.step_s).ceil() as usize;
         let (before, after) = (samples(FILTER_REACH_S), samples(FILTER_REACH_S.max(after_s)));
@@ -203,7 +224,8 @@ impl MotionSignal {
 
     /// Returns the record's sample for each decimated one.
     pub fn kept(&self) -> impl Iterator<Item = usize> + '_ {
-        let (dropped, factor, samples) = (self.preprocessing.dropped, self.preprocessing.factor, self.position_m.len());
+        let (dropped, factor, samples) =
+            (self.preprocessing.dropped, self.preprocessing.factor, self.position_m.len());
         (dropped + (samples - dropped - 1) % factor..samples).step_by(factor)
     }
 
@@ -224,14 +246,17 @@ pub(super) const FILTER_REACH_S: f64 = 0.05;
 /// Share of a command's range within which two values are equal.
 const REPEAT_TOLERANCE: f64 = 1e-6;
 
-/// Finds the shortest period, in decimated samples, with which a command repeats at least twice within the record.
+/// Finds the shortest period, in decimated samples, with which a command repeats at least twice within the
+/// record.
 fn period(command_m: &[f64], factor: usize) -> Option<usize> {
     let (low, high) = extremes(command_m);
     let tolerance = REPEAT_TOLERANCE * (high - low);
     if !(tolerance > 0.0) {
         return None;
     }
-    let moves = |from: usize, to: usize| command_m[from..to].iter().any(|x| (x - command_m[from]).abs() > 0.5 * (high - low));
+    let moves = |from: usize, to: usize| {
+        command_m[from..to].iter().any(|x| (x - command_m[from]).abs() > 0.5 * (high - low))
+    };
     (1..=command_m.len() / (2 * factor)).find(|&thinned| {
         let shift = thinned * factor;
         moves(0, shift) && command_m.iter().zip(&command_m[shift..]).all(|(a, b)| (a - b).abs() <= tolerance)

@@ -6,7 +6,8 @@ use super::error::InverseError;
 use super::preprocessing::MotionSignal;
 use machine::{Machine, Operating, PointMotion as Kind};
 
-/// The rigid-body motion of a machine: the rates of its points relative to the reading of the position encoder.
+/// The rigid-body motion of a machine: the rates of its points relative to the reading of the position
+/// encoder.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rigid {
     /// Rate of each point over the rate of the reading.
@@ -16,7 +17,8 @@ pub struct Rigid {
 }
 
 impl Rigid {
-    /// Computes the one motion that deforms neither a spring nor a shaft, scaled to unit motion of the position encoder.
+    /// Computes the one motion that deforms neither a spring nor a shaft, scaled to unit motion of the
+    /// position encoder.
     ///
     /// # Errors  the machine has no drive, has further independent motions, or cannot move.
     pub fn new(machine: &Machine, values: &[f64]) -> Result<Self, InverseError> {
@@ -34,7 +36,11 @@ impl Rigid {
                 tie(&joint.on);
             }
         }
-        machine.shafts.iter().filter_map(|shaft| shaft.bending.as_ref()).for_each(|bending| tie(&[(bending.point, 1.0)]));
+        machine
+            .shafts
+            .iter()
+            .filter_map(|shaft| shaft.bending.as_ref())
+            .for_each(|bending| tie(&[(bending.point, 1.0)]));
         for shaft in &machine.shafts {
             for pair in shaft.stations.windows(2) {
                 for (a, b) in [(pair[0].axial, pair[1].axial), (pair[0].torsion, pair[1].torsion)] {
@@ -74,7 +80,12 @@ impl Rigid {
         if motion.load_column == wanted {
             return Ok(());
         }
-        Err(InverseError::Load { path: motion.source.clone(), given: motion.load_column, wanted, point: point.name.clone() })
+        Err(InverseError::Load {
+            path: motion.source.clone(),
+            given: motion.load_column,
+            wanted,
+            point: point.name.clone(),
+        })
     }
 
     /// Computes the force (N) or torque (N·m) of the drive per acceleration of the reading (m/s²).
@@ -83,7 +94,12 @@ impl Rigid {
     }
 
     /// Computes the mass (kg) of some of the points, and of the shafts between them, reduced to the reading.
-    pub(super) fn inertia_of(&self, machine: &Machine, values: &[f64], counts: &dyn Fn(usize) -> bool) -> f64 {
+    pub(super) fn inertia_of(
+        &self,
+        machine: &Machine,
+        values: &[f64],
+        counts: &dyn Fn(usize) -> bool,
+    ) -> f64 {
         let at = Operating::default();
         let own = machine.points.iter().zip(&self.ratios).enumerate().filter(|(i, _)| counts(*i));
         let mut inertia: f64 = own.map(|(_, (p, r))| p.inertia.at(values, &at) * r * r).sum();

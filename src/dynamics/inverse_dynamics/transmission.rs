@@ -1,4 +1,5 @@
-//! Transmission error between the encoder of a drive and another point of its machine: wind-up, backlash, lead errors.
+//! Transmission error between the encoder of a drive and another point of its machine: wind-up, backlash,
+//! lead errors.
 
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
@@ -27,10 +28,14 @@ struct Statics {
 }
 
 impl Statics {
-    /// Factors the equilibrium; `None` where a part is unconstrained or a spring cannot be represented in a matrix.
+    /// Factors the equilibrium; `None` where a part is unconstrained or a spring cannot be represented in a
+    /// matrix.
     fn new(machine: &Machine, values: &[f64], at: &Operating) -> Option<Self> {
         let number = |value: &Value| value.at(values, at);
-        let is_other = machine.joints.iter().any(|j| j.relaxation_stiffness.is_some() || number(&j.lead_error.growth) != 0.0);
+        let is_other = machine
+            .joints
+            .iter()
+            .any(|j| j.relaxation_stiffness.is_some() || number(&j.lead_error.growth) != 0.0);
         // Dampers that relax do not hold; the lead's deviation is added to the unstrained positions.
         let elastic = is_other.then(|| {
             let mut elastic = machine.clone();
@@ -41,7 +46,8 @@ impl Statics {
             elastic
         });
         let of = matrices(elastic.as_ref().unwrap_or(machine), values, at, LUMPS).ok()?;
-        let place: Vec<Option<usize>> = machine.points.iter().map(|p| of.names.iter().position(|n| *n == p.name)).collect();
+        let place: Vec<Option<usize>> =
+            machine.points.iter().map(|p| of.names.iter().position(|n| *n == p.name)).collect();
         let encoder = &machine.drive.as_ref()?.position.encoder;
         let (held, size) = (place[encoder.at]?, of.names.len());
         let scale = of.stiffness.amax();
@@ -52,7 +58,8 @@ impl Statics {
         let system = system.lu();
         let mut reads = DVector::zeros(size + 1);
         reads[size] = 1.0;
-        let rigid = system.solve(&reads).filter(|x| x.iter().all(|x| x.is_finite()))?.rows(0, size).clone_owned();
+        let rigid =
+            system.solve(&reads).filter(|x| x.iter().all(|x| x.is_finite()))?.rows(0, size).clone_owned();
         Some(Statics { place, size, system, scale, inertia: &of.mass * rigid })
     }
 
@@ -64,15 +71,29 @@ impl Statics {
 
     /// Computes the deflection of a combination of points per force on each coordinate.
     fn compliance(&self, on: &[(usize, f64)]) -> DVector<f64> {
-        self.system.solve(&(self.row(on) / self.scale)).map_or_else(|| DVector::zeros(self.size), |g| g.rows(0, self.size).clone_owned())
+        self.system
+            .solve(&(self.row(on) / self.scale))
+            .map_or_else(|| DVector::zeros(self.size), |g| g.rows(0, self.size).clone_owned())
     }
 
-    /// Computes the deflection of a combination of points along a motion: −g·(M·r·a + Σ cⱼ·(damper and friction)ⱼ) + g_d·F.
-    fn deflection(&self, compliance: &DVector<f64>, machine: &Machine, balance: &Balance, motion: &MotionSignal) -> Vec<f64> {
+    /// Computes the deflection of a combination of points along a motion: −g·(M·r·a + Σ cⱼ·(damper and
+    /// friction)ⱼ) + g_d·F.
+    fn deflection(
+        &self,
+        compliance: &DVector<f64>,
+        machine: &Machine,
+        balance: &Balance,
+        motion: &MotionSignal,
+    ) -> Vec<f64> {
         let share = |on: &[(usize, f64)]| self.row(on).rows(0, self.size).dot(compliance);
         let inertia = self.inertia.dot(compliance);
         let driven = machine.drive.as_ref().map_or(0.0, |d| share(&[(d.on, 1.0)]));
-        let mut sum: Vec<f64> = motion.acceleration_m_s2.iter().zip(&balance.force).map(|(a, f)| driven * f - inertia * a).collect();
+        let mut sum: Vec<f64> = motion
+            .acceleration_m_s2
+            .iter()
+            .zip(&balance.force)
+            .map(|(a, f)| driven * f - inertia * a)
+            .collect();
         for (joint, against) in &balance.resisting {
             let share = share(&machine.joints[*joint].on);
             if share != 0.0 {
@@ -84,22 +105,27 @@ impl Statics {
 }
 
 impl Rigid {
-    /// Predicts the transmission error at each extra point of a motion, sample by sample: the reading less that of the rigid machine.
+    /// Predicts the transmission error at each extra point of a motion, sample by sample: the reading less
+    /// that of the rigid machine.
     ///
     /// ```text
     /// e_p(t) = g_p·( d·F(t) − M·r·a(t) − Σ cⱼ·Rⱼ(t) ) + Σ kⱼ·(g_p·cⱼ)·( ½·gapⱼ·sideⱼ(t) + γⱼ·xⱼ(t) + waveⱼ(xⱼ(t)) )
     /// ```
     ///
-    /// The springs are in equilibrium with the forces of the rigid motion (r per reading) while the encoder is fixed. g_p is the row of the
-    /// compliance at the point. Rⱼ is the force of damper and friction of joint j along its combination cⱼ, and F the drive's force at d.
+    /// The springs are in equilibrium with the forces of the rigid motion (r per reading) while the encoder
+    /// is fixed. g_p is the row of the compliance at the point. Rⱼ is the force of damper and friction of
+    /// joint j along its combination cⱼ, and F the drive's force at d.
     ///
-    /// A backlash is crossed in free motion to the side to which the force through it points. If the joint does not separate a load from the
-    /// drive, the side changes at once. It stays while the opposing force is below a tenth of the force's root mean square.
+    /// A backlash is crossed in free motion to the side to which the force through it points. If the joint
+    /// does not separate a load from the drive, the side changes at once. It stays while the opposing force
+    /// is below a tenth of the force's root mean square.
     ///
     /// # Units      m (rad where the point rotates)
-    /// # Limits     stiff springs without backlash and lead error: 0; first order in the compliance: no vibration, no rebound in the backlash;
+    /// # Limits     stiff springs without backlash and lead error: 0; first order in the compliance: no
+    ///   vibration, no rebound in the backlash;
     ///   with several backlashes the side of each is that of the load without the others
-    /// # Source     quasi-static wind-up of a feed drive: Altintas et al., CIRP Annals 60 (2011) 779–796; signs as in the simulation of motions
+    /// # Source     quasi-static wind-up of a feed drive: Altintas et al., CIRP Annals 60 (2011) 779–796;
+    ///   signs as in the simulation of motions
     pub fn transmission(&self, machine: &Machine, values: &[f64], motion: &MotionSignal) -> Vec<Vec<f64>> {
         self.transmission_remembering(machine, values, motion, &mut FrictionMemory::default())
     }
@@ -143,7 +169,9 @@ impl Rigid {
                 };
                 place.iter_mut().zip(moved).for_each(|(e, x)| *e += x);
             }
-            if let Some((point, c)) = joint.on.iter().find(|(p, _)| machine.points[*p].motion == Kind::Translation) {
+            if let Some((point, c)) =
+                joint.on.iter().find(|(p, _)| machine.points[*p].motion == Kind::Translation)
+            {
                 let ratio = self.point_ratio(*point);
                 for (e, x) in place.iter_mut().zip(&motion.position_m) {
                     *e += c * expansion * ratio * x + wave.at(ratio * x).0;
@@ -155,7 +183,8 @@ impl Rigid {
             let compliance = statics.compliance(&[(point, 1.0)]);
             let mut error = statics.deflection(&compliance, machine, &balance, motion);
             for (joint, place) in &unstrained {
-                let share = number(&joint.stiffness) * statics.row(&joint.on).rows(0, statics.size).dot(&compliance);
+                let share =
+                    number(&joint.stiffness) * statics.row(&joint.on).rows(0, statics.size).dot(&compliance);
                 error.iter_mut().zip(place).for_each(|(e, x)| *e += share * x);
             }
             error
@@ -163,8 +192,14 @@ impl Rigid {
         motion.extra_channels.iter().map(|f| of(f.point)).collect()
     }
 
-    /// Computes the contribution of all backlashes to the transmission error at each extra point of a motion; `None` without backlash.
-    pub(super) fn backlash_error(&self, machine: &Machine, values: &[f64], motion: &MotionSignal) -> Option<Vec<Vec<f64>>> {
+    /// Computes the contribution of all backlashes to the transmission error at each extra point of a motion;
+    /// `None` without backlash.
+    pub(super) fn backlash_error(
+        &self,
+        machine: &Machine,
+        values: &[f64],
+        motion: &MotionSignal,
+    ) -> Option<Vec<Vec<f64>>> {
         let has_backlash = |joint: &Joint| joint.gap.at(values, &Operating::default()) != 0.0;
         if !machine.joints.iter().any(has_backlash) {
             return None;
@@ -172,17 +207,25 @@ impl Rigid {
         let mut without_backlash = machine.clone();
         without_backlash.joints.iter_mut().for_each(|joint| joint.gap = Value::number(0.0));
         let errors = [machine, &without_backlash].map(|machine| self.transmission(machine, values, motion));
-        let without = |(with, without): (&Vec<f64>, &Vec<f64>)| with.iter().zip(without).map(|(with, without)| with - without).collect();
+        let without = |(with, without): (&Vec<f64>, &Vec<f64>)| {
+            with.iter().zip(without).map(|(with, without)| with - without).collect()
+        };
         Some(errors[0].iter().zip(&errors[1]).map(without).collect())
     }
 
-    /// Computes the deflection of each extra point per additional drive force (or torque) when friction rises in one joint.
-    /// It is the joint with the most friction work.
-    pub fn deflection_per_friction(&self, machine: &Machine, values: &[f64], motion: &MotionSignal) -> Vec<f64> {
+    /// Computes the deflection of each extra point per additional drive force (or torque) when friction rises
+    /// in one joint. It is the joint with the most friction work.
+    pub fn deflection_per_friction(
+        &self,
+        machine: &Machine,
+        values: &[f64],
+        motion: &MotionSignal,
+    ) -> Vec<f64> {
         let at = Operating::at(machine.stroke_m().map(|s| 0.5 * s));
         let most = self.joint_with_most_friction(machine, values, motion);
         let drive = machine.drive.as_ref().map(|d| d.on);
-        let (Some(statics), Some(joint), Some(drive)) = (Statics::new(machine, values, &at), most, drive) else {
+        let (Some(statics), Some(joint), Some(drive)) = (Statics::new(machine, values, &at), most, drive)
+        else {
             return vec![0.0; motion.extra_channels.len()];
         };
         let on = &machine.joints[joint].on;

@@ -31,8 +31,8 @@ pub struct AssembledModel {
     pub(super) dispersion: f64,
     /// Lever arm r of the sensor and of the hammer, per lever of the machine.
     pub(super) levers: Vec<[f64; 2]>,
-    /// Decay rate σ of an exponential window (1/s): receptances and their derivatives with parameters are those at ω − iσ. Modes and slopes with ω
-    /// are of models without a window.
+    /// Decay rate σ of an exponential window (1/s): receptances and their derivatives with parameters are
+    /// those at ω − iσ. Modes and slopes with ω are of models without a window.
     pub(super) window_per_s: f64,
 }
 
@@ -43,7 +43,14 @@ impl Structure {
         AssembledModel {
             structure: Arc::clone(self),
             rods: vec![
-                Rod { stiffness: 0.0, transit_s: 0.0, loss_factor: 0.0, dispersion: 0.0, elements: 0, window_per_s: 0.0 };
+                Rod {
+                    stiffness: 0.0,
+                    transit_s: 0.0,
+                    loss_factor: 0.0,
+                    dispersion: 0.0,
+                    elements: 0,
+                    window_per_s: 0.0
+                };
                 self.rods.len()
             ],
             beams: Vec::with_capacity(self.beams.len()),
@@ -63,7 +70,8 @@ impl Structure {
 }
 
 impl AssembledModel {
-    /// Computes the numbers of a machine. `parameters` are in the machine's order and units. Allocates nothing.
+    /// Computes the numbers of a machine. `parameters` are in the machine's order and units. Allocates
+    /// nothing.
     pub fn update(&mut self, machine: &Machine, parameters: &[f64], operating: &Operating) {
         let shape = Arc::clone(&self.structure);
         let pattern = &shape.elimination;
@@ -138,7 +146,10 @@ impl AssembledModel {
                 loss_factor: joint.loss_factor.at(parameters, operating),
                 dispersion: self.dispersion,
                 integral_rate: joint.integral_rate.at(parameters, operating),
-                relaxation_stiffness: joint.relaxation_stiffness.as_ref().map(|k| k.at(parameters, operating)),
+                relaxation_stiffness: joint
+                    .relaxation_stiffness
+                    .as_ref()
+                    .map(|k| k.at(parameters, operating)),
                 lead_growth: growth,
             };
             for (at, &(i, a)) in on.iter().enumerate() {
@@ -155,10 +166,17 @@ impl AssembledModel {
         self.mark_real_slots();
         self.has_loss = self.loss.iter().any(|h| *h != 0.0);
         self.levers.clear();
-        self.levers.extend(machine.chain.levers.iter().map(|l| [&l.sensor_arm, &l.hammer_arm].map(|r| r.at(parameters, operating))));
+        self.levers.extend(
+            machine
+                .chain
+                .levers
+                .iter()
+                .map(|l| [&l.sensor_arm, &l.hammer_arm].map(|r| r.at(parameters, operating))),
+        );
     }
 
-    /// Marks the slots whose entries stay real during factorisation: those without damping and loss, and without fill-in from such entries.
+    /// Marks the slots whose entries stay real during factorisation: those without damping and loss, and
+    /// without fill-in from such entries.
     fn mark_real_slots(&mut self) {
         let shape = &self.structure;
         for (real, (c, h)) in self.real.iter_mut().zip(self.damping.iter().zip(&self.loss)) {
@@ -168,13 +186,19 @@ impl AssembledModel {
         for (slot, m) in shape.diagonal.iter().zip(&self.inertia) {
             self.real[*slot] &= !is_windowed || *m == 0.0;
         }
-        for (_, slots) in self.rods.iter().zip(&shape.rod_slots).filter(|(rod, _)| is_windowed || rod.loss_factor != 0.0) {
+        for (_, slots) in
+            self.rods.iter().zip(&shape.rod_slots).filter(|(rod, _)| is_windowed || rod.loss_factor != 0.0)
+        {
             slots.iter().flatten().for_each(|slot| self.real[*slot] = false);
         }
-        for (_, shape) in self.beams.iter().zip(&shape.beams).filter(|(beam, _)| is_windowed || beam.loss_factor != 0.0) {
+        for (_, shape) in
+            self.beams.iter().zip(&shape.beams).filter(|(beam, _)| is_windowed || beam.loss_factor != 0.0)
+        {
             self.real[self.structure.diagonal[shape.coordinate]] = false;
         }
-        for (_, on) in self.joints.iter().zip(&self.joint_points).filter(|(joint, _)| joint.has_extra_dynamics()) {
+        for (_, on) in
+            self.joints.iter().zip(&self.joint_points).filter(|(joint, _)| joint.has_extra_dynamics())
+        {
             for (at, (i, _)) in on.iter().enumerate() {
                 on[..=at].iter().for_each(|(j, _)| self.real[shape.elimination.entry(*i, *j)] = false);
             }

@@ -24,7 +24,8 @@ impl AssembledModel {
         }
     }
 
-    /// Assembles D(ω) without damping and factors it. Returns the number of negative pivots plus the number of rod poles below each ω.
+    /// Assembles D(ω) without damping and factors it. Returns the number of negative pivots plus the number
+    /// of rod poles below each ω.
     pub(super) fn factor_undamped(&self, omega_rad_s: &[Reals], entries: &mut [Reals]) -> [Reals; ABREAST] {
         let (pattern, abreast) = (&self.structure.elimination, omega_rad_s.len());
         let entries = &mut entries[..pattern.slots() * abreast];
@@ -67,17 +68,23 @@ impl AssembledModel {
 
     /// Assembles D(ω) with damping into `entries`, except for the rods.
     ///
-    /// # Source  window: the transform of x(t)·e^(−σt) is that of x(t) at s + σ, so that all iω become iω + σ.
+    /// # Source  window: the transform of x(t)·e^(−σt) is that of x(t) at s + σ, so that all iω become iω +
+    ///   σ.
     pub(super) fn assemble(&self, omega_rad_s: &[Reals], entries: &mut [Complexes]) {
         let (shape, abreast) = (&self.structure, omega_rad_s.len());
         let spring_dampers = self.stiffness.iter().zip(&self.damping).zip(&self.loss);
         let dispersion: [Reals; ABREAST] = match self.has_loss {
-            true => std::array::from_fn(|w| omega_rad_s.get(w).map_or(Reals::ZERO, |omega| loss_each(*omega, self.dispersion).0.re)),
+            true => std::array::from_fn(|w| {
+                omega_rad_s.get(w).map_or(Reals::ZERO, |omega| loss_each(*omega, self.dispersion).0.re)
+            }),
             false => [Reals::ZERO; ABREAST],
         };
         for (entries, ((k, c), h)) in entries.chunks_exact_mut(abreast).zip(spring_dampers) {
             let (k, c) = (Reals::splat(*k + self.window_per_s * *c), Reals::splat(*c));
-            entries.iter_mut().zip(omega_rad_s).for_each(|(entry, omega)| *entry = Complexes::new(k, *omega * c));
+            entries
+                .iter_mut()
+                .zip(omega_rad_s)
+                .for_each(|(entry, omega)| *entry = Complexes::new(k, *omega * c));
             if *h != 0.0 {
                 let h = Reals::splat(*h);
                 for (entry, dispersion) in entries.iter_mut().zip(&dispersion) {
@@ -90,7 +97,8 @@ impl AssembledModel {
                 entry.re -= *omega * *omega * Reals::splat(*m);
             }
             if self.window_per_s != 0.0 {
-                let (square, twice) = (Reals::splat(m * self.window_per_s.powi(2)), Reals::splat(2.0 * m * self.window_per_s));
+                let (square, twice) =
+                    (Reals::splat(m * self.window_per_s.powi(2)), Reals::splat(2.0 * m * self.window_per_s));
                 for (entry, omega) in entries[slot * abreast..].iter_mut().zip(omega_rad_s) {
                     *entry += Complexes::new(square, *omega * twice);
                 }
@@ -107,7 +115,8 @@ impl AssembledModel {
             }
             for (w, omega) in omega_rad_s.iter().enumerate() {
                 let s = self.complex_frequency_each(*omega);
-                let mut damper = joint.relaxation_stiffness.map_or(Complexes::ZERO, |k| joint.damper_each(k, s));
+                let mut damper =
+                    joint.relaxation_stiffness.map_or(Complexes::ZERO, |k| joint.damper_each(k, s));
                 if joint.integral_rate != 0.0 {
                     damper += joint.integral_each(s);
                 }
@@ -120,8 +129,8 @@ impl AssembledModel {
         }
     }
 
-    /// Assembles D(ω) with damping and factors it. Multiplies `determinants` by det D·Π sin φ, which has no rod poles, with one scale for all
-    /// frequencies.
+    /// Assembles D(ω) with damping and factors it. Multiplies `determinants` by det D·Π sin φ, which has no
+    /// rod poles, with one scale for all frequencies.
     #[inline]
     pub(super) fn factor_damped<'k>(
         &self,
@@ -136,7 +145,8 @@ impl AssembledModel {
         self.assemble(omega_rad_s, entries);
         let mut materials = [None; ABREAST];
         for (number, (rod, slots)) in self.rods.iter().zip(&shape.rod_slots).enumerate() {
-            let [left, right, cross] = slots.map(|slot| slot.map(|slot| slot * abreast..(slot + 1) * abreast));
+            let [left, right, cross] =
+                slots.map(|slot| slot.map(|slot| slot * abreast..(slot + 1) * abreast));
             if let Some(known) = known(number, rod) {
                 for slots in left.into_iter().chain(right) {
                     entries[slots].iter_mut().zip(known.entries).for_each(|(entry, of)| entry.re += of.0);
@@ -151,10 +161,15 @@ impl AssembledModel {
             }
             for (pair, omegas) in omega_rad_s.chunks(2).enumerate() {
                 let first = 2 * pair;
-                let lossless = rod.is_lossless().then(|| rod.lossless_each([omegas[0], omegas[omegas.len() - 1]])).flatten();
+                let lossless = rod
+                    .is_lossless()
+                    .then(|| rod.lossless_each([omegas[0], omegas[omegas.len() - 1]]))
+                    .flatten();
                 if let Some(pair) = lossless {
                     for (w, [direct, cross_entry, sin]) in (first..abreast).zip(pair) {
-                        for (slots, entry) in [&left, &right, &cross].into_iter().zip([direct, direct, cross_entry]) {
+                        for (slots, entry) in
+                            [&left, &right, &cross].into_iter().zip([direct, direct, cross_entry])
+                        {
                             slots.iter().for_each(|slots| entries[slots.start + w].re += entry);
                         }
                         determinants.iter_mut().for_each(|d| d[w] = d[w] * sin);
@@ -164,7 +179,9 @@ impl AssembledModel {
                 for (w, omega) in (first..).zip(omegas) {
                     let compute = || rod.damped_with_material(*omega, &mut materials[w]);
                     at.with_entries(number, rod, w, compute, |of| {
-                        for (slots, entry) in [&left, &right, &cross].into_iter().zip([of.direct, of.direct, of.cross]) {
+                        for (slots, entry) in
+                            [&left, &right, &cross].into_iter().zip([of.direct, of.direct, of.cross])
+                        {
                             slots.iter().for_each(|slots| entries[slots.start + w] += entry);
                         }
                         determinants.iter_mut().for_each(|d| d[w] *= of.sin);

@@ -3,8 +3,9 @@
 use super::rod::modulus_each;
 use super::simd::{Complexes, LANES, Reals};
 
-/// The dynamic stiffness of a uniform beam on two bearings as the nut between them feels it: at the displacement q = a·y + e·θ that deflection y and
-/// slope θ give along the axis, by a misalignment a and an eccentricity e of the nut's force.
+/// The dynamic stiffness of a uniform beam on two bearings as the nut between them feels it: at the
+/// displacement q = a·y + e·θ that deflection y and slope θ give along the axis, by a misalignment a and an
+/// eccentricity e of the nut's force.
 ///
 /// ```text
 /// 1/D = dᵀ·(B_left + B_right + diag(k, 0))⁻¹·d,   d = (a, e)       k: lateral stiffness of the nut;  B: spans at (y, θ), rotations at the bearings eliminated
@@ -17,10 +18,14 @@ use super::simd::{Complexes, LANES, Reals};
 /// N = 1 − c·ch,   α = ℓ·(ρ·S·ω²/(E·I))^¼,   s, c = sin α, cos α,   sh, ch = sinh α, cosh α,   ± : − on the left, + on the right
 /// ```
 ///
-/// # Units      E·I in N·m², ρ·S in kg/m, k in N/m, e in m; κ is the rotational stiffness of a bearing over E·I/L
-/// # Limits     ω → 0, a = 1, e = 0, k = 0 gives 48·E·I/L³ at the middle of a beam on two hinges, and 192·E·I/L³ between two clamps
-/// # Source     Euler–Bernoulli beam: frequency functions of Koloušek, Dynamics in Engineering Structures (1973); mode count of a clamped span: Howson
-///   and Williams, J. Sound Vib. 26 (1973) 503–515. Checked against finite elements (test `the_beam_agrees_with_finite_elements`)
+/// # Units      E·I in N·m², ρ·S in kg/m, k in N/m, e in m; κ is the rotational stiffness of a bearing over
+///   E·I/L
+/// # Limits     ω → 0, a = 1, e = 0, k = 0 gives 48·E·I/L³ at the middle of a beam on two hinges, and
+///   192·E·I/L³ between two clamps
+/// # Source     Euler–Bernoulli beam: frequency functions of Koloušek, Dynamics in Engineering Structures
+///   (1973); mode count of a clamped span: Howson
+///   and Williams, J. Sound Vib. 26 (1973) 503–515. Checked against finite elements (test
+///   `the_beam_agrees_with_finite_elements`)
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Beam {
     /// E·I (N·m²).
@@ -61,10 +66,12 @@ pub(super) enum BeamNumber {
     Dispersion,
 }
 
-/// Relative step of central differences, near the cube root of the rounding error, where truncation and rounding are of one size.
+/// Relative step of central differences, near the cube root of the rounding error, where truncation and
+/// rounding are of one size.
 const STEP: f64 = 1e-6;
 
-/// Largest |α| for the first two terms of the series in α⁴. The third is below 1e-9 there, while the closed forms cancel to 1e-13.
+/// Largest |α| for the first two terms of the series in α⁴. The third is below 1e-9 there, while the closed
+/// forms cancel to 1e-13.
 const SHORT: f64 = 0.25;
 
 /// Entries of one span, on the near end and with its far end.
@@ -77,7 +84,8 @@ struct Span {
     alpha: Complexes,
 }
 
-/// The spans on the left and on the right of the nut, for each frequency. Arms, bearings and the nut's lateral stiffness are no part of them.
+/// The spans on the left and on the right of the nut, for each frequency. Arms, bearings and the nut's
+/// lateral stiffness are no part of them.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BeamSpans {
     /// Relative complex modulus.
@@ -100,8 +108,15 @@ impl Beam {
         let denominator = Complexes::real(Reals::ONE) - c * ch;
         let scale = alpha * denominator.inverse();
         let square = scale * alpha;
-        let closed = [square * alpha * (sh * c + ch * s), scale * (ch * s - sh * c), square * s * sh, square * (ch - c), scale * (sh - s)];
-        // Stiffness and consistent mass of one cubic element: Przemieniecki, Theory of Matrix Structural Analysis (1968), sections 5.6 and 11.4.
+        let closed = [
+            square * alpha * (sh * c + ch * s),
+            scale * (ch * s - sh * c),
+            square * s * sh,
+            square * (ch - c),
+            scale * (sh - s),
+        ];
+        // Stiffness and consistent mass of one cubic element: Przemieniecki, Theory of Matrix Structural
+        // Analysis (1968), sections 5.6 and 11.4.
         let fourth = alpha * alpha * alpha * alpha;
         let is_short = alpha.norm_sqr().simd_lt(Reals::splat(SHORT * SHORT));
         let either = |closed: Complexes, [at_rest, by_mass]: [f64; 2]| {
@@ -112,7 +127,12 @@ impl Beam {
         let powers = [3, 1, 2, 2, 1];
         let [near_y, turning, both, far_y, far_turning] =
             std::array::from_fn(|at| rigidity * either(closed[at], series[at]) * length.powi(-powers[at]));
-        Span { near: [near_y, turning, both], far: [far_y, far_turning], denominator: either(denominator, [0.0, 70.0]), alpha }
+        Span {
+            near: [near_y, turning, both],
+            far: [far_y, far_turning],
+            denominator: either(denominator, [0.0, 70.0]),
+            alpha,
+        }
     }
 
     /// Computes the spans at real or complex frequencies.
@@ -120,12 +140,18 @@ impl Beam {
         let rigidity = material * self.rigidity;
         let root = (rigidity.inverse() * self.mass_per_length).sqrt();
         let wave = (root * omega_rad_s).sqrt();
-        BeamSpans { material, spans: [Self::span(wave, rigidity, self.nut), Self::span(wave, rigidity, self.length - self.nut)] }
+        BeamSpans {
+            material,
+            spans: [Self::span(wave, rigidity, self.nut), Self::span(wave, rigidity, self.length - self.nut)],
+        }
     }
 
     /// Computes the spans with loss, for each frequency.
     pub fn spans_each(&self, omega_rad_s: Reals) -> BeamSpans {
-        self.spans(self.complex_each(omega_rad_s), modulus_each(omega_rad_s, self.loss_factor, self.dispersion))
+        self.spans(
+            self.complex_each(omega_rad_s),
+            modulus_each(omega_rad_s, self.loss_factor, self.dispersion),
+        )
     }
 
     /// Returns the entry of the rotation at each bearing.
@@ -141,9 +167,14 @@ impl Beam {
             let [y, theta, both] = span.near;
             let [with_y, with_theta] = span.far;
             let inverse = pivot.inverse();
-            [y - with_y * with_y * inverse, theta - with_theta * with_theta * inverse, (both - with_y * with_theta * inverse) * sign]
+            [
+                y - with_y * with_y * inverse,
+                theta - with_theta * with_theta * inverse,
+                (both - with_y * with_theta * inverse) * sign,
+            ]
         };
-        let ([a, b, c], [d, e, f]) = (condensed(&of.spans[0], left, -1.0), condensed(&of.spans[1], right, 1.0));
+        let ([a, b, c], [d, e, f]) =
+            (condensed(&of.spans[0], left, -1.0), condensed(&of.spans[1], right, 1.0));
         [a + d + of.material * self.lateral_stiffness, b + e, c + f]
     }
 
@@ -167,7 +198,8 @@ impl Beam {
 
     /// Computes D without loss, and the number of modes below each frequency with q held.
     ///
-    /// # Source  Wittrick and Williams, Q. J. Mech. Appl. Math. 24 (1971) 263–284: with q free there are as many more as D is negative.
+    /// # Source  Wittrick and Williams, Q. J. Mech. Appl. Math. 24 (1971) 263–284: with q free there are as
+    ///   many more as D is negative.
     pub fn undamped_each(&self, omega_rad_s: Reals) -> (Reals, Reals) {
         let of = self.spans(Complexes::real(omega_rad_s), Complexes::real(Reals::ONE));
         let entries = self.joined(&of);
@@ -184,13 +216,14 @@ impl Beam {
         let [left, right] = self.pivots(&of);
         let pivots = [left.re, right.re, entries[0].re, determinant.re * entries[0].re].map(negative);
         let held = negative(condensed.re);
-        let count =
-            std::array::from_fn(|lane| clamped[0][lane] + clamped[1][lane] + pivots.iter().map(|p| p[lane]).sum::<f64>() - held[lane]);
+        let count = std::array::from_fn(|lane| {
+            clamped[0][lane] + clamped[1][lane] + pivots.iter().map(|p| p[lane]).sum::<f64>() - held[lane]
+        });
         (condensed.re, Reals::from(count))
     }
 
-    /// Computes the derivative of D with one of the numbers, for each frequency. `of` is [`Beam::spans_each`] there: bearings, arms and the nut's lateral
-    /// stiffness do not change it.
+    /// Computes the derivative of D with one of the numbers, for each frequency. `of` is [`Beam::spans_each`]
+    /// there: bearings, arms and the nut's lateral stiffness do not change it.
     pub fn slopes_each(&self, omega_rad_s: Reals, of: &BeamSpans, number: BeamNumber) -> Complexes {
         let size = match number {
             BeamNumber::Rigidity => self.rigidity,
@@ -235,13 +268,15 @@ impl Beam {
     /// Computes the derivative of D with ω, for each frequency.
     pub fn frequency_slopes_each(&self, omega_rad_s: Reals) -> Complexes {
         let step = omega_rad_s * Reals::splat(STEP);
-        (self.damped_each(omega_rad_s + step) - self.damped_each(omega_rad_s - step)) * (Reals::splat(0.5) / step)
+        (self.damped_each(omega_rad_s + step) - self.damped_each(omega_rad_s - step))
+            * (Reals::splat(0.5) / step)
     }
 
     /// Computes the derivative of D without loss with ω, for each frequency.
     pub fn undamped_slopes_each(&self, omega_rad_s: Reals) -> Reals {
         let step = omega_rad_s * Reals::splat(STEP);
-        (self.undamped_each(omega_rad_s + step).0 - self.undamped_each(omega_rad_s - step).0) * (Reals::splat(0.5) / step)
+        (self.undamped_each(omega_rad_s + step).0 - self.undamped_each(omega_rad_s - step).0)
+            * (Reals::splat(0.5) / step)
     }
 
     /// Computes D at rest.
@@ -255,7 +290,9 @@ impl Beam {
         let (condensed, determinant) = self.condensed(self.joined(&of));
         let unit = self.length / self.rigidity;
         let rotations = of.spans.iter().zip(self.pivots(&of));
-        let free = rotations.fold(determinant * (unit * unit), |product, (span, pivot)| product * (pivot * span.denominator * unit));
+        let free = rotations.fold(determinant * (unit * unit), |product, (span, pivot)| {
+            product * (pivot * span.denominator * unit)
+        });
         free * condensed.inverse()
     }
 }
@@ -294,9 +331,11 @@ mod tests {
     #[test]
     fn limit_modes_of_a_beam_without_a_nut() {
         for nut in [0.31, 0.6, 0.9] {
-            for (clamping, roots) in
-                [([0.0; 2], [PI, 2.0 * PI, 3.0 * PI]), ([1e9; 2], [4.73004, 7.85320, 10.9956]), ([1e9, 0.0], [3.92660, 7.06858, 10.2102])]
-            {
+            for (clamping, roots) in [
+                ([0.0; 2], [PI, 2.0 * PI, 3.0 * PI]),
+                ([1e9; 2], [4.73004, 7.85320, 10.9956]),
+                ([1e9, 0.0], [3.92660, 7.06858, 10.2102]),
+            ] {
                 for (below, root) in roots.iter().enumerate() {
                     let count = |factor: f64| modes_below(&beam(nut, clamping), root * factor);
                     assert_eq!(
@@ -309,25 +348,33 @@ mod tests {
         }
     }
 
-    /// The closed forms and the series for short waves agree where one takes over, and both with finite elements.
+    /// The closed forms and the series for short waves agree where one takes over, and both with finite
+    /// elements.
     #[test]
     fn limit_short_waves_are_a_cubic_element() {
         let of = Beam { arms: [0.1, 0.01], lateral_stiffness: 1e5, ..beam(0.02, [3.0, 0.7]) };
         let change = (SHORT / 0.02_f64).powi(2) * (of.rigidity / of.mass_per_length).sqrt();
-        let [below, above] = [0.999, 1.001].map(|factor| of.damped_each(Reals::splat(factor * change)).lanes()[0].re);
+        let [below, above] =
+            [0.999, 1.001].map(|factor| of.damped_each(Reals::splat(factor * change)).lanes()[0].re);
         let expected = [0.999, 1.001].map(|factor| by_finite_elements(&of, factor * change));
-        assert!((below / expected[0] - 1.0).abs() < 1e-3 && (above / expected[1] - 1.0).abs() < 1e-3, "{below} {above} for {expected:?}");
+        assert!(
+            (below / expected[0] - 1.0).abs() < 1e-3 && (above / expected[1] - 1.0).abs() < 1e-3,
+            "{below} {above} for {expected:?}"
+        );
         assert_eq!(modes_below(&beam(0.005, [3.0, 0.7]), 1e-4), 0.0);
         assert!((of.static_stiffness() / of.damped_each(Reals::splat(1.0)).lanes()[0].re - 1.0).abs() < 1e-4);
     }
 
-    /// 48·E·I/L³ at the middle between hinges, 192·E·I/L³ between clamps; against the slope there 12 and 16·E·I/L.
+    /// 48·E·I/L³ at the middle between hinges, 192·E·I/L³ between clamps; against the slope there 12 and
+    /// 16·E·I/L.
     #[test]
     fn limit_static_stiffness_at_the_middle() {
         for (clamping, deflection, slope) in [([0.0; 2], 48.0, 12.0), ([1e9; 2], 192.0, 16.0)] {
             let of = beam(0.6, clamping);
             let unit = of.rigidity / of.length;
-            for (arms, expected) in [([1.0, 0.0], deflection * unit / of.length.powi(2)), ([0.0, 0.01], slope * unit * 1e4)] {
+            for (arms, expected) in
+                [([1.0, 0.0], deflection * unit / of.length.powi(2)), ([0.0, 0.01], slope * unit * 1e4)]
+            {
                 let found = Beam { arms, ..of }.damped_each(Reals::splat(1.0)).lanes()[0].re;
                 assert!((found / expected - 1.0).abs() < 1e-3, "{found} for {expected}");
             }
@@ -369,13 +416,16 @@ mod tests {
 
     #[test]
     fn the_beam_agrees_with_finite_elements() {
-        for (clamping, arms, lateral_stiffness) in
-            [([0.0, 0.0], [0.0, 0.01], 0.0), ([3.0, 0.7], [0.1, 0.01], 1e5), ([50.0, 8.0], [-0.05, 0.02], 1e6)]
-        {
+        for (clamping, arms, lateral_stiffness) in [
+            ([0.0, 0.0], [0.0, 0.01], 0.0),
+            ([3.0, 0.7], [0.1, 0.01], 1e5),
+            ([50.0, 8.0], [-0.05, 0.02], 1e6),
+        ] {
             let of = Beam { arms, lateral_stiffness, ..beam(0.47, clamping) };
             for hz in [5.0, 40.0, 130.0, 330.0] {
                 let omega = std::f64::consts::TAU * hz;
-                let (found, expected) = (of.damped_each(Reals::splat(omega)).lanes()[0].re, by_finite_elements(&of, omega));
+                let (found, expected) =
+                    (of.damped_each(Reals::splat(omega)).lanes()[0].re, by_finite_elements(&of, omega));
                 assert!((found / expected - 1.0).abs() < 1e-3, "{hz} Hz: {found:e} for {expected:e}");
             }
         }
@@ -383,7 +433,13 @@ mod tests {
 
     #[test]
     fn slopes_match_the_change_of_the_beam() {
-        let of = Beam { arms: [0.1, 0.01], lateral_stiffness: 1e5, loss_factor: 0.03, dispersion: 0.4, ..beam(0.47, [3.0, 0.7]) };
+        let of = Beam {
+            arms: [0.1, 0.01],
+            lateral_stiffness: 1e5,
+            loss_factor: 0.03,
+            dispersion: 0.4,
+            ..beam(0.47, [3.0, 0.7])
+        };
         let omega = Reals::splat(900.0);
         let here = of.damped_each(omega);
         let softer = Beam {
@@ -395,7 +451,8 @@ mod tests {
         // All stiffnesses and masses in one proportion change D in the same.
         let change = (here - softer.damped_each(omega)) * 100.0;
         assert!((change.lanes()[0] / here.lanes()[0] - 1.0).norm() < 1e-9);
-        let slope = |number, size: f64| of.slopes_each(omega, &of.spans_each(omega), number).lanes()[0] * size;
+        let slope =
+            |number, size: f64| of.slopes_each(omega, &of.spans_each(omega), number).lanes()[0] * size;
         let sum = slope(BeamNumber::Rigidity, of.rigidity)
             + slope(BeamNumber::MassPerLength, of.mass_per_length)
             + slope(BeamNumber::LateralStiffness, of.lateral_stiffness);
@@ -404,7 +461,11 @@ mod tests {
         let by_nut = (moved(of.nut + 1e-4, of.length) - moved(of.nut - 1e-4, of.length)) / 2e-4;
         let by_length = (moved(of.nut, of.length + 1e-4) - moved(of.nut, of.length - 1e-4)) / 2e-4;
         for (number, expected) in [(BeamNumber::Nut, by_nut), (BeamNumber::Length, by_length)] {
-            assert!((slope(number, 1.0) / expected - 1.0).norm() < 1e-4, "{number:?}: {} for {expected}", slope(number, 1.0));
+            assert!(
+                (slope(number, 1.0) / expected - 1.0).norm() < 1e-4,
+                "{number:?}: {} for {expected}",
+                slope(number, 1.0)
+            );
         }
     }
 }

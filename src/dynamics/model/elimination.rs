@@ -1,4 +1,5 @@
-//! Symmetric elimination with a fixed sparse pattern, which is computed once and used for many factorisations.
+//! Symmetric elimination with a fixed sparse pattern, which is computed once and used for many
+//! factorisations.
 
 use std::cell::Cell;
 use std::collections::BTreeSet;
@@ -34,7 +35,8 @@ pub struct Elimination {
 }
 
 impl Elimination {
-    /// Computes the pattern for `size` coordinates coupled in `pairs`; `last` are eliminated at the end, in that order.
+    /// Computes the pattern for `size` coordinates coupled in `pairs`; `last` are eliminated at the end, in
+    /// that order.
     pub fn new(size: usize, pairs: impl IntoIterator<Item = (usize, usize)>, last: &[usize]) -> Self {
         let mut adjacent = vec![BTreeSet::new(); size];
         for (i, j) in pairs.into_iter().filter(|(i, j)| i != j) {
@@ -54,7 +56,9 @@ impl Elimination {
         }
         let mut remaining: BTreeSet<usize> = (0..size).filter(|i| !last.contains(i)).collect();
         let mut tail = last.iter().copied();
-        while let Some(row) = remaining.iter().copied().min_by_key(|i| adjacent[*i].len()).or_else(|| tail.next()) {
+        while let Some(row) =
+            remaining.iter().copied().min_by_key(|i| adjacent[*i].len()).or_else(|| tail.next())
+        {
             remaining.remove(&row);
             let near: Vec<usize> = std::mem::take(&mut adjacent[row]).into_iter().collect();
             let first = pattern.neighbours.len();
@@ -75,7 +79,12 @@ impl Elimination {
                 adjacent[a].remove(&row);
             }
             let diagonal = pattern.slot(row, row);
-            pattern.pivots.push(Pivot { row, diagonal, neighbours: (first, pattern.neighbours.len()), targets });
+            pattern.pivots.push(Pivot {
+                row,
+                diagonal,
+                neighbours: (first, pattern.neighbours.len()),
+                targets,
+            });
         }
         pattern
     }
@@ -108,7 +117,8 @@ impl Elimination {
         slot
     }
 
-    /// Clears `real` for the entries that become complex during factorisation; on entry `real` marks, by slot, the real entries of the matrix.
+    /// Clears `real` for the entries that become complex during factorisation; on entry `real` marks, by
+    /// slot, the real entries of the matrix.
     pub fn propagate_complex(&self, real: &mut [bool]) {
         for pivot in &self.pivots {
             let near = &self.neighbours[pivot.neighbours.0..pivot.neighbours.1];
@@ -121,10 +131,17 @@ impl Elimination {
         }
     }
 
-    /// Factors `abreast` matrices in place, at most [`ABREAST`]. Entry s of matrix w is stored at s·abreast + w. Slots marked `real` stay real
-    /// throughout ([`Elimination::propagate_complex`]). Diagonal slots hold 1/d afterwards; `on_pivot` receives w, d and 1/d of each pivot.
+    /// Factors `abreast` matrices in place, at most [`ABREAST`]. Entry s of matrix w is stored at s·abreast +
+    /// w. Slots marked `real` stay real throughout ([`Elimination::propagate_complex`]). Diagonal slots hold
+    /// 1/d afterwards; `on_pivot` receives w, d and 1/d of each pivot.
     #[inline]
-    pub fn factor<T: Scalar>(&self, abreast: usize, entries: &mut [T], real: &[bool], mut on_pivot: impl FnMut(usize, T, T)) {
+    pub fn factor<T: Scalar>(
+        &self,
+        abreast: usize,
+        entries: &mut [T],
+        real: &[bool],
+        mut on_pivot: impl FnMut(usize, T, T),
+    ) {
         let cells = Cell::from_mut(entries).as_slice_of_cells();
         let of = |slot: usize| &cells[slot * abreast..][..abreast];
         let mut scaled = [T::ZERO; ABREAST];
@@ -144,9 +161,15 @@ impl Elimination {
                     }
                 };
                 match (pivot_real, real[slot]) {
-                    (true, true) => update(T::inverse_real, |t, inverse, e| t.sub_mul_reals(inverse.mul_real(e), e)),
-                    (true, false) => update(T::inverse_real, |t, inverse, e| t.sub_mul(e.mul_real(inverse), e)),
-                    (false, true) => update(T::inverse, |t, inverse, e| t.sub_mul_real(inverse.mul_real(e), e)),
+                    (true, true) => {
+                        update(T::inverse_real, |t, inverse, e| t.sub_mul_reals(inverse.mul_real(e), e))
+                    }
+                    (true, false) => {
+                        update(T::inverse_real, |t, inverse, e| t.sub_mul(e.mul_real(inverse), e))
+                    }
+                    (false, true) => {
+                        update(T::inverse, |t, inverse, e| t.sub_mul_real(inverse.mul_real(e), e))
+                    }
                     (false, false) => update(T::inverse, |t, inverse, e| t.sub_mul(inverse * e, e)),
                 }
                 continue;
@@ -159,7 +182,11 @@ impl Elimination {
             }
             for (at, &(_, slot)) in near.iter().enumerate() {
                 let scale = |scaled: &mut [T], product: fn(T, T) -> T| {
-                    scaled.iter_mut().zip(of(slot)).zip(inverse).for_each(|((l, entry), inverse)| *l = product(entry.get(), inverse.get()));
+                    scaled
+                        .iter_mut()
+                        .zip(of(slot))
+                        .zip(inverse)
+                        .for_each(|((l, entry), inverse)| *l = product(entry.get(), inverse.get()));
                 };
                 match (real[slot], pivot_real) {
                     (true, _) => scale(&mut scaled, |entry, inverse| inverse.mul_real(entry)),
@@ -170,7 +197,9 @@ impl Elimination {
                 for (&(_, slot), &target) in near[..=at].iter().zip(&mut targets) {
                     let update = |sub_mul: fn(T, T, T) -> T| {
                         let each = of(target).iter().zip(&scaled).zip(of(slot));
-                        each.for_each(|((target, l), entry)| target.set(sub_mul(target.get(), *l, entry.get())));
+                        each.for_each(|((target, l), entry)| {
+                            target.set(sub_mul(target.get(), *l, entry.get()))
+                        });
                     };
                     match (l_real, real[slot]) {
                         (true, true) => update(T::sub_mul_reals),
@@ -183,7 +212,8 @@ impl Elimination {
         }
     }
 
-    /// Solves A·x = b for `abreast` factored matrices. `x` holds b on entry; coordinate i of matrix w is stored at i·abreast + w.
+    /// Solves A·x = b for `abreast` factored matrices. `x` holds b on entry; coordinate i of matrix w is
+    /// stored at i·abreast + w.
     #[inline]
     pub fn solve<T: Scalar>(&self, abreast: usize, entries: &[T], x: &mut [T]) {
         let x = Cell::from_mut(x).as_slice_of_cells();
@@ -200,7 +230,8 @@ impl Elimination {
         self.back_substitute(abreast, entries, x);
     }
 
-    /// Solves A·x = b for a b that is zero except at the coordinate eliminated last; storage as in [`Elimination::solve`].
+    /// Solves A·x = b for a b that is zero except at the coordinate eliminated last; storage as in
+    /// [`Elimination::solve`].
     #[inline]
     pub fn solve_last<T: Scalar>(&self, abreast: usize, entries: &[T], x: &mut [T]) {
         self.back_substitute(abreast, entries, Cell::from_mut(x).as_slice_of_cells());
@@ -267,13 +298,19 @@ mod tests {
         }
     }
 
-    /// All combinations of real and complex entries, in a chain and in a ring with a chord, give the result of complex arithmetic.
+    /// All combinations of real and complex entries, in a chain and in a ring with a chord, give the result
+    /// of complex arithmetic.
     #[test]
     fn limit_real_shortcuts_equal_complex_arithmetic() {
-        let (chain, ring) = ([(0, 1), (1, 2), (2, 3), (3, 4)], [(0, 1), (1, 2), (2, 3), (3, 4), (4, 0), (1, 4)]);
+        let (chain, ring) =
+            ([(0, 1), (1, 2), (2, 3), (3, 4)], [(0, 1), (1, 2), (2, 3), (3, 4), (4, 0), (1, 4)]);
         for pairs in [&chain[..], &ring] {
             let pattern = Elimination::new(5, pairs.iter().copied(), &[2]);
-            let stored: Vec<usize> = (0..5).map(|i| (i, i)).chain(pairs.iter().copied()).map(|(i, j)| pattern.entry(i, j)).collect();
+            let stored: Vec<usize> = (0..5)
+                .map(|i| (i, i))
+                .chain(pairs.iter().copied())
+                .map(|(i, j)| pattern.entry(i, j))
+                .collect();
             for of_real in 0..1_usize << stored.len() {
                 let mut real = vec![true; pattern.slots()];
                 let mut entries = vec![Complexes::ZERO; 3 * pattern.slots()];
@@ -291,7 +328,10 @@ mod tests {
                 pattern.factor(3, &mut as_complex, &vec![false; pattern.slots()], |_, _, _| ());
                 for (slot, (a, b)) in entries.iter().zip(&as_complex).enumerate() {
                     let (a, b) = (a.lanes()[0], b.lanes()[0]);
-                    assert!((a - b).norm() <= 1e-14 * b.norm() && (a.im == 0.0 || !real[slot / 3]), "{of_real:b}, slot {slot}: {a} {b}");
+                    assert!(
+                        (a - b).norm() <= 1e-14 * b.norm() && (a.im == 0.0 || !real[slot / 3]),
+                        "{of_real:b}, slot {slot}: {a} {b}"
+                    );
                 }
             }
         }

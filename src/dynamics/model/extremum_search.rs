@@ -10,24 +10,26 @@ use super::simd::{Complexes, LANES, Reals, padded, padded_by};
 const COS_MAX_PHASE_STEP: f64 = -0.5885;
 /// Number of evaluations of a piece before its roots are known.
 const GRID: usize = 24;
-/// Largest error of the polynomials relative to their least magnitude on the piece; and relative to their largest magnitude, where rounding
-/// dominates.
+/// Largest error of the polynomials relative to their least magnitude on the piece; and relative to their
+/// largest magnitude, where rounding dominates.
 const RELATIVE_ERROR: f64 = 1e-5;
 const ROUNDING: f64 = 1e-13;
 /// Largest Newton step to a root that is kept, along the band and away from it, in units of the grid spacing.
 const NEWTON_REACH: (f64, f64) = (0.75, 1.5);
 /// Distance assumed for a root on the band itself, as a share of half a piece.
 const MIN_DISTANCE: f64 = 1e-8;
-/// Distance from the band at which Newton's method restarts if it does not converge from the band, as a share of half a piece.
+/// Distance from the band at which Newton's method restarts if it does not converge from the band, as a share
+/// of half a piece.
 const RESTART_DISTANCE: f64 = 0.05;
 /// Positions evaluated around a root, in units of its distance from the band.
 const OFFSETS: [f64; 5] = [-2.0, -0.7, 0.0, 0.7, 2.0];
-/// Dip that requests another evaluation: the minimum of the parabola through three evaluations of one sign, as a share of the middle one. Then
-/// the largest number of rounds of such requests.
+/// Dip that requests another evaluation: the minimum of the parabola through three evaluations of one sign,
+/// as a share of the middle one. Then the largest number of rounds of such requests.
 const DIP: (f64, usize) = (0.5, 3);
 /// Relative precision of the frequencies of valleys; only the depth of a valley is used.
 const VALLEY_PRECISION: f64 = 1e-6;
-/// Largest relative change of |H| over the last Newton step to an extremum. The result includes the step's change, ½·slope·step.
+/// Largest relative change of |H| over the last Newton step to an extremum. The result includes the step's
+/// change, ½·slope·step.
 pub(super) const SMALL_CHANGE: f64 = 1e-5;
 
 /// Positions at which a piece is evaluated before its roots are known.
@@ -40,11 +42,14 @@ struct Grid {
 }
 
 static GRID_POINTS: LazyLock<Grid> = LazyLock::new(|| {
-    let positions: [f64; GRID] = std::array::from_fn(|i| -(std::f64::consts::PI * i as f64 / (GRID - 1) as f64).cos());
+    let positions: [f64; GRID] =
+        std::array::from_fn(|i| -(std::f64::consts::PI * i as f64 / (GRID - 1) as f64).cos());
     let upper = |group: usize| {
         let at = |lane: usize| GRID / 2 + group * LANES + lane;
         let spacing = |at: usize| 0.5 * (positions[(at + 1).min(GRID - 1)] - positions[at - 1]);
-        let of = |what: &dyn Fn(usize) -> f64| Reals::from(std::array::from_fn::<_, LANES, _>(|lane| what(at(lane))));
+        let of = |what: &dyn Fn(usize) -> f64| {
+            Reals::from(std::array::from_fn::<_, LANES, _>(|lane| what(at(lane))))
+        };
         (of(&|at| positions[at]), of(&spacing))
     };
     Grid { positions, upper: std::array::from_fn(upper) }
@@ -112,7 +117,15 @@ pub(super) struct ExtremumSearch {
 impl Default for ExtremumSearch {
     fn default() -> Self {
         let (roots, requested, near_roots, brackets) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        ExtremumSearch { grid: &GRID_POINTS, rise: [0.0; GRID], denominator: [[0.0; GRID]; 2], roots, requested, near_roots, brackets }
+        ExtremumSearch {
+            grid: &GRID_POINTS,
+            rise: [0.0; GRID],
+            denominator: [[0.0; GRID]; 2],
+            roots,
+            requested,
+            near_roots,
+            brackets,
+        }
     }
 }
 
@@ -125,7 +138,11 @@ fn square([z, slope, half_bend]: [Complexes; 3]) -> [Reals; 3] {
 impl ExtremumSearch {
     /// Returns the evaluation at a grid position.
     fn evaluation(&self, at: usize) -> Evaluation {
-        Evaluation { t: self.grid.positions[at], rise: self.rise[at], denominator: (self.denominator[0][at], self.denominator[1][at]) }
+        Evaluation {
+            t: self.grid.positions[at],
+            rise: self.rise[at],
+            denominator: (self.denominator[0][at], self.denominator[1][at]),
+        }
     }
 
     /// Frequencies of the grid over a piece, without its upper end (rad/s).
@@ -148,15 +165,16 @@ impl ExtremumSearch {
         self.roots.iter().filter(|r| r.pole && r.cell == at).count()
     }
 
-    /// Evaluates the grid of a piece and collects the near roots to which one Newton step leads. Returns whether the polynomials are accurate
-    /// enough.
+    /// Evaluates the grid of a piece and collects the near roots to which one Newton step leads. Returns
+    /// whether the polynomials are accurate enough.
     pub fn evaluate_grid(&mut self, of: &RationalInterpolant, settings: &PeakSearch) -> bool {
         self.roots.clear();
         let (mut least, mut most) = ([Reals::splat(f64::MAX); 2], [Reals::ZERO; 2]);
         for (group, (t, spacing)) in self.grid.upper.iter().enumerate() {
             for (found, (t, upper)) in of.slopes_on_both_sides(*t).iter().zip([(*t, true), (-*t, false)]) {
-                for ([value, slope], (least, (most, pole))) in
-                    [found.0, found.1].into_iter().zip(least.iter_mut().zip(most.iter_mut().zip([false, true])))
+                for ([value, slope], (least, (most, pole))) in [found.0, found.1]
+                    .into_iter()
+                    .zip(least.iter_mut().zip(most.iter_mut().zip([false, true])))
                 {
                     let (size, steep) = (value.norm_sqr(), slope.norm_sqr());
                     *least = least.fast_min((steep * *spacing).mul_add(*spacing, size));
@@ -186,15 +204,23 @@ impl ExtremumSearch {
             }
         }
         (0..2).all(|part| {
-            let (least, most) =
-                (least[part].to_array().into_iter().fold(f64::MAX, f64::min), most[part].to_array().into_iter().fold(0.0, f64::max));
+            let (least, most) = (
+                least[part].to_array().into_iter().fold(f64::MAX, f64::min),
+                most[part].to_array().into_iter().fold(0.0, f64::max),
+            );
             of.error[part] <= RELATIVE_ERROR * least.sqrt() || of.error[part] <= ROUNDING * most.sqrt()
         })
     }
 
-    /// Evaluates around the roots near the piece and brackets the sign changes of G. `rising` is the sign of the slope below the piece. Returns
-    /// whether the phase steps between neighbouring evaluations are small enough.
-    pub fn bracket_extrema(&mut self, of: &RationalInterpolant, settings: &PeakSearch, rising: Option<bool>) -> bool {
+    /// Evaluates around the roots near the piece and brackets the sign changes of G. `rising` is the sign of
+    /// the slope below the piece. Returns whether the phase steps between neighbouring evaluations are small
+    /// enough.
+    pub fn bracket_extrema(
+        &mut self,
+        of: &RationalInterpolant,
+        settings: &PeakSearch,
+        rising: Option<bool>,
+    ) -> bool {
         self.refine_roots(of);
         self.near_roots.clear();
         self.request_near_roots();
@@ -229,7 +255,10 @@ impl ExtremumSearch {
                 }
                 if round == 4 {
                     // Between two roots on either side of the band Newton's iteration never leaves the band.
-                    z = Complexes::new(settled.select(z.re, start.re), settled.select(z.im, Reals::splat(RESTART_DISTANCE)));
+                    z = Complexes::new(
+                        settled.select(z.re, start.re),
+                        settled.select(z.im, Reals::splat(RESTART_DISTANCE)),
+                    );
                 }
             }
             let (re, im) = (z.re.to_array(), z.im.to_array());
@@ -271,7 +300,11 @@ impl ExtremumSearch {
         for some in requested.chunks(LANES) {
             let t = padded(some);
             let found = of.slopes(t);
-            let (rise, re, im) = (rise_of(of, settings, t, &found).to_array(), found.1[0].re.to_array(), found.1[0].im.to_array());
+            let (rise, re, im) = (
+                rise_of(of, settings, t, &found).to_array(),
+                found.1[0].re.to_array(),
+                found.1[0].im.to_array(),
+            );
             near_roots.extend(some.iter().enumerate().map(|(lane, t)| Evaluation {
                 t: *t,
                 rise: rise[lane],
@@ -281,11 +314,15 @@ impl ExtremumSearch {
         near_roots.sort_unstable_by(|a, b| a.t.total_cmp(&b.t));
     }
 
-    /// Scans all evaluations in rising order, collects brackets and requests missing evaluations. Returns whether the phase steps between
-    /// neighbours are small enough.
+    /// Scans all evaluations in rising order, collects brackets and requests missing evaluations. Returns
+    /// whether the phase steps between neighbours are small enough.
     fn scan(&mut self, rising: Option<bool>) -> bool {
         let flagged = self.flagged();
-        let mut scan = Scan { near: true, requested: std::mem::take(&mut self.requested), brackets: std::mem::take(&mut self.brackets) };
+        let mut scan = Scan {
+            near: true,
+            requested: std::mem::take(&mut self.requested),
+            brackets: std::mem::take(&mut self.brackets),
+        };
         scan.requested.clear();
         scan.brackets.clear();
         let first = self.evaluation(0);
@@ -316,19 +353,26 @@ impl ExtremumSearch {
         scan.near
     }
 
-    /// Returns, as bits, the grid cells that need a closer scan. There G changes its sign, the phase step of Δ is too large, or |G| has a local
-    /// minimum.
+    /// Returns, as bits, the grid cells that need a closer scan. There G changes its sign, the phase step of
+    /// Δ is too large, or |G| has a local minimum.
     fn flagged(&self) -> u32 {
         let ExtremumSearch { rise, denominator: [re, im], .. } = self;
-        let four = |of: &[f64; GRID], from: usize| Reals::from(std::array::from_fn::<_, LANES, _>(|lane| of[from + lane]));
+        let four = |of: &[f64; GRID], from: usize| {
+            Reals::from(std::array::from_fn::<_, LANES, _>(|lane| of[from + lane]))
+        };
         let after = |from: usize| {
-            let [a, b] = [from, from + 1].map(|at| (four(rise, at), Complexes::new(four(re, at), four(im, at))));
+            let [a, b] =
+                [from, from + 1].map(|at| (four(rise, at), Complexes::new(four(re, at), four(im, at))));
             let signs = a.0.simd_gt(Reals::ZERO) ^ b.0.simd_gt(Reals::ZERO);
-            let before = Reals::from(std::array::from_fn::<_, LANES, _>(|lane| rise[(from + lane).saturating_sub(1)]));
+            let before =
+                Reals::from(std::array::from_fn::<_, LANES, _>(|lane| rise[(from + lane).saturating_sub(1)]));
             let low = a.0.abs().simd_lt(b.0.abs()) & a.0.abs().simd_lt(before.abs());
             (signs | low | phase_step_too_large(a.1, b.1)).to_bitmask()
         };
-        (0..GRID - 1).step_by(LANES).map(|from| from.min(GRID - 1 - LANES)).fold(0, |bits, from| bits | after(from) << from)
+        (0..GRID - 1)
+            .step_by(LANES)
+            .map(|from| from.min(GRID - 1 - LANES))
+            .fold(0, |bits, from| bits | after(from) << from)
     }
 
     /// Refines the extrema in all brackets of a piece.
@@ -343,8 +387,13 @@ impl ExtremumSearch {
             let precision = each(&|b| if b.is_maximum { settings.precision } else { VALLEY_PRECISION });
             let up = each(&|b| b.low.1).simd_gt(Reals::ZERO);
             let width = high - low;
-            let mut t =
-                each(&|b| if b.high.0 > b.low.0 { (b.low.0 * b.high.1 - b.high.0 * b.low.1) / (b.high.1 - b.low.1) } else { b.low.0 });
+            let mut t = each(&|b| {
+                if b.high.0 > b.low.0 {
+                    (b.low.0 * b.high.1 - b.high.0 * b.low.1) / (b.high.1 - b.low.1)
+                } else {
+                    b.low.0
+                }
+            });
             let (mut n2, mut d2);
             let (position, bend, mut change, mut omega);
             let mut rounds = 0;
@@ -354,7 +403,8 @@ impl ExtremumSearch {
                 omega = t.mul_add(half, middle);
                 let twist = n2[1] * d2[0] - n2[0] * d2[1];
                 let rise = twist.mul_add(omega, steady * n2[0] * d2[0]);
-                let rise_slope = (n2[2] * d2[0] - n2[0] * d2[2]).mul_add(omega, twist * half + steady * (n2[1] * d2[0] + n2[0] * d2[1]));
+                let rise_slope = (n2[2] * d2[0] - n2[0] * d2[2])
+                    .mul_add(omega, twist * half + steady * (n2[1] * d2[0] + n2[0] * d2[1]));
                 let above = rise.simd_gt(Reals::ZERO) ^ up;
                 high = above.select(t, high);
                 low = above.select(low, t);
@@ -363,11 +413,13 @@ impl ExtremumSearch {
                 let next = inside.select(next, (low + high) * Reals::splat(0.5));
                 let step = next - t;
                 let (reach, wanted) = (step.abs() * half, precision * omega);
-                // Newton's method converges quadratically: the remaining error is the square of the step, relative to the bracket.
+                // Newton's method converges quadratically: the remaining error is the square of the step,
+                // relative to the bracket.
                 let settled = reach.simd_le(wanted) | (step * step * half).simd_le(wanted * width);
                 let per_2 = Reals::ONE / (n2[0] * d2[0] * omega * Reals::splat(2.0));
                 change = rise * per_2 * step * Reals::splat(0.5);
-                let unchanged = change.abs().simd_le(Reals::splat(SMALL_CHANGE)) | reach.simd_le(Reals::splat(1e-14) * omega);
+                let unchanged = change.abs().simd_le(Reals::splat(SMALL_CHANGE))
+                    | reach.simd_le(Reals::splat(1e-14) * omega);
                 rounds += 1;
                 if (settled & unchanged).all() || rounds == 60 {
                     bend = rise_slope * per_2;
@@ -381,7 +433,9 @@ impl ExtremumSearch {
             let (n2, d2, omega) = (n2[0].to_array(), d2[0].to_array(), omega.to_array());
             for (lane, is_maximum) in some.iter().map(|b| b.is_maximum).enumerate() {
                 let omega_rad_s = of.omega_rad_s(t[lane]);
-                let size = (n2[lane] / d2[lane]).sqrt() * (1.0 + change[lane]) * omega[lane].powi(settings.omega_power);
+                let size = (n2[lane] / d2[lane]).sqrt()
+                    * (1.0 + change[lane])
+                    * omega[lane].powi(settings.omega_power);
                 let error = of.error[0] / n2[lane].sqrt() + of.error[1] / d2[lane].sqrt();
                 let error = error / (curvature[lane].abs() * omega_rad_s * of.half).min(1.0);
                 extrema.push(Extremum { omega_rad_s, size, curvature: curvature[lane], error, is_maximum });
@@ -392,7 +446,12 @@ impl ExtremumSearch {
 
 /// Computes G over a piece.
 #[inline(always)]
-fn rise_of(of: &RationalInterpolant, settings: &PeakSearch, t: Reals, (n, d): &([Complexes; 2], [Complexes; 2])) -> Reals {
+fn rise_of(
+    of: &RationalInterpolant,
+    settings: &PeakSearch,
+    t: Reals,
+    (n, d): &([Complexes; 2], [Complexes; 2]),
+) -> Reals {
     let (n2, d2) = (n[0].norm_sqr(), d[0].norm_sqr());
     let omega = t.mul_add(Reals::splat(of.half), Reals::splat(of.middle));
     let steady = Reals::splat(of.half * f64::from(settings.omega_power)) * n2 * d2;
@@ -412,18 +471,27 @@ impl Scan {
     /// Moves from the last two evaluations to the next one and records a bracket where G changes its sign.
     fn step(&mut self, [before, last]: [Evaluation; 2], here: Evaluation) -> [Evaluation; 2] {
         if (last.rise > 0.0) != (here.rise > 0.0) {
-            self.brackets.push(ExtremumBracket { low: (last.t, last.rise), high: (here.t, here.rise), is_maximum: last.rise > 0.0 });
+            self.brackets.push(ExtremumBracket {
+                low: (last.t, last.rise),
+                high: (here.t, here.rise),
+                is_maximum: last.rise > 0.0,
+            });
         }
         let (a, b) = (last.denominator, here.denominator);
         let along = a.0 * b.0 + a.1 * b.1;
-        self.near &=
-            along >= 0.0 || along * along <= COS_MAX_PHASE_STEP * COS_MAX_PHASE_STEP * (a.0 * a.0 + a.1 * a.1) * (b.0 * b.0 + b.1 * b.1);
+        self.near &= along >= 0.0
+            || along * along
+                <= COS_MAX_PHASE_STEP
+                    * COS_MAX_PHASE_STEP
+                    * (a.0 * a.0 + a.1 * a.1)
+                    * (b.0 * b.0 + b.1 * b.1);
         self.requested.extend(dip(before, last, here));
         [last, here]
     }
 }
 
-/// Returns the minimum of the parabola through three evaluations of one sign if the middle one is the least and the parabola comes near zero.
+/// Returns the minimum of the parabola through three evaluations of one sign if the middle one is the least
+/// and the parabola comes near zero.
 fn dip(before: Evaluation, last: Evaluation, here: Evaluation) -> Option<f64> {
     let [a, b, c] = [before, last, here].map(|evaluation| evaluation.rise * last.rise.signum());
     if !(b < a && b < c && b > 0.0) {
@@ -439,5 +507,6 @@ fn dip(before: Evaluation, last: Evaluation, here: Evaluation) -> Option<f64> {
 fn phase_step_too_large(a: Complexes, b: Complexes) -> Reals {
     let along = a.dot(b);
     along.simd_lt(Reals::ZERO)
-        & (along * along).simd_gt(Reals::splat(COS_MAX_PHASE_STEP * COS_MAX_PHASE_STEP) * a.norm_sqr() * b.norm_sqr())
+        & (along * along)
+            .simd_gt(Reals::splat(COS_MAX_PHASE_STEP * COS_MAX_PHASE_STEP) * a.norm_sqr() * b.norm_sqr())
 }

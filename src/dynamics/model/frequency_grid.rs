@@ -15,8 +15,8 @@ pub struct FrequencyGrid {
     recent: Recent,
 }
 
-/// Entries of the rods at each group of frequencies, as last computed: trial values of other parameters leave them unchanged. Channels of one position
-/// share them.
+/// Entries of the rods at each group of frequencies, as last computed: trial values of other parameters leave
+/// them unchanged. Channels of one position share them.
 #[derive(Debug)]
 struct Recent(Vec<Mutex<Vec<(Rod, RodLanes)>>>);
 
@@ -56,14 +56,17 @@ impl FrequencyGrid {
         FrequencyGrid { recent: Recent::new(omega_rad_s.len()), omega_rad_s, rods: Vec::new() }
     }
 
-    /// Caches the entries of the lossless rods for which `stays` is true (by rod number). A rod whose numbers differ from the cached ones is
-    /// computed anew.
+    /// Caches the entries of the lossless rods for which `stays` is true (by rod number). A rod whose numbers
+    /// differ from the cached ones is computed anew.
     pub fn keep_rods(&mut self, model: &AssembledModel, stays: impl Fn(usize) -> bool) {
         let known = |(at, rod): (usize, &Rod)| {
             let kept = rod.is_lossless() && stays(at);
             let lines = if kept { self.omega_rad_s.as_slice() } else { &[] };
-            let (entries, sines) =
-                lines.iter().map(|omega| rod.damped_each(*omega)).map(|of| ((of.direct.re, of.cross.re), of.sin.re)).unzip();
+            let (entries, sines) = lines
+                .iter()
+                .map(|omega| rod.damped_each(*omega))
+                .map(|of| ((of.direct.re, of.cross.re), of.sin.re))
+                .unzip();
             RodCache { rod: *rod, entries, sines }
         };
         self.rods = model.rods.iter().enumerate().map(known).collect();
@@ -106,8 +109,8 @@ impl<'g> Frequencies<'g> {
         self.omega_rad_s.len()
     }
 
-    /// Calls `read` with the entries of a rod (by number) at one of the groups: those last computed there, where the rod is the same. Handing out copies
-    /// would cost more than most entries.
+    /// Calls `read` with the entries of a rod (by number) at one of the groups: those last computed there,
+    /// where the rod is the same. Handing out copies would cost more than most entries.
     #[inline]
     pub(super) fn with_entries(
         &self,

@@ -22,11 +22,16 @@ pub(super) struct JointNumbers {
 /// Computes x/s for each frequency, with one division where s = iω.
 #[inline]
 pub(super) fn over_each(x: f64, s: Complexes) -> Complexes {
-    if s.re.simd_eq(Reals::ZERO).all() { Complexes::new(Reals::ZERO, -Reals::splat(x) / s.im) } else { s.inverse() * x }
+    if s.re.simd_eq(Reals::ZERO).all() {
+        Complexes::new(Reals::ZERO, -Reals::splat(x) / s.im)
+    } else {
+        s.inverse() * x
+    }
 }
 
 impl JointNumbers {
-    /// Whether the joint has dynamics in addition to spring, viscous damper and loss, which are summed over all joints.
+    /// Whether the joint has dynamics in addition to spring, viscous damper and loss, which are summed over
+    /// all joints.
     pub(super) fn has_extra_dynamics(&self) -> bool {
         self.relaxation_stiffness.is_some() || self.integral_rate != 0.0
     }
@@ -43,8 +48,8 @@ impl JointNumbers {
         self.relaxation_share_each(relaxation_stiffness, s) * (s * self.damping)
     }
 
-    /// Multiplies a product by the derivative of the complex stiffness with s·c. The derivative is 1 for a plain damper, smaller in series with a
-    /// relaxation spring.
+    /// Multiplies a product by the derivative of the complex stiffness with s·c. The derivative is 1 for a
+    /// plain damper, smaller in series with a relaxation spring.
     #[inline]
     pub(super) fn damper_derivative_each(&self, product: Complexes, s: Complexes) -> Complexes {
         match self.relaxation_stiffness {
@@ -71,15 +76,18 @@ impl JointNumbers {
         if self.integral_rate != 0.0 {
             sum += self.integral_each(s);
         }
-        sum += self.relaxation_stiffness.map_or_else(|| s * self.damping, |series| self.damper_each(series, s));
+        sum +=
+            self.relaxation_stiffness.map_or_else(|| s * self.damping, |series| self.damper_each(series, s));
         sum
     }
 
-    /// Computes the complex stiffness: spring with loss and integral action, k·(1 + η·(i + s·2/π·ln(ω/ω₀)) + ω_i/(iω)), and damper iωc, in series
-    /// with its relaxation spring if it has one.
+    /// Computes the complex stiffness: spring with loss and integral action, k·(1 + η·(i + s·2/π·ln(ω/ω₀)) +
+    /// ω_i/(iω)), and damper iωc, in series with its relaxation spring if it has one.
     pub(super) fn dynamic(&self, omega_rad_s: f64) -> Complex64 {
         let integral = Complex64::new(0.0, -self.stiffness * self.integral_rate / omega_rad_s);
-        let spring = self.stiffness + loss(omega_rad_s, self.dispersion) * (self.stiffness * self.loss_factor) + integral;
+        let spring = self.stiffness
+            + loss(omega_rad_s, self.dispersion) * (self.stiffness * self.loss_factor)
+            + integral;
         let damper = Complex64::new(0.0, omega_rad_s * self.damping);
         match self.relaxation_stiffness {
             None => spring + damper,

@@ -1,8 +1,9 @@
 //! Predictions from a machine's description; the module knows no data.
 //!
-//! A [`Structure`] is the compiled topology of a machine: its coordinates and their couplings. An [`AssembledModel`] holds the numbers for one
-//! operating condition and one set of parameters. Its dynamic stiffness D(ω) = K + iωC − ω²M + rods(ω) is eliminated exactly at each frequency.
-//! This gives receptances and their slopes, the count of undamped modes below a frequency, the modes and the peaks of |H|.
+//! A [`Structure`] is the compiled topology of a machine: its coordinates and their couplings. An
+//! [`AssembledModel`] holds the numbers for one operating condition and one set of parameters. Its dynamic
+//! stiffness D(ω) = K + iωC − ω²M + rods(ω) is eliminated exactly at each frequency. This gives receptances
+//! and their slopes, the count of undamped modes below a frequency, the modes and the peaks of |H|.
 
 mod assembled_model;
 mod assembly;

@@ -16,10 +16,12 @@ pub struct ShaftDeflection {
 }
 
 impl AssembledModel {
-    /// Computes the deflection of every shaft in a mode of the given frequency and shape, at `steps` points on each of its rods. The model must
-    /// have been [`update`](AssembledModel::update)d to the same parameters and operating condition.
+    /// Computes the deflection of every shaft in a mode of the given frequency and shape, at `steps` points
+    /// on each of its rods. The model must have been [`update`](AssembledModel::update)d to the same
+    /// parameters and operating condition.
     ///
-    /// # Source  a uniform rod whose ends deflect by a and b: u(x) = (a·sin(φ − λx) + b·sin λx)/sin φ, with φ = ω·transit time. The lumped rod
+    /// # Source  a uniform rod whose ends deflect by a and b: u(x) = (a·sin(φ − λx) + b·sin λx)/sin φ, with φ
+    ///   = ω·transit time. The lumped rod
     ///   has the same shape at its masses, to second order.
     pub fn shaft_deflections(
         &self,
@@ -37,7 +39,9 @@ impl AssembledModel {
         for (rod, rod_shape) in self.rods.iter().zip(&self.structure.rods) {
             let shaft = &machine.shafts[rod_shape.shaft];
             let place = |p| shaft.place_m(p, parameters, operating);
-            let (Some(from), Some(to)) = (place(rod_shape.places.0), place(rod_shape.places.1)) else { continue };
+            let (Some(from), Some(to)) = (place(rod_shape.places.0), place(rod_shape.places.1)) else {
+                continue;
+            };
             let [a, b] = rod_shape.ends.map(|c| c.map_or(0.0, |c| shape[c]));
             let phi = omega_rad_s(frequency_hz) * rod.transit_s;
             let sine = phi.sin();
@@ -46,11 +50,16 @@ impl AssembledModel {
                 false => a + (b - a) * share,
             };
             let steps = steps.max(1);
-            let points = (0..=steps).map(|i| i as f64 / steps as f64).map(|s| (from + s * (to - from), at(s)));
+            let points =
+                (0..=steps).map(|i| i as f64 / steps as f64).map(|s| (from + s * (to - from), at(s)));
             match out.iter_mut().find(|o| o.shaft == rod_shape.shaft && o.torsional == rod_shape.torsional) {
                 // The end of one rod is the start of the next.
                 Some(known) => known.points.extend(points.skip(1)),
-                None => out.push(ShaftDeflection { shaft: rod_shape.shaft, torsional: rod_shape.torsional, points: points.collect() }),
+                None => out.push(ShaftDeflection {
+                    shaft: rod_shape.shaft,
+                    torsional: rod_shape.torsional,
+                    points: points.collect(),
+                }),
             }
         }
         out

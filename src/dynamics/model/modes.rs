@@ -12,7 +12,8 @@ use numeric::unit::omega_rad_s;
 pub struct UndampedMode {
     /// Natural frequency (Hz); 0 for a rigid-body mode.
     pub frequency_hz: f64,
-    /// Deflection of each coordinate of the structure, scaled to a largest value of 1. Empty if there are several rigid-body modes.
+    /// Deflection of each coordinate of the structure, scaled to a largest value of 1. Empty if there are
+    /// several rigid-body modes.
     pub shape: Vec<f64>,
     /// Modal mass-normalised damping ζ = φᵀCφ/(2ω·φᵀMφ) of a lightly damped mode; `None` at 0 Hz.
     pub damping_ratio: Option<f64>,
@@ -25,13 +26,14 @@ const WIDTH: f64 = 1e-11;
 
 /// Computes all undamped modes up to `max_hz`, rigid-body modes first.
 ///
-/// The Wittrick–Williams count isolates every mode, so that none is missed. Frequencies that coincide to 1e-11 (relative) are repeated by their
-/// multiplicity.
+/// The Wittrick–Williams count isolates every mode, so that none is missed. Frequencies that coincide to
+/// 1e-11 (relative) are repeated by their multiplicity.
 pub fn undamped_modes(model: &AssembledModel, max_hz: f64, work: &mut Workspace) -> Vec<UndampedMode> {
     let count = |f: f64, work: &mut Workspace| model.modes_below(omega_rad_s(f), work);
     let rigid = count(RIGID_HZ, work);
-    let mut modes: Vec<UndampedMode> =
-        (0..rigid).map(|_| UndampedMode { frequency_hz: 0.0, shape: Vec::new(), damping_ratio: None }).collect();
+    let mut modes: Vec<UndampedMode> = (0..rigid)
+        .map(|_| UndampedMode { frequency_hz: 0.0, shape: Vec::new(), damping_ratio: None })
+        .collect();
     if let [only] = modes.as_mut_slice() {
         only.shape = mode_at(model, RIGID_HZ, work).shape;
     }
@@ -42,7 +44,11 @@ pub fn undamped_modes(model: &AssembledModel, max_hz: f64, work: &mut Workspace)
             continue;
         }
         if inside == 1 || high - low <= WIDTH * high {
-            let frequency = if inside == 1 { refine_isolated(model, low, below_low, high, work) } else { 0.5 * (low + high) };
+            let frequency = if inside == 1 {
+                refine_isolated(model, low, below_low, high, work)
+            } else {
+                0.5 * (low + high)
+            };
             modes.extend((0..inside).map(|_| mode_at(model, frequency, work)));
             continue;
         }
@@ -54,9 +60,18 @@ pub fn undamped_modes(model: &AssembledModel, max_hz: f64, work: &mut Workspace)
     modes
 }
 
-/// Refines the single natural frequency (Hz) between `low` and `high` by bisection of the mode count, to 1e-11 (relative).
-fn refine_isolated(model: &AssembledModel, low: f64, below_low: usize, high: f64, work: &mut Workspace) -> f64 {
-    let side = |f: f64, work: &mut Workspace| if model.modes_below(omega_rad_s(f), work) > below_low { 1.0 } else { -1.0 };
+/// Refines the single natural frequency (Hz) between `low` and `high` by bisection of the mode count, to
+/// 1e-11 (relative).
+fn refine_isolated(
+    model: &AssembledModel,
+    low: f64,
+    below_low: usize,
+    high: f64,
+    work: &mut Workspace,
+) -> f64 {
+    let side = |f: f64, work: &mut Workspace| {
+        if model.modes_below(omega_rad_s(f), work) > below_low { 1.0 } else { -1.0 }
+    };
     refine(Bracket { lower: (low, -1.0), upper: (high, 1.0) }, WIDTH, |f| side(f, work))
 }
 
@@ -92,17 +107,24 @@ impl AssembledModel {
         let at = Reals::splat(omega_rad_s);
         let rods: Vec<_> = self.rods.iter().map(|r| r.damped_each(at)).collect();
         let mut slope = [Complexes::ZERO];
-        self.bilinear_slopes(Solution { omega_rad_s: &[at], at_excitation: &complex, at_response: &complex, rods: &rods }, &mut slope);
+        self.bilinear_slopes(
+            Solution { omega_rad_s: &[at], at_excitation: &complex, at_response: &complex, rods: &rods },
+            &mut slope,
+        );
         let inertia = -slope[0].lanes()[0].re * omega_rad_s;
         let mut lost = 0.0;
         for (joint, on) in self.joints.iter().zip(&self.joint_points) {
             let deformation: f64 = on.iter().map(|&(i, c)| shape[i] * c).sum();
             lost += joint.dynamic(omega_rad_s).im * deformation * deformation;
         }
-        for (beam, beam_shape) in self.beams.iter().zip(&self.structure.beams).filter(|(beam, _)| beam.loss_factor > 0.0) {
+        for (beam, beam_shape) in
+            self.beams.iter().zip(&self.structure.beams).filter(|(beam, _)| beam.loss_factor > 0.0)
+        {
             lost += beam.damped_each(at).lanes()[0].im * shape[beam_shape.coordinate].powi(2);
         }
-        for (rod, rod_shape) in self.rods.iter().zip(&self.structure.rods).filter(|(r, _)| r.loss_factor > 0.0) {
+        for (rod, rod_shape) in
+            self.rods.iter().zip(&self.structure.rods).filter(|(r, _)| r.loss_factor > 0.0)
+        {
             let end = |c: Option<usize>| c.map_or(0.0, |i| shape[i]);
             let entries = rod.damped(omega_rad_s);
             let (a, b) = (end(rod_shape.ends[0]), end(rod_shape.ends[1]));

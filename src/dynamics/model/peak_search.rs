@@ -21,8 +21,8 @@ pub struct PeakSearch {
 }
 
 impl PeakSearch {
-    /// Returns the ends of the first pieces (rad/s), equally spaced in √ω: the low frequencies, where modes of heavy tables lie, get finer
-    /// pieces.
+    /// Returns the ends of the first pieces (rad/s), equally spaced in √ω: the low frequencies, where modes
+    /// of heavy tables lie, get finer pieces.
     pub(super) fn cuts(&self) -> [f64; PIECES + 1] {
         let (from, to) = (omega_rad_s(self.from_hz), omega_rad_s(self.to_hz));
         std::array::from_fn(|at| match at {

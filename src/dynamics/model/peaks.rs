@@ -1,25 +1,29 @@
 //! Peaks of the damped |H|. They are searched directly, since damping moves and removes peaks.
 //!
-//! Over a piece of the band H is a quotient of polynomials N/Δ. A piece is halved until the errors of both are small relative to their magnitude
-//! anywhere on it. The log-slope of |H|·ω^p then has the sign of a smooth polynomial,
+//! Over a piece of the band H is a quotient of polynomials N/Δ. A piece is halved until the errors of both
+//! are small relative to their magnitude anywhere on it. The log-slope of |H|·ω^p then has the sign of a
+//! smooth polynomial,
 //!
 //! ```text
 //! G = (|N|²)′·|Δ|² − |N|²·(|Δ|²)′ + 2p/ω·|N|²·|Δ|²
 //! ```
 //!
-//! G is evaluated on a grid, and around every root of N and Δ near the band: a root close to the band causes a narrow ripple. It is also
-//! evaluated where the parabola through three values of one sign comes near zero. Every maximum lies at a sign change of G, which Newton's
-//! method refines.
+//! G is evaluated on a grid, and around every root of N and Δ near the band: a root close to the band causes
+//! a narrow ripple. It is also evaluated where the parabola through three values of one sign comes near zero.
+//! Every maximum lies at a sign change of G, which Newton's method refines.
 //!
-//! Two checks guard against missed roots. The number of poles on a piece must reach the number of undamped natural frequencies
-//! (Wittrick–Williams), unless each grid cell holds at most one of these. And the phase of Δ may advance by at most 2.2 rad between evaluations:
-//! it advances by π at every lightly damped mode, even if the response does not show the mode. A maximum that the polynomials do not give to
-//! the requested precision is iterated on the receptance itself until it converges.
+//! Two checks guard against missed roots. The number of poles on a piece must reach the number of undamped
+//! natural frequencies (Wittrick–Williams), unless each grid cell holds at most one of these. And the phase
+//! of Δ may advance by at most 2.2 rad between evaluations: it advances by π at every lightly damped mode,
+//! even if the response does not show the mode. A maximum that the polynomials do not give to the requested
+//! precision is iterated on the receptance itself until it converges.
 //!
-//! The search can miss a ripple, mostly at the bottom of a valley. The reference is a search on 16,000 random benches that halves intervals until
-//! a rational function predicts H. Of these benches 8,000 have a thousandth of the damping; the responses are receptance, mobility and
-//! accelerance of table and of rotor over table, 5–1,000 Hz. The reference finds 400,598 maxima with a prominence of at least 0.05 %. This search
-//! misses 87 of them: 78 with a prominence below 1 %, two of 1 to 2 %, and seven more than six decades below the highest maximum.
+//! The search can miss a ripple, mostly at the bottom of a valley. The reference is a search on 16,000 random
+//! benches that halves intervals until a rational function predicts H. Of these benches 8,000 have a
+//! thousandth of the damping; the responses are receptance, mobility and accelerance of table and of rotor
+//! over table, 5–1,000 Hz. The reference finds 400,598 maxima with a prominence of at least 0.05 %. This
+//! search misses 87 of them: 78 with a prominence below 1 %, two of 1 to 2 %, and seven more than six decades
+//! below the highest maximum.
 
 use super::assembled_model::AssembledModel;
 use super::extremum_search::SMALL_CHANGE;
@@ -64,11 +68,12 @@ impl Search<'_> {
     /// Computes |H|·ω^p at an end of a piece.
     fn size(&self, of: &RationalInterpolant, t: f64) -> f64 {
         let (n, d) = of.slopes(Reals::splat(t));
-        (n[0].norm_sqr() / d[0].norm_sqr()).to_array()[0].sqrt() * of.omega_rad_s(t).powi(self.settings.omega_power)
+        (n[0].norm_sqr() / d[0].norm_sqr()).to_array()[0].sqrt()
+            * of.omega_rad_s(t).powi(self.settings.omega_power)
     }
 
-    /// Whether the piece shows as many poles as undamped natural frequencies, or each grid cell with too few poles holds at most one natural
-    /// frequency.
+    /// Whether the piece shows as many poles as undamped natural frequencies, or each grid cell with too few
+    /// poles holds at most one natural frequency.
     fn has_all_poles(&mut self, piece: &Piece, of: &RationalInterpolant) -> bool {
         let PeakWorkspace { omegas, below, search, .. } = &mut *self.space;
         if search.pole_count() + piece.below.0 >= piece.below.1 || piece.below.1 <= piece.below.0 + 1 {
@@ -78,7 +83,11 @@ impl Search<'_> {
         omegas.extend(search.grid_rad_s(of));
         self.model.modes_below_each(omegas, self.work, below);
         let ends = below[1..].iter().chain([&piece.below.1]);
-        below.iter().zip(ends).enumerate().all(|(at, (low, high))| *high <= low + 1 || low + search.poles_in_cell(at) >= *high)
+        below
+            .iter()
+            .zip(ends)
+            .enumerate()
+            .all(|(at, (low, high))| *high <= low + 1 || low + search.poles_in_cell(at) >= *high)
     }
 
     /// Searches a piece. Returns whether it is done; otherwise it must be halved.
@@ -117,7 +126,11 @@ impl Search<'_> {
         for from in (0..groups).step_by(ABREAST) {
             let some = from..groups.min(from + ABREAST);
             let omegas = &self.lines.omega_rad_s()[some.clone()];
-            let found = self.model.numerators_and_denominators(omegas, |at, rod| self.lines.known(at, rod, some.clone()), self.work);
+            let found = self.model.numerators_and_denominators(
+                omegas,
+                |at, rod| self.lines.known(at, rod, some.clone()),
+                self.work,
+            );
             for found in found[..some.len()].chunks_exact(GROUPS) {
                 let at = first.len();
                 first.push(RationalInterpolant::through((cuts[at], cuts[at + 1]), found));
@@ -129,7 +142,10 @@ impl Search<'_> {
     fn interpolant_over(&mut self, ends: (f64, f64)) -> RationalInterpolant {
         let nodes = nodes(ends);
         let omegas: [Reals; GROUPS] = std::array::from_fn(|w| padded(&nodes[w * LANES..][..LANES]));
-        RationalInterpolant::through(ends, &self.model.numerators_and_denominators(&omegas, |_, _| None, self.work)[..GROUPS])
+        RationalInterpolant::through(
+            ends,
+            &self.model.numerators_and_denominators(&omegas, |_, _| None, self.work)[..GROUPS],
+        )
     }
 
     /// Iterates maxima on the receptance itself until they converge.
@@ -139,7 +155,11 @@ impl Search<'_> {
         unsettled.clear();
         let precision = self.settings.precision;
         unsettled.extend(
-            extrema.iter().enumerate().filter(|(_, extremum)| extremum.is_maximum && !(extremum.error <= precision)).map(|(at, _)| at),
+            extrema
+                .iter()
+                .enumerate()
+                .filter(|(_, extremum)| extremum.is_maximum && !(extremum.error <= precision))
+                .map(|(at, _)| at),
         );
         for _ in 0..8 {
             if unsettled.is_empty() {
@@ -152,12 +172,15 @@ impl Search<'_> {
             unsettled.retain(|at| {
                 let (extremum, Some(point)) = (&mut extrema[*at], points.next()) else { return false };
                 let change = point.slope / point.receptance + f64::from(power) / point.omega_rad_s;
-                // Next to a peak narrower than the error of the predicted frequency only its pole matters: |d ln H/dω| is the reciprocal distance
-                // to the pole.
-                let near_pole = change.im.abs() < change.re.abs() && change.norm_sqr().sqrt() * PREDICTION_ERROR * point.omega_rad_s > 1.0;
+                // Next to a peak narrower than the error of the predicted frequency only its pole matters: |d
+                // ln H/dω| is the reciprocal distance to the pole.
+                let near_pole = change.im.abs() < change.re.abs()
+                    && change.norm_sqr().sqrt() * PREDICTION_ERROR * point.omega_rad_s > 1.0;
                 let step = change.re / if near_pole { change.norm_sqr() } else { extremum.curvature.abs() };
                 extremum.omega_rad_s = point.omega_rad_s + step;
-                extremum.size = point.receptance.norm_sqr().sqrt() * point.omega_rad_s.powi(power) * (0.5 * change.re * step).exp();
+                extremum.size = point.receptance.norm_sqr().sqrt()
+                    * point.omega_rad_s.powi(power)
+                    * (0.5 * change.re * step).exp();
                 step.abs() > precision * point.omega_rad_s || (change.re * step).abs() > SMALL_CHANGE
             });
         }
@@ -180,14 +203,25 @@ impl Search<'_> {
             };
             if !self.search_piece(&piece, of) {
                 let middle = 0.5 * (piece.from + piece.to);
-                let below = if piece.below.0 == piece.below.1 { piece.below.0 } else { self.model.modes_below(middle, self.work) };
+                let below = if piece.below.0 == piece.below.1 {
+                    piece.below.0
+                } else {
+                    self.model.modes_below(middle, self.work)
+                };
                 let halved = piece.halved + 1;
-                self.space.pieces.push(Piece { from: middle, below: (below, piece.below.1), halved, ..piece });
+                self.space.pieces.push(Piece {
+                    from: middle,
+                    below: (below, piece.below.1),
+                    halved,
+                    ..piece
+                });
                 self.space.pieces.push(Piece { to: middle, below: (piece.below.0, below), halved, ..piece });
             }
         }
-        let [low, high] = [(&first[0], -1.0), (&first[PIECES - 1], 1.0)]
-            .map(|(of, end)| Valley { size: self.size(of, end), frequency_hz: frequency_hz(of.omega_rad_s(end)) });
+        let [low, high] = [(&first[0], -1.0), (&first[PIECES - 1], 1.0)].map(|(of, end)| Valley {
+            size: self.size(of, end),
+            frequency_hz: frequency_hz(of.omega_rad_s(end)),
+        });
         self.space.first = first;
         self.refine_maxima();
         let mut valley = low;
@@ -201,7 +235,8 @@ impl Search<'_> {
                 });
                 valley = Valley::NONE;
             } else {
-                valley = valley.lower(Valley { size: extremum.size, frequency_hz: frequency_hz(extremum.omega_rad_s) });
+                valley = valley
+                    .lower(Valley { size: extremum.size, frequency_hz: frequency_hz(extremum.omega_rad_s) });
                 limit_prominence(found, valley);
             }
         }
@@ -242,9 +277,14 @@ pub fn peaks(model: &AssembledModel, settings: PeakSearch, work: &mut Workspace)
     found
 }
 
-/// Finds peaks as [`peaks`] does, into a list, on the grid of [`PeakSearch::start_grid`], which may have cached rods. Allocates nothing once workspace
-/// and list have their capacity.
-pub fn peaks_into(model: &AssembledModel, (settings, lines): (PeakSearch, &FrequencyGrid), work: &mut Workspace, found: &mut Vec<Peak>) {
+/// Finds peaks as [`peaks`] does, into a list, on the grid of [`PeakSearch::start_grid`], which may have
+/// cached rods. Allocates nothing once workspace and list have their capacity.
+pub fn peaks_into(
+    model: &AssembledModel,
+    (settings, lines): (PeakSearch, &FrequencyGrid),
+    work: &mut Workspace,
+    found: &mut Vec<Peak>,
+) {
     let mut space = work.peaks.take().unwrap_or_default();
     let mut search = Search { model, work, settings, lines, space: &mut space, rising: None };
     search.peaks(found);

@@ -1,8 +1,8 @@
 //! The receptance over a piece of a band as a quotient of two polynomials.
 //!
-//! H = N/Δ with Δ = det D·Π sin φ over the rods. Neither N nor Δ has a pole, since the poles of a rod cancel against its sine. Polynomials
-//! through some frequencies therefore predict both in between, to rounding once the frequencies are dense enough. The quotient has the poles and
-//! zeros of H.
+//! H = N/Δ with Δ = det D·Π sin φ over the rods. Neither N nor Δ has a pole, since the poles of a rod cancel
+//! against its sine. Polynomials through some frequencies therefore predict both in between, to rounding once
+//! the frequencies are dense enough. The quotient has the poles and zeros of H.
 
 use std::f64::consts::PI;
 use std::sync::LazyLock;
@@ -43,10 +43,15 @@ static BASIS: LazyLock<Basis> = LazyLock::new(|| {
         }
         // T_1 = t, T_k+1 = 2·t·T_k − T_k−1.
         let factor = if k == 0 { 1.0 } else { 2.0 };
-        let next: [f64; NODES] = std::array::from_fn(|at| if at == 0 { 0.0 } else { factor * chebyshev[at - 1] } - previous[at]);
+        let next: [f64; NODES] =
+            std::array::from_fn(|at| if at == 0 { 0.0 } else { factor * chebyshev[at - 1] } - previous[at]);
         (previous, chebyshev) = (chebyshev, next);
     }
-    Basis { nodes: std::array::from_fn(|j| -angle(j).cos()), powers, last: [end - 1, end].map(|k| std::array::from_fn(|j| share(k, j))) }
+    Basis {
+        nodes: std::array::from_fn(|j| -angle(j).cos()),
+        powers,
+        last: [end - 1, end].map(|k| std::array::from_fn(|j| share(k, j))),
+    }
 });
 
 /// Returns the frequencies (rad/s) at which N and Δ of a piece are computed.
@@ -82,16 +87,22 @@ impl RationalInterpolant {
                 *value = Reals::from([parts[0][lane], parts[1][lane], parts[2][lane], parts[3][lane]]);
             }
         }
-        // The nodes are symmetric about 0: even coefficients follow from sums of opposite values, odd ones from differences.
+        // The nodes are symmetric about 0: even coefficients follow from sums of opposite values, odd ones
+        // from differences.
         let mut halves = [[Reals::ZERO; NODES / 2]; 2];
         for j in 0..NODES / 2 {
-            (halves[0][j], halves[1][j]) = (values[j] + values[NODES - 1 - j], values[j] - values[NODES - 1 - j]);
+            (halves[0][j], halves[1][j]) =
+                (values[j] + values[NODES - 1 - j], values[j] - values[NODES - 1 - j]);
         }
         let combine = |k: usize, row: &[f64; NODES]| {
             let values = &halves[k % 2];
-            row[..NODES / 2].iter().zip(values).fold(Reals::ZERO, |sum, (c, v)| v.mul_add(Reals::splat(*c), sum))
+            row[..NODES / 2]
+                .iter()
+                .zip(values)
+                .fold(Reals::ZERO, |sum, (c, v)| v.mul_add(Reals::splat(*c), sum))
         };
-        let last = (combine(NODES - 2, &basis.last[0]).abs() + combine(NODES - 1, &basis.last[1]).abs()).to_array();
+        let last =
+            (combine(NODES - 2, &basis.last[0]).abs() + combine(NODES - 1, &basis.last[1]).abs()).to_array();
         RationalInterpolant {
             middle,
             half,
@@ -119,7 +130,8 @@ impl RationalInterpolant {
         (of(0), of(2))
     }
 
-    /// Evaluates as [`RationalInterpolant::slopes`] at t and at −t, from the even and the odd part, at half the cost.
+    /// Evaluates as [`RationalInterpolant::slopes`] at t and at −t, from the even and the odd part, at half
+    /// the cost.
     #[inline(always)]
     pub fn slopes_on_both_sides(&self, t: Reals) -> [([Complexes; 2], [Complexes; 2]); 2] {
         let square = t * t;
@@ -135,8 +147,9 @@ impl RationalInterpolant {
         let [[even, even_slope], [odd, odd_slope]] = sums;
         [t, -t].map(|t| {
             let value: [Reals; 4] = std::array::from_fn(|part| odd[part].mul_add(t, even[part]));
-            let slope: [Reals; 4] =
-                std::array::from_fn(|part| even_slope[part].mul_add(t + t, odd_slope[part].mul_add(square + square, odd[part])));
+            let slope: [Reals; 4] = std::array::from_fn(|part| {
+                even_slope[part].mul_add(t + t, odd_slope[part].mul_add(square + square, odd[part]))
+            });
             let of = |first: usize| [value, slope].map(|s| Complexes::new(s[first], s[first + 1]));
             (of(0), of(2))
         })
@@ -175,17 +188,25 @@ mod tests {
 
     use super::*;
 
-    /// Polynomials of lower degree are reproduced with both derivatives on either side of the middle, and Newton's method converges to their
-    /// roots.
+    /// Polynomials of lower degree are reproduced with both derivatives on either side of the middle, and
+    /// Newton's method converges to their roots.
     #[test]
     fn limit_interpolant_reproduces_polynomials() {
         let c = Complex64::new;
-        let (zeros, poles) = ([c(300.0, 5.0), c(410.0, -2.0)], [c(250.0, 1.0), c(370.0, 30.0), c(900.0, 0.0)]);
-        let product = |roots: &[Complex64], omega: f64| roots.iter().map(|root| (omega - root) / 100.0).product::<Complex64>();
+        let (zeros, poles) =
+            ([c(300.0, 5.0), c(410.0, -2.0)], [c(250.0, 1.0), c(370.0, 30.0), c(900.0, 0.0)]);
+        let product = |roots: &[Complex64], omega: f64| {
+            roots.iter().map(|root| (omega - root) / 100.0).product::<Complex64>()
+        };
         let ends = (200.0, 500.0);
         let at: Vec<(Complexes, Complexes)> = nodes(ends)
             .chunks_exact(LANES)
-            .map(|omegas| (Complexes::each(|lane| product(&zeros, omegas[lane])), Complexes::each(|lane| product(&poles, omegas[lane]))))
+            .map(|omegas| {
+                (
+                    Complexes::each(|lane| product(&zeros, omegas[lane])),
+                    Complexes::each(|lane| product(&poles, omegas[lane])),
+                )
+            })
             .collect();
         let of = RationalInterpolant::through(ends, &at);
         assert!(of.error.iter().all(|error| *error < 1e-12), "{:?}", of.error);
@@ -196,8 +217,9 @@ mod tests {
             let two: Complex64 = roots.iter().map(|root| (half / (omega - root)).powi(2)).sum();
             [value, value * one, 0.5 * value * (one * one - two)]
         };
-        let assert_near =
-            |a: Complexes, b: Complex64| assert!((a.lanes()[2] - b).norm() <= 1e-9 * (1.0 + b.norm()), "{:?} {b}", a.lanes()[2]);
+        let assert_near = |a: Complexes, b: Complex64| {
+            assert!((a.lanes()[2] - b).norm() <= 1e-9 * (1.0 + b.norm()), "{:?} {b}", a.lanes()[2])
+        };
         for t in [0.01, 0.4, 0.97] {
             let both = of.slopes_on_both_sides(Reals::splat(t));
             for (t, both) in [t, -t].into_iter().zip(both) {

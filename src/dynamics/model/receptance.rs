@@ -29,8 +29,14 @@ impl Structure {
 }
 
 impl AssembledModel {
-    /// Solves for the displacements under a unit force at one end, with its lever arms, for some groups of frequencies. D must be factored.
-    fn solve_unit_force(&self, end: ReceptanceEnd, abreast: usize, (entries, x): (&[Complexes], &mut [Complexes])) {
+    /// Solves for the displacements under a unit force at one end, with its lever arms, for some groups of
+    /// frequencies. D must be factored.
+    fn solve_unit_force(
+        &self,
+        end: ReceptanceEnd,
+        abreast: usize,
+        (entries, x): (&[Complexes], &mut [Complexes]),
+    ) {
         let shape = &self.structure;
         let (at, arms) = match end {
             ReceptanceEnd::Response => (shape.response, &shape.response_arms),
@@ -39,7 +45,8 @@ impl AssembledModel {
         x[..shape.size() * abreast].fill(Complexes::ZERO);
         x[at * abreast..][..abreast].fill(Complexes::real(Reals::ONE));
         for (lever, on) in arms {
-            x[on * abreast..][..abreast].fill(Complexes::real(Reals::splat(self.levers[*lever][end as usize])));
+            x[on * abreast..][..abreast]
+                .fill(Complexes::real(Reals::splat(self.levers[*lever][end as usize])));
         }
         if arms.is_empty() && end == ReceptanceEnd::Excitation {
             // The force acts on the coordinate eliminated last.
@@ -49,7 +56,8 @@ impl AssembledModel {
         }
     }
 
-    /// Factors D(ω) and solves for the displacements under unit forces at the excitation and at the response. Leaves the rods' entries in `work`.
+    /// Factors D(ω) and solves for the displacements under unit forces at the excitation and at the response.
+    /// Leaves the rods' entries in `work`.
     fn solve_both_ends(&self, at: Frequencies<'_>, work: &mut Workspace) {
         let omega_rad_s = at.omega_rad_s;
         let (shape, abreast) = (&self.structure, omega_rad_s.len());
@@ -91,10 +99,9 @@ impl AssembledModel {
             return;
         }
         for (w, sum) in work.response_with_arms[..abreast].iter_mut().enumerate() {
-            let arms = shape
-                .response_arms
-                .iter()
-                .map(|(lever, on)| work.at_excitation[on * abreast + w] * self.levers[*lever][ReceptanceEnd::Response as usize]);
+            let arms = shape.response_arms.iter().map(|(lever, on)| {
+                work.at_excitation[on * abreast + w] * self.levers[*lever][ReceptanceEnd::Response as usize]
+            });
             *sum = arms.fold(work.at_excitation[shape.response * abreast + w], |sum, x| sum + x);
         }
     }
@@ -130,13 +137,23 @@ impl AssembledModel {
     }
 
     /// Computes the receptances at up to [`ABREAST`] groups of a frequency grid, with its cached rods.
-    pub fn receptances_on<'w>(&self, lines: &FrequencyGrid, groups: Range<usize>, work: &'w mut Workspace) -> &'w [Complexes] {
-        self.factor_damped(Frequencies::of(lines, groups.clone()), |at, rod| lines.known(at, rod, groups.clone()), work, None);
+    pub fn receptances_on<'w>(
+        &self,
+        lines: &FrequencyGrid,
+        groups: Range<usize>,
+        work: &'w mut Workspace,
+    ) -> &'w [Complexes] {
+        self.factor_damped(
+            Frequencies::of(lines, groups.clone()),
+            |at, rod| lines.known(at, rod, groups.clone()),
+            work,
+            None,
+        );
         self.solve_response(groups.len(), work)
     }
 
-    /// Computes numerator and denominator of the receptance at up to [`ABREAST`] groups of frequencies, with cached rods: N = H·Δ and Δ = det D·Π
-    /// sin φ. Neither has a pole; one call uses one common scale.
+    /// Computes numerator and denominator of the receptance at up to [`ABREAST`] groups of frequencies, with
+    /// cached rods: N = H·Δ and Δ = det D·Π sin φ. Neither has a pole; one call uses one common scale.
     pub(super) fn numerators_and_denominators<'k>(
         &self,
         omega_rad_s: &[Reals],
@@ -166,7 +183,11 @@ impl AssembledModel {
     }
 
     /// Computes the receptances at some frequencies, and the solution behind them.
-    pub(super) fn solve<'w>(&self, at: Frequencies<'w>, work: &'w mut Workspace) -> (&'w [Complexes], Solution<'w>) {
+    pub(super) fn solve<'w>(
+        &self,
+        at: Frequencies<'w>,
+        work: &'w mut Workspace,
+    ) -> (&'w [Complexes], Solution<'w>) {
         self.solve_both_ends(at, work);
         (self.response(at.omega_rad_s.len(), work), self.solution(at.omega_rad_s, work))
     }
@@ -192,7 +213,11 @@ impl AssembledModel {
                 let (h, slope) = (h.lanes(), slope.lanes());
                 (0..LANES).map(move |lane| (h[lane], slope[lane]))
             });
-            points.extend(some.iter().zip(each).map(|(&omega_rad_s, (receptance, slope))| Row { omega_rad_s, receptance, slope: -slope }));
+            points.extend(some.iter().zip(each).map(|(&omega_rad_s, (receptance, slope))| Row {
+                omega_rad_s,
+                receptance,
+                slope: -slope,
+            }));
         }
     }
 }

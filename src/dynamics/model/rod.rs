@@ -16,8 +16,9 @@ use super::simd::{Complexes, Reals, sin_cos};
 /// # Units      A/L in N/m (N·m/rad), φ in rad
 /// # Limits     ω → 0 gives the spring A/L (test `limit_rod_is_a_spring`)
 ///
-/// A chain of n springs n·A/L with the mass lumped at their ends has the same form. Its inner masses follow a recurrence with constant
-/// coefficients and are eliminated in closed form. The chain therefore costs no more than the exact rod:
+/// A chain of n springs n·A/L with the mass lumped at their ends has the same form. Its inner masses follow a
+/// recurrence with constant coefficients and are eliminated in closed form. The chain therefore costs no more
+/// than the exact rod:
 ///
 /// ```text
 ///                 ┌                  ┐
@@ -26,7 +27,8 @@ use super::simd::{Complexes, Reals, sin_cos};
 ///                 └                  ┘
 /// ```
 ///
-/// # Source     inverse of Tian et al., Eq. 1–2 and 10–12. Deviation: cot for the printed cos. The chain: solution sin(jμ) of
+/// # Source     inverse of Tian et al., Eq. 1–2 and 10–12. Deviation: cot for the printed cos. The chain:
+///   solution sin(jμ) of
 ///   u(j−1) − (2 − ω²·m/k)·u(j) + u(j+1) = 0, with halves of m at both ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rod {
@@ -40,7 +42,8 @@ pub struct Rod {
     pub dispersion: f64,
     /// Number n of springs of the chain that represents the rod; 0 for the exact rod.
     pub elements: usize,
-    /// Decay rate σ of the exponential window of a record (1/s): ω − iσ stands for ω in the entries with loss, and they are complex. 0: no window.
+    /// Decay rate σ of the exponential window of a record (1/s): ω − iσ stands for ω in the entries with
+    /// loss, and they are complex. 0: no window.
     pub window_per_s: f64,
 }
 
@@ -55,12 +58,19 @@ const LOWEST_RAD_S: f64 = 0.01 * LOSS_REFERENCE_RAD_S;
 /// k(ω) = k·(1 + η·(i + s·2/π·ln(ω/ω₀))),      ω₀ = 2π·100 rad/s
 /// ```
 ///
-/// # Source  s = 1 is the causal hysteretic element, to first order in η: Makris, J. Eng. Mech. 123 (1997) 1209–1214. s = 0 is the constant
-///   k·(1 + iη) of finite-element programs. Microslip in a joint follows it at one amplitude, although it is not causal.
+/// # Source  s = 1 is the causal hysteretic element, to first order in η: Makris, J. Eng. Mech. 123 (1997)
+///   1209–1214. s = 0 is the constant
+///   k·(1 + iη) of finite-element programs. Microslip in a joint follows it at one amplitude, although it is
+///   not causal.
 #[inline]
 pub(super) fn loss(omega_rad_s: f64, dispersion: f64) -> Complex64 {
     // Below 1 Hz, where hammer tests have no force, the stiffness is held constant, since ln ω diverges.
-    Complex64::new(dispersion * std::f64::consts::FRAC_2_PI * (omega_rad_s.max(LOWEST_RAD_S) / LOSS_REFERENCE_RAD_S).ln(), 1.0)
+    Complex64::new(
+        dispersion
+            * std::f64::consts::FRAC_2_PI
+            * (omega_rad_s.max(LOWEST_RAD_S) / LOSS_REFERENCE_RAD_S).ln(),
+        1.0,
+    )
 }
 
 /// Computes the stiffness change of full dispersion over η, 2/π·ln(ω/ω₀), for each frequency.
@@ -84,7 +94,8 @@ pub(super) fn modulus_each(omega_rad_s: Reals, loss_factor: f64, dispersion: f64
     Complexes::real(Reals::ONE) + loss_each(omega_rad_s, dispersion).0 * loss_factor
 }
 
-/// Largest number of elements of a chain that the Chebyshev recurrence evaluates, and the largest φ/(2n) for it (the chain's cut-off is at 1).
+/// Largest number of elements of a chain that the Chebyshev recurrence evaluates, and the largest φ/(2n) for
+/// it (the chain's cut-off is at 1).
 const SHORT_CHAIN: usize = 4;
 const MAX_HALF_STEP: f64 = 1e3;
 
@@ -150,7 +161,12 @@ impl Rod {
             let phase = omega_rad_s * self.transit_s;
             let (cos, sin) = cos_sin(phase);
             let scale = self.stiffness * phase / sin;
-            return RodEntries { direct: (scale * cos).into(), cross: (-scale).into(), sin: sin.into(), lossless: true };
+            return RodEntries {
+                direct: (scale * cos).into(),
+                cross: (-scale).into(),
+                sin: sin.into(),
+                lossless: true,
+            };
         }
         let material = self.material(omega_rad_s);
         let phase = self.transit_s / material.sqrt() * omega_rad_s * self.window(omega_rad_s);
@@ -159,8 +175,8 @@ impl Rod {
         RodEntries { direct: scale * cos, cross: -scale, sin, lossless: false }
     }
 
-    /// Computes the direct and the cross entry of D without loss, and sin φ, for each frequency. Returns `None` next to a pole, and for a long
-    /// chain above its cut-off.
+    /// Computes the direct and the cross entry of D without loss, and sin φ, for each frequency. Returns
+    /// `None` next to a pole, and for a long chain above its cut-off.
     #[inline(always)]
     pub(super) fn lossless_each<const N: usize>(&self, omega_rad_s: [Reals; N]) -> Option<[[Reals; 3]; N]> {
         let mut each = [[Reals::ZERO; 3]; N];
@@ -200,9 +216,14 @@ impl Rod {
         self.damped_with_material(omega_rad_s, &mut None)
     }
 
-    /// Computes as [`Rod::damped_each`], reusing the material of the previous rod at the same frequencies, which most rods share.
+    /// Computes as [`Rod::damped_each`], reusing the material of the previous rod at the same frequencies,
+    /// which most rods share.
     #[inline]
-    pub(super) fn damped_with_material(&self, omega_rad_s: Reals, material: &mut Option<Material>) -> RodLanes {
+    pub(super) fn damped_with_material(
+        &self,
+        omega_rad_s: Reals,
+        material: &mut Option<Material>,
+    ) -> RodLanes {
         if self.is_lossless()
             && let Some([[direct, cross, sin]]) = self.lossless_each([omega_rad_s])
         {
@@ -216,17 +237,31 @@ impl Rod {
             let phase = omega_rad_s * Reals::splat(self.transit_s);
             let (sin, cos) = (material.slowness * phase).sin_cos();
             let scale = material.root * sin.inverse() * (phase * Reals::splat(self.stiffness));
-            return RodLanes { direct: scale * cos, cross: -scale, sin, material_inverse: material.inverse, lossless: false };
+            return RodLanes {
+                direct: scale * cos,
+                cross: -scale,
+                sin,
+                material_inverse: material.inverse,
+                lossless: false,
+            };
         }
         let each = omega_rad_s.to_array().map(|omega| self.damped(omega));
         let of = |part: fn(&RodEntries) -> Complex64| Complexes::each(|lane| part(&each[lane]));
         let lossless = each.iter().all(|e| e.lossless);
-        RodLanes { direct: of(|e| e.direct), cross: of(|e| e.cross), sin: of(|e| e.sin), material_inverse: material.inverse, lossless }
+        RodLanes {
+            direct: of(|e| e.direct),
+            cross: of(|e| e.cross),
+            sin: of(|e| e.sin),
+            material_inverse: material.inverse,
+            lossless,
+        }
     }
 
-    /// Computes d(direct)/dω and d(cross)/dω for constant material; [`RodLanes::by_material`] gives the contribution of the material's change.
+    /// Computes d(direct)/dω and d(cross)/dω for constant material; [`RodLanes::by_material`] gives the
+    /// contribution of the material's change.
     ///
-    /// # Source  sin² + cos² = 1 in the derivatives of the entries, with x = φ/(2n), and x = 0 for the exact rod:
+    /// # Source  sin² + cos² = 1 in the derivatives of the entries, with x = φ/(2n), and x = 0 for the exact
+    ///   rod:
     ///
     /// ```text
     /// ω·d(direct)/dω = (2 − y)·direct − y·cross²/k        ω·d(cross)/dω = cross·(2 − y − y·direct/k)        y = 1/(1 − x²)
@@ -240,10 +275,15 @@ impl Rod {
             let (alpha, beta) = if self.elements == 0 {
                 (per_omega, per_omega * per_k)
             } else {
-                let y = Reals::from(omega_rad_s.to_array().map(|omega| 1.0 / (1.0 - self.half_step(omega).powi(2))));
+                let y = Reals::from(
+                    omega_rad_s.to_array().map(|omega| 1.0 / (1.0 - self.half_step(omega).powi(2))),
+                );
                 ((Reals::splat(2.0) - y) * per_omega, y * per_omega * per_k)
             };
-            return (Complexes::real(alpha * direct - beta * cross * cross), Complexes::real(cross * (alpha - beta * direct)));
+            return (
+                Complexes::real(alpha * direct - beta * cross * cross),
+                Complexes::real(cross * (alpha - beta * direct)),
+            );
         }
         let y = match self.elements {
             0 => Complexes::real(Reals::ONE),
@@ -254,13 +294,17 @@ impl Rod {
         };
         let alpha = (Complexes::real(Reals::splat(2.0)) - y) * per_omega;
         let beta = y * entries.material_inverse * (per_omega * per_k);
-        (alpha * entries.direct - beta * entries.cross * entries.cross, entries.cross * (alpha - beta * entries.direct))
+        (
+            alpha * entries.direct - beta * entries.cross * entries.cross,
+            entries.cross * (alpha - beta * entries.direct),
+        )
     }
 
-    /// Computes cos nμ and sin nμ/sin μ of a lossless chain for each frequency: of a short chain at any frequency, of a long one below its
-    /// cut-off.
+    /// Computes cos nμ and sin nμ/sin μ of a lossless chain for each frequency: of a short chain at any
+    /// frequency, of a long one below its cut-off.
     ///
-    /// # Source  cos nμ and sin nμ/sin μ are Chebyshev polynomials in cos μ = 1 − 2x², x = φ/(2n), of the first and of the second kind.
+    /// # Source  cos nμ and sin nμ/sin μ are Chebyshev polynomials in cos μ = 1 − 2x², x = φ/(2n), of the
+    ///   first and of the second kind.
     #[inline]
     fn chain_each(&self, omega_rad_s: Reals) -> Option<[Reals; 2]> {
         let n = self.elements;
@@ -284,12 +328,15 @@ impl Rod {
     #[inline]
     pub fn clamped_modes_below_each(&self, omega_rad_s: Reals) -> Reals {
         if self.elements == 0 {
-            return (omega_rad_s * Reals::splat(self.transit_s) / Reals::splat(std::f64::consts::PI)).floor().fast_max(Reals::ZERO);
+            return (omega_rad_s * Reals::splat(self.transit_s) / Reals::splat(std::f64::consts::PI))
+                .floor()
+                .fast_max(Reals::ZERO);
         }
         Reals::from(omega_rad_s.to_array().map(|omega| self.chain_modes_below(omega) as f64))
     }
 
-    /// Computes φ/(2n) of a chain, kept away from the cut-off at 1, where neighbouring masses move in opposite phase.
+    /// Computes φ/(2n) of a chain, kept away from the cut-off at 1, where neighbouring masses move in
+    /// opposite phase.
     fn half_step(&self, omega_rad_s: f64) -> f64 {
         let x = 0.5 * omega_rad_s * self.transit_s / self.elements as f64;
         if (x - 1.0).abs() < 1e-12 { 1.0 - 1e-12 } else { x }
@@ -317,7 +364,12 @@ impl Rod {
             let (cos, sin) = cos_sin(2.0 * n * x.asin());
             let step = 2.0 * x * (1.0 - x * x).sqrt();
             let scale = self.stiffness * n * step / sin;
-            return RodEntries { direct: (scale * cos).into(), cross: (-scale).into(), sin: (sin / step).into(), lossless: true };
+            return RodEntries {
+                direct: (scale * cos).into(),
+                cross: (-scale).into(),
+                sin: (sin / step).into(),
+                lossless: true,
+            };
         }
         let material = self.material(omega_rad_s);
         let x = x * self.window(omega_rad_s) / material.sqrt();
@@ -335,7 +387,12 @@ impl Rod {
         let k = material * (self.stiffness * n);
         let lossless = self.is_lossless();
         let real = |z: Complex64| if lossless { Complex64::new(z.re, 0.0) } else { z };
-        RodEntries { direct: real(k * sin_step * cot), cross: real(-k * sin_step * csc), sin: real(sin / sin_step), lossless }
+        RodEntries {
+            direct: real(k * sin_step * cot),
+            cross: real(-k * sin_step * csc),
+            sin: real(sin / sin_step),
+            lossless,
+        }
     }
 
     fn chain_modes_below(&self, omega_rad_s: f64) -> usize {
@@ -392,8 +449,13 @@ impl RodLanes {
         RodLanes { direct, cross, sin, material_inverse, lossless: true }
     }
 
-    /// Computes the change of the entries per d(material)/material: through the stiffness itself, and through φ = ω·t/√material.
-    pub fn by_material(&self, omega_rad_s: Reals, (direct_slope, cross_slope): (Complexes, Complexes)) -> (Complexes, Complexes) {
+    /// Computes the change of the entries per d(material)/material: through the stiffness itself, and through
+    /// φ = ω·t/√material.
+    pub fn by_material(
+        &self,
+        omega_rad_s: Reals,
+        (direct_slope, cross_slope): (Complexes, Complexes),
+    ) -> (Complexes, Complexes) {
         let half = omega_rad_s * Reals::splat(0.5);
         (self.direct - direct_slope * half, self.cross - cross_slope * half)
     }
@@ -405,7 +467,14 @@ mod tests {
 
     #[test]
     fn limit_rod_is_a_spring() {
-        let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor: 0.0, dispersion: 0.7, elements: 0, window_per_s: 0.0 };
+        let rod = Rod {
+            stiffness: 2e8,
+            transit_s: 3e-4,
+            loss_factor: 0.0,
+            dispersion: 0.7,
+            elements: 0,
+            window_per_s: 0.0,
+        };
         let (direct, cross) = rod.undamped(1e-3);
         assert!((direct / 2e8 - 1.0).abs() < 1e-12);
         assert!((cross / -2e8 - 1.0).abs() < 1e-12);
@@ -413,14 +482,24 @@ mod tests {
 
     #[test]
     fn slopes_equal_finite_differences_with_and_without_loss() {
-        for (loss_factor, elements) in [(0.0, 0), (1e-12, 0), (0.02, 0), (0.0, 4), (0.02, 4), (0.0, 1), (1e-12, 4)] {
-            let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor, dispersion: 0.7, elements, window_per_s: 0.0 };
+        for (loss_factor, elements) in
+            [(0.0, 0), (1e-12, 0), (0.02, 0), (0.0, 4), (0.02, 4), (0.0, 1), (1e-12, 4)]
+        {
+            let rod = Rod {
+                stiffness: 2e8,
+                transit_s: 3e-4,
+                loss_factor,
+                dispersion: 0.7,
+                elements,
+                window_per_s: 0.0,
+            };
             for omega in [200.0, 3000.0, 9000.0, 20000.0] {
                 let step = 1e-4 * omega;
                 let (low, high) = (rod.damped(omega - step), rod.damped(omega + step));
                 let direct = (high.direct - low.direct) / (2.0 * step);
                 let cross = (high.cross - low.cross) / (2.0 * step);
-                let drift = loss_each(Reals::splat(omega), rod.dispersion).1.to_array()[0] * loss_factor / rod.material(omega);
+                let drift = loss_each(Reals::splat(omega), rod.dispersion).1.to_array()[0] * loss_factor
+                    / rod.material(omega);
                 let (at, entries) = (Reals::splat(omega), rod.damped_each(Reals::splat(omega)));
                 let slopes = rod.slopes_each(at, &entries);
                 let changes = entries.by_material(at, slopes);
@@ -428,7 +507,9 @@ mod tests {
                 let (direct_slope, cross_slope) = (with(slopes.0, changes.0), with(slopes.1, changes.1));
                 assert!((direct - direct_slope).norm() < 1e-4 * direct_slope.norm());
                 // The cross entry of a single spring does not depend on ω.
-                assert!((cross - cross_slope).norm() < 1e-4 * cross_slope.norm() + 1e-8 * direct_slope.norm());
+                assert!(
+                    (cross - cross_slope).norm() < 1e-4 * cross_slope.norm() + 1e-8 * direct_slope.norm()
+                );
             }
         }
     }
@@ -438,7 +519,14 @@ mod tests {
     fn limit_closed_form_chain_equals_mass_by_mass_elimination() {
         for elements in [1, 2, 3, 7, 40] {
             for loss_factor in [0.0, 0.03] {
-                let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor, dispersion: 0.7, elements, window_per_s: 0.0 };
+                let rod = Rod {
+                    stiffness: 2e8,
+                    transit_s: 3e-4,
+                    loss_factor,
+                    dispersion: 0.7,
+                    elements,
+                    window_per_s: 0.0,
+                };
                 let n = elements as f64;
                 let mass = 2e8 * 3e-4 * 3e-4 / n;
                 for omega in [10.0, 4000.0, 11_000.0, 30_000.0, 9e5, 3e7] {
@@ -452,12 +540,23 @@ mod tests {
                     }
                     let ours = rod.damped(omega);
                     let scale = a.norm();
-                    assert!((ours.direct - a).norm() < 1e-7 * scale, "{elements} {loss_factor} {omega}: {} {a}", ours.direct);
-                    assert!((ours.cross - b).norm() < 1e-7 * scale, "{elements} {loss_factor} {omega}: {} {b}", ours.cross);
+                    assert!(
+                        (ours.direct - a).norm() < 1e-7 * scale,
+                        "{elements} {loss_factor} {omega}: {} {a}",
+                        ours.direct
+                    );
+                    assert!(
+                        (ours.cross - b).norm() < 1e-7 * scale,
+                        "{elements} {loss_factor} {omega}: {} {b}",
+                        ours.cross
+                    );
                     assert!((c - a).norm() < 1e-7 * scale);
                     if loss_factor == 0.0 {
                         let (direct, cross) = rod.undamped(omega);
-                        assert!((ours.direct.re - direct).abs() < 1e-9 * scale && (ours.cross.re - cross).abs() < 1e-9 * scale);
+                        assert!(
+                            (ours.direct.re - direct).abs() < 1e-9 * scale
+                                && (ours.cross.re - cross).abs() < 1e-9 * scale
+                        );
                     }
                 }
             }
@@ -466,7 +565,14 @@ mod tests {
 
     #[test]
     fn limit_a_chain_has_as_many_clamped_modes_as_inner_masses() {
-        let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor: 0.0, dispersion: 0.7, elements: 5, window_per_s: 0.0 };
+        let rod = Rod {
+            stiffness: 2e8,
+            transit_s: 3e-4,
+            loss_factor: 0.0,
+            dispersion: 0.7,
+            elements: 5,
+            window_per_s: 0.0,
+        };
         assert_eq!(rod.chain_modes_below(1e9), 4);
         assert_eq!(Rod { elements: 1, ..rod }.chain_modes_below(1e9), 0);
         // The j-th lies at ω = 2n/t·sin(jπ/2n).
@@ -479,15 +585,26 @@ mod tests {
 
     #[test]
     fn limit_vector_rod_equals_scalar_rod() {
-        for (loss_factor, elements) in [(0.0, 0), (0.02, 0), (0.0, 1), (0.0, 2), (0.0, 4), (0.0, 7), (0.02, 4)] {
-            let rod = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor, dispersion: 0.7, elements, window_per_s: 0.0 };
+        for (loss_factor, elements) in
+            [(0.0, 0), (0.02, 0), (0.0, 1), (0.0, 2), (0.0, 4), (0.0, 7), (0.02, 4)]
+        {
+            let rod = Rod {
+                stiffness: 2e8,
+                transit_s: 3e-4,
+                loss_factor,
+                dispersion: 0.7,
+                elements,
+                window_per_s: 0.0,
+            };
             // The third lies at a pole of the rod.
             let omegas = [12.0, 3000.0, std::f64::consts::PI / 3e-4, 2e5];
             let each = rod.damped_each(Reals::from(omegas));
             let (direct, cross) = rod.undamped_each(Reals::from(omegas));
             for (lane, omega) in omegas.into_iter().enumerate() {
                 let one = rod.damped(omega);
-                let near = |a: Complex64, b: Complex64| assert!((a - b).norm() <= 1e-11 * b.norm(), "{elements} {omega}: {a} {b}");
+                let near = |a: Complex64, b: Complex64| {
+                    assert!((a - b).norm() <= 1e-11 * b.norm(), "{elements} {omega}: {a} {b}")
+                };
                 near(each.direct.lanes()[lane], one.direct);
                 near(each.cross.lanes()[lane], one.cross);
                 near(direct.to_array()[lane].into(), rod.undamped(omega).0.into());
@@ -498,7 +615,14 @@ mod tests {
 
     #[test]
     fn limit_a_vanishing_loss_is_no_loss() {
-        let with = Rod { stiffness: 2e8, transit_s: 3e-4, loss_factor: 1e-14, dispersion: 0.7, elements: 0, window_per_s: 0.0 };
+        let with = Rod {
+            stiffness: 2e8,
+            transit_s: 3e-4,
+            loss_factor: 1e-14,
+            dispersion: 0.7,
+            elements: 0,
+            window_per_s: 0.0,
+        };
         let without = Rod { loss_factor: 0.0, ..with };
         let at = Reals::splat(5000.0);
         let (a, b) = (with.damped_each(at), without.damped_each(at));

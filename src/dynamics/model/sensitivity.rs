@@ -4,10 +4,12 @@
 //! ∂H_rv/∂a = − x_rᵀ·(∂D/∂a)·x_e        x_r, x_e: displacements under a unit force at the response and at the excitation
 //! ```
 //!
-//! For a lever arm r at one end, ∂H/∂r is the displacement of the arm's coordinate under a unit force at the other end.
+//! For a lever arm r at one end, ∂H/∂r is the displacement of the arm's coordinate under a unit force at the
+//! other end.
 //!
-//! D depends on a few elements (a stiffness, an inertia, a rod's transit time …), and these depend on the parameters. The derivatives of the
-//! elements are computed once per operating condition, those of D at each frequency.
+//! D depends on a few elements (a stiffness, an inertia, a rod's transit time …), and these depend on the
+//! parameters. The derivatives of the elements are computed once per operating condition, those of D at each
+//! frequency.
 //!
 //! # Source  derivative of the inverse of a symmetric matrix, d(D⁻¹) = −D⁻¹·dD·D⁻¹.
 
@@ -74,11 +76,15 @@ struct AtRod {
 }
 
 impl AtRod {
-    const NONE: Self =
-        AtRod { factors: (Complexes::ZERO, Complexes::ZERO), slopes: (Complexes::ZERO, Complexes::ZERO), by_material: Complexes::ZERO };
+    const NONE: Self = AtRod {
+        factors: (Complexes::ZERO, Complexes::ZERO),
+        slopes: (Complexes::ZERO, Complexes::ZERO),
+        by_material: Complexes::ZERO,
+    };
 }
 
-/// What several elements share, for each group of frequencies that is evaluated. Entries of one rod, or of one beam, follow each other.
+/// What several elements share, for each group of frequencies that is evaluated. Entries of one rod, or of
+/// one beam, follow each other.
 struct Shared {
     /// 2/π·ln(ω/ω₀), the slope of a loss with its share of dispersion.
     dispersion: [Reals; ABREAST],
@@ -88,7 +94,8 @@ struct Shared {
     beam: [Option<BeamSpans>; ABREAST],
 }
 
-/// Derivatives of a model's elements with some parameters, for one operating condition and one set of parameters.
+/// Derivatives of a model's elements with some parameters, for one operating condition and one set of
+/// parameters.
 #[derive(Debug, Clone, Default)]
 pub struct Sensitivity {
     /// Element, column, d(element)/d(parameter of the column); entries of one element are contiguous.
@@ -107,8 +114,8 @@ fn true_by_stated(nut_position: &machine::Value, parameters: &[f64], operating: 
 }
 
 impl AssembledModel {
-    /// Computes the derivatives of the elements with the parameters. `column[i]` is the column of the machine's parameter i, `None` if not
-    /// required; `nut` is the column of the nut position.
+    /// Computes the derivatives of the elements with the parameters. `column[i]` is the column of the
+    /// machine's parameter i, `None` if not required; `nut` is the column of the nut position.
     pub fn sensitivity(
         &self,
         machine: &Machine,
@@ -137,7 +144,9 @@ impl AssembledModel {
                 }
             });
             let mut push = |element, value: &machine::Value| {
-                value.gradient(parameters, operating, |p, d| entries.extend(column[p].map(|c| (element, c, d))));
+                value.gradient(parameters, operating, |p, d| {
+                    entries.extend(column[p].map(|c| (element, c, d)))
+                });
             };
             push(Element::Damping(index), &joint.damping);
             push(Element::Loss(index), &joint.loss_factor);
@@ -151,14 +160,13 @@ impl AssembledModel {
         let at = (machine, parameters, operating);
         (0..self.rods.len()).for_each(|rod| self.rod_entries(rod, at, column, nut, &mut entries));
         (0..self.beams.len()).for_each(|beam| self.beam_entries(beam, at, column, nut, &mut entries));
-        let arms = machine
-            .chain
-            .levers
-            .iter()
-            .enumerate()
-            .flat_map(|(at, l)| [(at, ReceptanceEnd::Response, &l.sensor_arm), (at, ReceptanceEnd::Excitation, &l.hammer_arm)]);
+        let arms = machine.chain.levers.iter().enumerate().flat_map(|(at, l)| {
+            [(at, ReceptanceEnd::Response, &l.sensor_arm), (at, ReceptanceEnd::Excitation, &l.hammer_arm)]
+        });
         for (index, end, arm) in arms {
-            arm.gradient(parameters, operating, |p, d| entries.extend(column[p].map(|c| (Element::Lever(index, end), c, d))));
+            arm.gradient(parameters, operating, |p, d| {
+                entries.extend(column[p].map(|c| (Element::Lever(index, end), c, d)))
+            });
         }
         entries.sort_by_key(|(element, _, _)| *element);
         Sensitivity { entries }
@@ -204,14 +212,17 @@ impl AssembledModel {
             let share = with_end * shaft.length.at(parameters, operating) / length_m;
             with(&shaft.length, -share, share);
         }
-        let (bore, power) = (shaft.bore_ratio.at(parameters, operating), if rod_shape.torsional { 4 } else { 2 });
+        let (bore, power) =
+            (shaft.bore_ratio.at(parameters, operating), if rod_shape.torsional { 4 } else { 2 });
         let by_bore = section_by_bore(bore, power);
         shaft.bore_ratio.gradient(parameters, operating, |p, d| {
             if let Some(c) = column[p] {
                 push(c, by_bore * k * d, 0.0);
             }
         });
-        let at_nut = |p| f64::from(u8::from(matches!(p, machine::StationPlace::Nut | machine::StationPlace::NearNut(_))));
+        let at_nut = |p| {
+            f64::from(u8::from(matches!(p, machine::StationPlace::Nut | machine::StationPlace::NearNut(_))))
+        };
         let share = (at_nut(rod_shape.places.1) - at_nut(rod_shape.places.0)) / length_m;
         let moves = shaft.nut_moves(parameters, operating);
         shaft.nut_position.gradient(parameters, operating, |p, d| {
@@ -225,15 +236,21 @@ impl AssembledModel {
         }
         let nut_offset = |p| if let machine::StationPlace::NearNut(offset_m) = p { offset_m } else { 0.0 };
         let (left, right) = (nut_offset(rod_shape.places.0), nut_offset(rod_shape.places.1));
-        for (value, farther) in [(&shaft.nut_support_factor, right - left), (&shaft.nut_support_offset, right.abs() - left.abs())] {
+        for (value, farther) in
+            [(&shaft.nut_support_factor, right - left), (&shaft.nut_support_offset, right.abs() - left.abs())]
+        {
             value.gradient(parameters, operating, |p, d| {
                 if let Some(c) = column[p] {
                     push(c, -k * farther / length_m * d, t * farther / length_m * d);
                 }
             });
         }
-        for (number, value) in [(RodNumber::Loss, &shaft.loss_factor), (RodNumber::Dispersion, &machine.loss_dispersion)] {
-            value.gradient(parameters, operating, |p, d| entries.extend(column[p].map(|c| (Element::Rod(index, number), c, d))));
+        for (number, value) in
+            [(RodNumber::Loss, &shaft.loss_factor), (RodNumber::Dispersion, &machine.loss_dispersion)]
+        {
+            value.gradient(parameters, operating, |p, d| {
+                entries.extend(column[p].map(|c| (Element::Rod(index, number), c, d)))
+            });
         }
     }
 
@@ -252,7 +269,9 @@ impl AssembledModel {
         let at = |value: &machine::Value| value.at(parameters, operating);
         let mut push = |number: BeamNumber, value: &machine::Value, factor: f64| {
             let element = Element::Beam(index, number);
-            value.gradient(parameters, operating, |p, d| entries.extend(column[p].map(|c| (element, c, factor * d))));
+            value.gradient(parameters, operating, |p, d| {
+                entries.extend(column[p].map(|c| (element, c, factor * d)))
+            });
         };
         let (diameter, bore) = (at(&shaft.diameter), at(&shaft.bore_ratio));
         push(BeamNumber::Rigidity, &shaft.youngs_modulus, beam.rigidity / at(&shaft.youngs_modulus));
@@ -278,7 +297,8 @@ impl AssembledModel {
         }
     }
 
-    /// Computes receptances at up to [`ABREAST`](super::ABREAST) groups of frequencies. Adds their derivatives with the columns of a
+    /// Computes receptances at up to [`ABREAST`](super::ABREAST) groups of frequencies. Adds their
+    /// derivatives with the columns of a
     /// [`Sensitivity`] to `gradient`: column c of group w at c·groups + w.
     pub fn gradient<'w>(
         &self,
@@ -291,13 +311,16 @@ impl AssembledModel {
         let (receptances, solution) = self.solve(at, work);
         let mut products = [Complexes::ZERO; ABREAST];
         let mut of = None;
-        let dispersion = std::array::from_fn(|w| omega_rad_s.get(w).map_or(Reals::ZERO, |omega| dispersion_each(*omega)));
+        let dispersion =
+            std::array::from_fn(|w| omega_rad_s.get(w).map_or(Reals::ZERO, |omega| dispersion_each(*omega)));
         let mut shared = Shared { dispersion, rod: [AtRod::NONE; ABREAST], beam: [None; ABREAST] };
         let (mut last_rod, mut last_beam) = (None, None);
         for &(element, column, slope) in &sensitivity.entries {
             if of.replace(element) != Some(element) {
                 match element {
-                    Element::Rod(rod, _) if last_rod.replace(rod) != Some(rod) => self.at_rod(rod, &solution, &mut shared.rod),
+                    Element::Rod(rod, _) if last_rod.replace(rod) != Some(rod) => {
+                        self.at_rod(rod, &solution, &mut shared.rod)
+                    }
                     Element::Beam(beam, _) if last_beam.replace(beam) != Some(beam) => {
                         let groups = shared.beam.iter_mut().zip(omega_rad_s);
                         groups.for_each(|(spans, omega)| *spans = Some(self.beams[beam].spans_each(*omega)));
@@ -314,7 +337,8 @@ impl AssembledModel {
         receptances
     }
 
-    /// Computes the shared factors of a rod at each group of frequencies, in place: copying them takes as long as computing them.
+    /// Computes the shared factors of a rod at each group of frequencies, in place: copying them takes as
+    /// long as computing them.
     fn at_rod(&self, rod: usize, of: &Solution<'_>, groups: &mut [AtRod; ABREAST]) {
         let abreast = of.omega_rad_s.len();
         for (w, (group, omega)) in groups.iter_mut().zip(of.omega_rad_s).enumerate() {
@@ -327,7 +351,8 @@ impl AssembledModel {
         }
     }
 
-    /// Computes the factor of a loss factor for one group of frequencies, as [`loss_each`](super::rod::loss_each).
+    /// Computes the factor of a loss factor for one group of frequencies, as
+    /// [`loss_each`](super::rod::loss_each).
     #[inline]
     fn loss(&self, shared: &Shared, w: usize) -> Complexes {
         Complexes::new(shared.dispersion[w] * Reals::splat(self.dispersion), Reals::ONE)
@@ -335,13 +360,21 @@ impl AssembledModel {
 
     /// Computes aᵀ·(∂D/∂number)·b of one number of a rod for one group of frequencies.
     #[inline]
-    fn rod_product(&self, rod: usize, number: RodNumber, of: &Solution<'_>, (shared, w): (&Shared, usize)) -> Complexes {
+    fn rod_product(
+        &self,
+        rod: usize,
+        number: RodNumber,
+        of: &Solution<'_>,
+        (shared, w): (&Shared, usize),
+    ) -> Complexes {
         let AtRod { factors: (direct, cross), slopes, by_material } = shared.rod[w];
         let (omega, entries) = (of.omega_rad_s[w], &of.rods[rod * of.omega_rad_s.len() + w]);
         let rod = &self.rods[rod];
         match number {
             RodNumber::Stiffness => (direct * entries.direct + cross * entries.cross) * (1.0 / rod.stiffness),
-            RodNumber::Transit => (direct * slopes.0 + cross * slopes.1) * (omega * Reals::splat(1.0 / rod.transit_s)),
+            RodNumber::Transit => {
+                (direct * slopes.0 + cross * slopes.1) * (omega * Reals::splat(1.0 / rod.transit_s))
+            }
             RodNumber::Loss => by_material * self.loss(shared, w),
             RodNumber::Dispersion if rod.loss_factor == 0.0 => Complexes::ZERO,
             RodNumber::Dispersion => by_material * (shared.dispersion[w] * Reals::splat(rod.loss_factor)),
@@ -350,7 +383,12 @@ impl AssembledModel {
 
     /// Computes aᵀ·(∂D/∂element)·b for one group of frequencies.
     #[inline]
-    fn element_product(&self, element: Element, of: &Solution<'_>, (shared, w): (&Shared, usize)) -> Complexes {
+    fn element_product(
+        &self,
+        element: Element,
+        of: &Solution<'_>,
+        (shared, w): (&Shared, usize),
+    ) -> Complexes {
         let omega = of.omega_rad_s[w];
         let s = self.complex_frequency_each(omega);
         let product = |joint: usize| {
@@ -382,7 +420,8 @@ impl AssembledModel {
             }
             Element::Beam(beam, number) => {
                 let Some(spans) = &shared.beam[w] else { return Complexes::ZERO };
-                self.beams[beam].slopes_each(omega, spans, number) * of.product(self.structure.beams[beam].coordinate, w)
+                self.beams[beam].slopes_each(omega, spans, number)
+                    * of.product(self.structure.beams[beam].coordinate, w)
             }
             Element::Rod(rod, number) => self.rod_product(rod, number, of, (shared, w)),
             Element::Damping(joint) => self.joints[joint].damper_derivative_each(product(joint), s) * s,
@@ -394,7 +433,8 @@ impl AssembledModel {
             Element::Lead(joint) => {
                 let (all, turning) = (&self.joint_points[joint], &self.structure.screws[joint]);
                 let [response, excitation] = [of.at_response, of.at_excitation];
-                let [whole, turned] = [all, turning].map(|on| [of.deformation(response, on, w), of.deformation(excitation, on, w)]);
+                let [whole, turned] = [all, turning]
+                    .map(|on| [of.deformation(response, on, w), of.deformation(excitation, on, w)]);
                 (whole[0] * turned[1] + turned[0] * whole[1]) * self.joints[joint].dynamic_each(omega, s)
             }
             // A lever is not part of D: H = f_rᵀ·D⁻¹·f_e depends on it through the force vectors.

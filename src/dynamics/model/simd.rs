@@ -23,10 +23,17 @@ pub(super) fn padded_by<T>(some: &[T], number: impl Fn(&T) -> f64) -> Reals {
     Reals::from(std::array::from_fn::<_, LANES, _>(|lane| number(&some[lane.min(some.len() - 1)])))
 }
 
-/// Packs frequencies into up to [`ABREAST`] groups. Returns the groups and their number; the last frequency fills the last group.
+/// Packs frequencies into up to [`ABREAST`] groups. Returns the groups and their number; the last frequency
+/// fills the last group.
 pub(super) fn grouped(omega_rad_s: &[f64]) -> ([Reals; ABREAST], usize) {
     let abreast = omega_rad_s.len().div_ceil(LANES);
-    let group = |w: usize| if w < abreast { padded(&omega_rad_s[w * LANES..omega_rad_s.len().min((w + 1) * LANES)]) } else { Reals::ONE };
+    let group = |w: usize| {
+        if w < abreast {
+            padded(&omega_rad_s[w * LANES..omega_rad_s.len().min((w + 1) * LANES)])
+        } else {
+            Reals::ONE
+        }
+    };
     (std::array::from_fn(group), abreast)
 }
 
@@ -84,7 +91,10 @@ impl Complexes {
     /// Computes z·a + b.
     #[inline(always)]
     pub fn mul_add(self, a: Self, b: Self) -> Self {
-        Complexes { re: self.re.mul_add(a.re, self.im.mul_neg_add(a.im, b.re)), im: self.re.mul_add(a.im, self.im.mul_add(a.re, b.im)) }
+        Complexes {
+            re: self.re.mul_add(a.re, self.im.mul_neg_add(a.im, b.re)),
+            im: self.re.mul_add(a.im, self.im.mul_add(a.re, b.im)),
+        }
     }
 
     /// Computes 1/z.
@@ -127,10 +137,12 @@ impl Complexes {
     }
 }
 
-/// Computes sin x and cos x of several groups at once. [`Reals::sin_cos`] is slower: it converts the quarter turns to integers one by one on
-/// processors without integer vectors. The groups share the loads of the coefficients.
+/// Computes sin x and cos x of several groups at once. [`Reals::sin_cos`] is slower: it converts the quarter
+/// turns to integers one by one on processors without integer vectors. The groups share the loads of the
+/// coefficients.
 ///
-/// # Source  Moshier's polynomials (Cephes, sin.c) at x less the nearest multiple of π/2, which is split into the three parts of Cody and Waite
+/// # Source  Moshier's polynomials (Cephes, sin.c) at x less the nearest multiple of π/2, which is split into
+///   the three parts of Cody and Waite
 ///   (1980).
 #[inline(always)]
 pub(super) fn sin_cos<const N: usize>(x: [Reals; N]) -> [[Reals; 2]; N] {
@@ -154,7 +166,8 @@ pub(super) fn sin_cos<const N: usize>(x: [Reals; N]) -> [[Reals; 2]; N] {
     std::array::from_fn(|n| {
         let sin = (sin[n] * square[n]).mul_add(remainder[n], remainder[n]);
         let cos = cos[n].mul_add(square[n] * square[n], square[n].mul_neg_add(Reals::splat(0.5), Reals::ONE));
-        // In the second and the fourth quadrant sin and cos swap; sin is negative in the last two, cos in the middle two.
+        // In the second and the fourth quadrant sin and cos swap; sin is negative in the last two, cos in the
+        // middle two.
         let halves = quarters[n] * Reals::splat(0.5);
         let whole = halves.floor();
         let swap = whole.simd_ne(halves);
@@ -167,7 +180,8 @@ pub(super) fn sin_cos<const N: usize>(x: [Reals; N]) -> [[Reals; 2]; N] {
 /// Largest |x| whose argument reduction by the parts of π/2 is exact.
 const LARGEST_REDUCED: f64 = 1e5;
 /// π/2 in three parts, of which the first two have 33 bits.
-const HALF_PI_PARTS: [f64; 3] = [1.570_796_326_734_125_6, 6.077_100_506_303_966e-11, 2.022_266_248_795_950_6e-21];
+const HALF_PI_PARTS: [f64; 3] =
+    [1.570_796_326_734_125_6, 6.077_100_506_303_966e-11, 2.022_266_248_795_950_6e-21];
 /// Coefficients of x¹³, x¹¹, … x³ in sin x.
 const SIN: [f64; 6] = [
     1.589_623_015_765_465_7e-10,
@@ -290,7 +304,10 @@ impl Scalar for Complexes {
 
     #[inline(always)]
     fn sub_mul(self, a: Self, b: Self) -> Self {
-        Complexes { re: a.im.mul_add(b.im, a.re.mul_neg_add(b.re, self.re)), im: a.im.mul_neg_add(b.re, a.re.mul_neg_add(b.im, self.im)) }
+        Complexes {
+            re: a.im.mul_add(b.im, a.re.mul_neg_add(b.re, self.re)),
+            im: a.im.mul_neg_add(b.re, a.re.mul_neg_add(b.im, self.im)),
+        }
     }
 
     #[inline(always)]
@@ -327,7 +344,9 @@ mod tests {
     /// Arguments near multiples of π/2, far from 0, and beyond the limit of the reduction; NaN and infinity.
     #[test]
     fn limit_vector_sines_equal_scalar_sines() {
-        let near = |x: f64, a: f64, b: f64| assert!((a - b).abs() <= 2e-16 + 3e-16 * b.abs() || a.is_nan() && b.is_nan(), "{x}: {a} {b}");
+        let near = |x: f64, a: f64, b: f64| {
+            assert!((a - b).abs() <= 2e-16 + 3e-16 * b.abs() || a.is_nan() && b.is_nan(), "{x}: {a} {b}")
+        };
         let quarters = (-70_000..70_000).step_by(97).map(|n| f64::from(n) * std::f64::consts::FRAC_PI_2);
         let arguments = quarters.flat_map(|x| [-0.78, -1e-3, -1e-9, 0.0, 1e-9, 0.3, 0.7].map(|d| x + d));
         for x in arguments.chain([1e-300, -0.0, 1e7, -1e12, f64::NAN, f64::INFINITY]) {
@@ -356,7 +375,12 @@ mod tests {
                 let z = Complex64::new(re, im);
                 let (sin, cos) = Complexes::splat(z).sin_cos();
                 let near = |a: Complex64, b: Complex64| (a - b).norm() <= 4e-15 * b.norm() + 1e-24;
-                assert!(near(sin.lanes()[1], z.sin()) && near(cos.lanes()[2], z.cos()), "{z}: {:?} {:?}", sin.lanes()[1], z.sin());
+                assert!(
+                    near(sin.lanes()[1], z.sin()) && near(cos.lanes()[2], z.cos()),
+                    "{z}: {:?} {:?}",
+                    sin.lanes()[1],
+                    z.sin()
+                );
             }
         }
     }

@@ -25,12 +25,15 @@ impl Solution<'_> {
     /// Computes the factors of a rod's direct and cross entry in aᵀ·D·b, for one group of frequencies.
     #[inline]
     pub fn rod_factors(&self, ends: [Option<usize>; 2], w: usize) -> (Complexes, Complexes) {
-        let of = |x: &[Complexes], at: Option<usize>| at.map_or(Complexes::ZERO, |at| x[at * self.omega_rad_s.len() + w]);
+        let of = |x: &[Complexes], at: Option<usize>| {
+            at.map_or(Complexes::ZERO, |at| x[at * self.omega_rad_s.len() + w])
+        };
         let [a, b] = ends.map(|end| (of(self.at_response, end), of(self.at_excitation, end)));
         (a.0 * a.1 + b.0 * b.1, a.0 * b.1 + b.0 * a.1)
     }
 
-    /// Computes the product of the displacements of a coordinate under both forces, for one group of frequencies.
+    /// Computes the product of the displacements of a coordinate under both forces, for one group of
+    /// frequencies.
     #[inline]
     pub fn product(&self, coordinate: usize, w: usize) -> Complexes {
         let at = coordinate * self.omega_rad_s.len() + w;
@@ -59,8 +62,11 @@ impl AssembledModel {
                 *sum -= *a * *b * (*omega * Reals::splat(2.0 * m));
             }
         }
-        for (joint, on) in
-            self.joints.iter().zip(&self.joint_points).filter(|(j, _)| j.damping != 0.0 || j.loss_factor != 0.0 || j.integral_rate != 0.0)
+        for (joint, on) in self
+            .joints
+            .iter()
+            .zip(&self.joint_points)
+            .filter(|(j, _)| j.damping != 0.0 || j.loss_factor != 0.0 || j.integral_rate != 0.0)
         {
             for (w, sum) in sums.iter_mut().enumerate() {
                 let product = of.deformation(of.at_response, on, w) * of.deformation(of.at_excitation, on, w);
@@ -70,7 +76,9 @@ impl AssembledModel {
                     *sum -= product.times_i() * (joint.integral_each(s).im / omega_rad_s[w]);
                 }
                 if joint.loss_factor != 0.0 {
-                    *sum += product * (loss_each(omega_rad_s[w], self.dispersion).1 * Reals::splat(joint.stiffness * joint.loss_factor));
+                    *sum += product
+                        * (loss_each(omega_rad_s[w], self.dispersion).1
+                            * Reals::splat(joint.stiffness * joint.loss_factor));
                 }
             }
         }
@@ -87,7 +95,8 @@ impl AssembledModel {
                     direct * slopes.0.re + cross * slopes.1.re
                 } else {
                     let (by_direct, by_cross) = entries.by_material(*omega, slopes);
-                    let drift = entries.material_inverse * (loss_each(*omega, self.dispersion).1 * Reals::splat(rod.loss_factor));
+                    let drift = entries.material_inverse
+                        * (loss_each(*omega, self.dispersion).1 * Reals::splat(rod.loss_factor));
                     direct * (slopes.0 + by_direct * drift) + cross * (slopes.1 + by_cross * drift)
                 };
             }

@@ -17,7 +17,9 @@ pub enum ModelError {
         fault: &'static str,
     },
     /// A method needs a constrained machine, but a part of it moves freely.
-    #[error("a part of the machine moves freely: {part}; hold it by a joint to the ground, or fix one of its points")]
+    #[error(
+        "a part of the machine moves freely: {part}; hold it by a joint to the ground, or fix one of its points"
+    )]
     Unconstrained {
         /// The points that move.
         part: String,
@@ -29,8 +31,8 @@ pub enum ModelError {
 pub enum RodModel {
     /// Exact wave solution.
     Exact,
-    /// A chain of this many springs with the mass lumped at their ends; converges at second order. Its inner masses are eliminated in closed
-    /// form.
+    /// A chain of this many springs with the mass lumped at their ends; converges at second order. Its inner
+    /// masses are eliminated in closed form.
     Lumped(usize),
 }
 
@@ -70,11 +72,13 @@ pub struct Structure {
     pub(super) rod_slots: Vec<[Option<usize>; 3]>,
     /// Per joint: coordinates and coefficients of the points that move, by the described lead.
     pub(super) joints: Vec<Vec<(usize, f64)>>,
-    /// As `joints`: of a joint that couples rotations with translations, the coefficients of its rotations, which contain the lead; else 0.
+    /// As `joints`: of a joint that couples rotations with translations, the coefficients of its rotations,
+    /// which contain the lead; else 0.
     pub(super) screws: Vec<Vec<(usize, f64)>>,
     pub(super) response: usize,
     pub(super) excitation: usize,
-    /// Lever arms of the response and of the excitation: index of the machine's lever, and coordinate that acts on the arm.
+    /// Lever arms of the response and of the excitation: index of the machine's lever, and coordinate that
+    /// acts on the arm.
     pub(super) response_arms: Vec<(usize, usize)>,
     pub(super) excitation_arms: Vec<(usize, usize)>,
     /// Representation of rods.
@@ -82,29 +86,42 @@ pub struct Structure {
 }
 
 impl Structure {
-    /// Compiles a machine for the receptance of `response` under a force (torque) at `excitation`, points by index.
+    /// Compiles a machine for the receptance of `response` under a force (torque) at `excitation`, points by
+    /// index.
     ///
     /// # Errors  response or excitation is fixed and cannot move.
-    pub fn new(machine: &Machine, response: usize, excitation: usize, representation: RodModel) -> Result<Self, ModelError> {
+    pub fn new(
+        machine: &Machine,
+        response: usize,
+        excitation: usize,
+        representation: RodModel,
+    ) -> Result<Self, ModelError> {
         let mut size = 0;
         let mut next = || {
             size += 1;
             size - 1
         };
-        let coordinate: Vec<Option<usize>> = machine.points.iter().map(|p| (!p.fixed).then(&mut next)).collect();
+        let coordinate: Vec<Option<usize>> =
+            machine.points.iter().map(|p| (!p.fixed).then(&mut next)).collect();
         let mut rods = Vec::new();
         for (shaft, description) in machine.shafts.iter().enumerate() {
             for torsional in [false, true] {
-                let stations: Vec<(StationPlace, usize)> =
-                    description.stations.iter().filter_map(|s| Some((s.place, if torsional { s.torsion } else { s.axial }?))).collect();
+                let stations: Vec<(StationPlace, usize)> = description
+                    .stations
+                    .iter()
+                    .filter_map(|s| Some((s.place, if torsional { s.torsion } else { s.axial }?)))
+                    .collect();
                 for pair in stations.windows(2) {
                     let ends = [coordinate[pair[0].1], coordinate[pair[1].1]];
                     rods.push(RodShape { shaft, places: (pair[0].0, pair[1].0), torsional, ends });
                 }
             }
         }
-        let joints: Vec<Vec<(usize, f64)>> =
-            machine.joints.iter().map(|j| j.on.iter().filter_map(|(p, c)| Some((coordinate[*p]?, *c))).collect()).collect();
+        let joints: Vec<Vec<(usize, f64)>> = machine
+            .joints
+            .iter()
+            .map(|j| j.on.iter().filter_map(|(p, c)| Some((coordinate[*p]?, *c))).collect())
+            .collect();
         let screws = machine.joints.iter().map(|joint| {
             let lead_of = |point: usize, c: f64| if machine.has_lead(joint, point) { c } else { 0.0 };
             joint.on.iter().filter_map(|(p, c)| Some((coordinate[*p]?, lead_of(*p, *c)))).collect()
@@ -122,7 +139,8 @@ impl Structure {
         };
         let (response_arms, excitation_arms) = (arms(response)?, arms(excitation)?);
         let (response, excitation) = (moving(response)?, moving(excitation)?);
-        let last: Vec<usize> = if response == excitation { vec![response] } else { vec![response, excitation] };
+        let last: Vec<usize> =
+            if response == excitation { vec![response] } else { vec![response, excitation] };
         let rod_pairs = rods.iter().filter_map(|r| Some((r.ends[0]?, r.ends[1]?)));
         let joint_pairs = joints.iter().flat_map(|on| on.iter().flat_map(|a| on.iter().map(|b| (a.0, b.0))));
         let elimination = Elimination::new(size, rod_pairs.chain(joint_pairs), &last);
@@ -131,10 +149,18 @@ impl Structure {
             .iter()
             .map(|r| {
                 let [i, j] = r.ends;
-                [i.map(|i| diagonal[i]), j.map(|j| diagonal[j]), i.zip(j).map(|(i, j)| elimination.entry(i, j))]
+                [
+                    i.map(|i| diagonal[i]),
+                    j.map(|j| diagonal[j]),
+                    i.zip(j).map(|(i, j)| elimination.entry(i, j)),
+                ]
             })
             .collect();
-        let bent = machine.shafts.iter().enumerate().filter_map(|(shaft, s)| Some((shaft, coordinate[s.bending.as_ref()?.point]?)));
+        let bent = machine
+            .shafts
+            .iter()
+            .enumerate()
+            .filter_map(|(shaft, s)| Some((shaft, coordinate[s.bending.as_ref()?.point]?)));
         let beams = bent.map(|(shaft, coordinate)| BeamShape { shaft, coordinate }).collect();
         Ok(Structure {
             elimination,

@@ -7,8 +7,8 @@ use super::simd::{ABREAST, Complexes, Reals};
 use super::solution::Row;
 use super::structure::Structure;
 
-/// Buffers for evaluations at several frequencies at once. A reused workspace avoids allocation. Values of several groups of frequencies are
-/// interleaved.
+/// Buffers for evaluations at several frequencies at once. A reused workspace avoids allocation. Values of
+/// several groups of frequencies are interleaved.
 #[derive(Debug, Clone)]
 pub struct Workspace {
     pub(super) real: Vec<Reals>,
@@ -46,7 +46,8 @@ pub(super) struct PeakWorkspace {
 pub(super) struct Piece {
     pub(super) from: f64,
     pub(super) to: f64,
-    /// Lower bound of the number of undamped natural frequencies below its lower end, and their number below its upper end.
+    /// Lower bound of the number of undamped natural frequencies below its lower end, and their number below
+    /// its upper end.
     pub(super) below: (usize, usize),
     pub(super) halved: u32,
     /// Index of the first piece that contains it.

@@ -82,14 +82,23 @@ pub struct ControllerOutput {
 }
 
 impl ControlLoops {
-    pub fn new(drive: &Drive, plant: &Plant, values: &[f64], operating: &Operating, velocity: f64, start: &[f64]) -> Self {
+    pub fn new(
+        drive: &Drive,
+        plant: &Plant,
+        values: &[f64],
+        operating: &Operating,
+        velocity: f64,
+        start: &[f64],
+    ) -> Self {
         let at = |value: &machine::Value| value.at(values, operating);
         let velocity_s = drive.velocity.period_s;
         let now = plant.velocity.travel * start[plant.velocity.at];
         let rate = velocity * plant.velocity.travel.signum();
         let readings = match drive.velocity.tachometry {
             Tachometry::Direct => VecDeque::new(),
-            Tachometry::Difference(periods) => (1..=periods).rev().map(|i| now - rate * velocity_s * i as f64).collect(),
+            Tachometry::Difference(periods) => {
+                (1..=periods).rev().map(|i| now - rate * velocity_s * i as f64).collect()
+            }
         };
         let times = |outer: f64, inner: f64| ((outer / inner).round() as usize).max(1);
         let to_velocity = times(velocity_s, drive.period_s());
@@ -115,7 +124,10 @@ impl ControlLoops {
                 Currents { gain: at(&c.gain), q: integral, d: integral }
             }),
             limit_v: if three_phases { dc_link_v / 3.0_f64.sqrt() } else { dc_link_v },
-            switching_v: drive.current.as_ref().and_then(|c| (c.inverter == Inverter::Switching).then_some(dc_link_v)),
+            switching_v: drive
+                .current
+                .as_ref()
+                .and_then(|c| (c.inverter == Inverter::Switching).then_some(dc_link_v)),
             readings,
             speed: Integral::over(at(&drive.velocity.integral_time_s)),
             reference: 0.0,
@@ -126,7 +138,8 @@ impl ControlLoops {
         }
     }
 
-    /// Runs a sample of the velocity loop, preceded by one of the position loop when it is due; `None` between samples of the velocity loop.
+    /// Runs a sample of the velocity loop, preceded by one of the position loop when it is due; `None`
+    /// between samples of the velocity loop.
     pub fn sample(&mut self, course: &Course, y: &[f64], size: usize) -> Option<ControllerOutput> {
         let (tick, time_s) = (self.tick, self.tick as f64 * self.period_s);
         self.tick += 1;
@@ -154,7 +167,8 @@ impl ControlLoops {
             }
         };
         let error = self.reference - velocity;
-        let wanted = self.velocity_gain * (error + self.speed.value) + self.acceleration_gain * self.acceleration;
+        let wanted =
+            self.velocity_gain * (error + self.speed.value) + self.acceleration_gain * self.acceleration;
         let limited = wanted.clamp(-self.saturation, self.saturation);
         // Anti-windup: a saturated output does not increase the integral further.
         if limited == wanted || error * wanted < 0.0 {
@@ -168,13 +182,17 @@ impl ControlLoops {
     /// Runs a sample of the current loop; without a current loop returns the input of the drive.
     pub fn input(&mut self, y: &[f64]) -> Input {
         let Some(winding) = &self.winding else { return [self.constant * self.factor * self.signal, 0.0] };
-        let Some(loops) = &mut self.current else { return [self.signal.clamp(-self.limit_v, self.limit_v), 0.0] };
+        let Some(loops) = &mut self.current else {
+            return [self.signal.clamp(-self.limit_v, self.limit_v), 0.0];
+        };
         let (q, d) = winding.currents(y);
         let errors = [self.signal - q, -d];
         let wanted = [loops.gain * (errors[0] + loops.q.value), loops.gain * (errors[1] + loops.d.value)];
         let size = wanted[0].hypot(wanted[1]);
         let share = if size > self.limit_v { self.limit_v / size } else { 1.0 };
-        for (integral, error, wanted) in [(&mut loops.q, errors[0], wanted[0]), (&mut loops.d, errors[1], wanted[1])] {
+        for (integral, error, wanted) in
+            [(&mut loops.q, errors[0], wanted[0]), (&mut loops.d, errors[1], wanted[1])]
+        {
             if share == 1.0 || error * wanted < 0.0 {
                 integral.add(error, self.period_s);
             }
@@ -185,6 +203,9 @@ impl ControlLoops {
     /// Computes the electrical angle of the driven point, and its advance over one period.
     pub fn rotation(&self, y: &[f64], drive: usize, size: usize) -> super::inverter::ShaftRotation {
         let pairs = self.winding.map_or(0.0, |w| w.pairs);
-        super::inverter::ShaftRotation { angle: pairs * y[drive], advance: pairs * y[size + drive] * self.period_s }
+        super::inverter::ShaftRotation {
+            angle: pairs * y[drive],
+            advance: pairs * y[size + drive] * self.period_s,
+        }
     }
 }

@@ -25,7 +25,9 @@ pub enum MotionError {
     #[error("{0}")]
     Input(String),
     /// Events follow each other without end.
-    #[error("at {time_s} s more than {count} events fall into one period of the velocity loop; «{last}» keeps switching")]
+    #[error(
+        "at {time_s} s more than {count} events fall into one period of the velocity loop; «{last}» keeps switching"
+    )]
     Endless {
         /// Time (s).
         time_s: f64,

@@ -48,7 +48,10 @@ pub struct FrictionElement {
 impl FrictionElement {
     /// Whether its level is constant over velocity, position and load.
     pub fn is_level(&self) -> bool {
-        self.law.stribeck == 0.0 && self.law.table.is_empty() && self.law.wave.is_flat() && self.law.load_share == 0.0
+        self.law.stribeck == 0.0
+            && self.law.table.is_empty()
+            && self.law.wave.is_flat()
+            && self.law.load_share == 0.0
     }
 
     /// Computes the friction level g.
@@ -71,7 +74,12 @@ impl FrictionElement {
                 excess * (-power).exp()
             }
         };
-        (law.coulomb + stribeck + law.table.level(velocity) + law.wave.at(position).0 + law.load_share * load.abs()).max(0.0)
+        (law.coulomb
+            + stribeck
+            + law.table.level(velocity)
+            + law.wave.at(position).0
+            + law.load_share * load.abs())
+        .max(0.0)
     }
 }
 

@@ -26,8 +26,8 @@ pub struct Pulse {
     pub to: u32,
 }
 
-/// Computes the space-vector pulses whose mean over a period is the wanted voltage (q, d). The period is half of the carrier's, rising (`false`)
-/// or falling.
+/// Computes the space-vector pulses whose mean over a period is the wanted voltage (q, d). The period is half
+/// of the carrier's, rising (`false`) or falling.
 ///
 /// ```text
 /// T₁ = √3·|u|/U·sin(π/3 − γ)·T,     T₂ = √3·|u|/U·sin γ·T,     zero voltage for the rest of T, half of it before and half after
@@ -36,7 +36,8 @@ pub struct Pulse {
 /// γ is the angle of u from the first adjacent vector.
 ///
 /// # Limits     |u| ≤ U/√3, which the current loop observes
-/// # Source     hybrid multi-domain, section 2.3 and Fig. 6; van der Broeck, Skudelny and Stanke, IEEE Trans. Ind. Appl. 24 (1988) 142–150
+/// # Source     hybrid multi-domain, section 2.3 and Fig. 6; van der Broeck, Skudelny and Stanke, IEEE Trans.
+///   Ind. Appl. 24 (1988) 142–150
 pub fn pulses(wanted: Input, dc_link_v: f64, rotation: ShaftRotation, down: bool) -> [Pulse; 4] {
     let parts = f64::from(1_u32 << LEVELS);
     let size = wanted[0].hypot(wanted[1]);
@@ -60,7 +61,8 @@ pub fn pulses(wanted: Input, dc_link_v: f64, rotation: ShaftRotation, down: bool
     let mut at = 0;
     order.map(|(vector, share)| {
         end += share;
-        let to = if at == last { 1 << LEVELS } else { ((end * parts).round() as u32).clamp(from, 1 << LEVELS) };
+        let to =
+            if at == last { 1 << LEVELS } else { ((end * parts).round() as u32).clamp(from, 1 << LEVELS) };
         at += 1;
         let middle = rotation.angle + rotation.advance * 0.5 * f64::from(from + to) / parts;
         let input = vector.map_or([0.0; 2], |n: f64| {
@@ -74,7 +76,8 @@ pub fn pulses(wanted: Input, dc_link_v: f64, rotation: ShaftRotation, down: bool
 }
 
 impl Pulse {
-    /// Splits the pulse into pieces of 2^−level of the period, each starting at a multiple of its length. Yields level and start in timer steps.
+    /// Splits the pulse into pieces of 2^−level of the period, each starting at a multiple of its length.
+    /// Yields level and start in timer steps.
     pub fn pieces(self) -> impl Iterator<Item = (u8, u32)> {
         let mut from = self.from;
         std::iter::from_fn(move || {
@@ -82,7 +85,9 @@ impl Pulse {
             if left == 0 {
                 return None;
             }
-            let size = (31 - left.leading_zeros()).min(if from == 0 { 31 } else { from.trailing_zeros() }).min(u32::from(LEVELS));
+            let size = (31 - left.leading_zeros())
+                .min(if from == 0 { 31 } else { from.trailing_zeros() })
+                .min(u32::from(LEVELS));
             let piece = (LEVELS - size as u8, from);
             from += 1 << size;
             Some(piece)
@@ -94,7 +99,8 @@ impl Pulse {
 mod tests {
     use super::*;
 
-    /// The mean of a period's pulses in the fixed frame is the wanted vector at any angle; the pieces cover the period once.
+    /// The mean of a period's pulses in the fixed frame is the wanted vector at any angle; the pieces cover
+    /// the period once.
     #[test]
     fn energy_pulses_give_the_wanted_voltage_on_average() {
         let dc_link_v = 560.0;
@@ -104,7 +110,9 @@ mod tests {
                 let wanted = [size * angle.sin(), size * angle.cos()];
                 let rotation = ShaftRotation { angle: 0.3, advance: 0.0 };
                 let pulses = pulses(wanted, dc_link_v, rotation, down);
-                let mean = |axis: usize| pulses.iter().map(|p| p.input[axis] * f64::from(p.to - p.from) / 1024.0).sum::<f64>();
+                let mean = |axis: usize| {
+                    pulses.iter().map(|p| p.input[axis] * f64::from(p.to - p.from) / 1024.0).sum::<f64>()
+                };
                 // Two edges, each rounded to half a part of the period.
                 let resolution = 2.0 / 3.0 * dc_link_v / 1024.0;
                 assert!(

@@ -9,18 +9,22 @@ use super::run::periods;
 use super::{MotionError, SimulationSettings};
 use machine::{Drive, Friction, LeadError, Machine, Tachometry, Value, Wave};
 
-/// A linear model of a drive with its machine: friction slides without a level, backlash is closed, no rounding and no limits.
+/// A linear model of a drive with its machine: friction slides without a level, backlash is closed, no
+/// rounding and no limits.
 ///
-/// Each sample of the position loop maps the state z and the command r to z⁺ = A·z + B·r. The state holds coordinates, rates, currents,
-/// integrals, readings and delayed outputs. At each sample of the velocity loop in between, the output is C_j·z + D_j·r.
+/// Each sample of the position loop maps the state z and the command r to z⁺ = A·z + B·r. The state holds
+/// coordinates, rates, currents, integrals, readings and delayed outputs. At each sample of the velocity loop
+/// in between, the output is C_j·z + D_j·r.
 ///
-/// # Source  Franklin, Powell and Workman, Digital Control of Dynamic Systems (1998), section 11.1 (loops of several rates, lifted to the
+/// # Source  Franklin, Powell and Workman, Digital Control of Dynamic Systems (1998), section 11.1 (loops of
+///   several rates, lifted to the
 ///   slowest)
 #[derive(Debug, Clone)]
 pub struct LinearLoops {
     a: DMatrix<f64>,
     b: DVector<f64>,
-    /// Rows on (z, r) at each sample of the velocity loop: coordinates, then the reading of the position encoder.
+    /// Rows on (z, r) at each sample of the velocity loop: coordinates, then the reading of the position
+    /// encoder.
     outputs: Vec<DMatrix<f64>>,
     /// Rows of the coordinates at each sample of the innermost loop.
     coordinates: Vec<DMatrix<f64>>,
@@ -33,7 +37,8 @@ pub struct LinearLoops {
     eigenvalues: Vec<Complex<f64>>,
 }
 
-/// Largest number of states: the eigenvalues take a tenth of a second with 200, and grow with the third power.
+/// Largest number of states: the eigenvalues take a tenth of a second with 200, and grow with the third
+/// power.
 const MOST_STATES: usize = 200;
 /// Largest number of sweeps for the eigenvalues; well-scaled matrices need about three per state.
 const MOST_SWEEPS: usize = 100 * MOST_STATES;
@@ -70,7 +75,8 @@ pub fn smooth(machine: &Machine) -> Machine {
     smooth
 }
 
-/// Rows over (z, r): each signal as a linear combination of state and command at the last sample of the position loop.
+/// Rows over (z, r): each signal as a linear combination of state and command at the last sample of the
+/// position loop.
 struct Rows {
     plant: DMatrix<f64>,
     speed: RowDVector<f64>,
@@ -85,7 +91,8 @@ impl Rows {
     /// Stacks all rows of z in order.
     fn stacked(&self) -> DMatrix<f64> {
         let rest = [&self.speed, &self.currents, &self.command, &self.rate];
-        let rows: Vec<&RowDVector<f64>> = rest.into_iter().chain(&self.readings).chain(&self.inputs).collect();
+        let rows: Vec<&RowDVector<f64>> =
+            rest.into_iter().chain(&self.readings).chain(&self.inputs).collect();
         let columns = self.plant.ncols();
         let mut all = DMatrix::zeros(self.plant.nrows() + rows.len(), columns);
         all.rows_mut(0, self.plant.nrows()).copy_from(&self.plant);
@@ -167,8 +174,13 @@ fn too_many_states(states: usize, delayed: usize, readings: usize) -> MotionErro
 impl LinearLoops {
     /// Builds the loops of a machine with the given parameters.
     ///
-    /// # Errors  as [`super::simulate`] where plant and drive do not fit together; too many delayed samples; poles that cannot be computed.
-    pub fn new(machine: &Machine, values: &[f64], settings: &SimulationSettings) -> Result<Self, MotionError> {
+    /// # Errors  as [`super::simulate`] where plant and drive do not fit together; too many delayed samples;
+    ///   poles that cannot be computed.
+    pub fn new(
+        machine: &Machine,
+        values: &[f64],
+        settings: &SimulationSettings,
+    ) -> Result<Self, MotionError> {
         let smooth = smooth(machine);
         let drive = smooth.drive.as_ref().ok_or(MotionError::NoDrive)?;
         let plant = Plant::new(&smooth, values, settings)?;
@@ -182,8 +194,9 @@ impl LinearLoops {
         let delay = periods(at(&drive.delay_s), tick_s);
         let whole_delay = delay.floor() as usize;
         let delay_rest_s = delay.fract() * tick_s;
-        let unsolved =
-            || MotionError::Input("the poles of the loops cannot be computed: their gains and times differ by too much; check them".into());
+        let unsolved = || {
+            MotionError::Input("the poles of the loops cannot be computed: their gains and times differ by too much; check them".into())
+        };
         let held = |time_s: f64| zero_order_hold(&a, &b, time_s).ok_or_else(unsolved);
         let (before, after) = (held(delay_rest_s)?, held(tick_s - delay_rest_s)?);
         let readings = match drive.velocity.tachometry {
@@ -206,8 +219,10 @@ impl LinearLoops {
             let position = of(&rows, plant.position.at) * plant.position.travel;
             if tick == 0 {
                 let rate = (&command - &rows.command) / position_s;
-                acceleration = (&rate - &rows.rate) / position_s * at(&drive.velocity.acceleration_feed_forward);
-                reference = (&command - &position) * at(&drive.position.gain_per_s) + &rate * at(&drive.position.feed_forward);
+                acceleration =
+                    (&rate - &rows.rate) / position_s * at(&drive.velocity.acceleration_feed_forward);
+                reference = (&command - &position) * at(&drive.position.gain_per_s)
+                    + &rate * at(&drive.position.feed_forward);
                 (rows.command, rows.rate) = (command.clone(), rate);
             }
             coordinates.push(rows.plant.rows(0, plant.size).into());
@@ -268,21 +283,26 @@ impl LinearLoops {
         })
     }
 
-    /// Computes the response to a command that is a sine at the samples of the position loop. It is the component of the output at the sine's
-    /// frequency, sampled by the velocity loop. The output is a coordinate, or the reading of the position encoder.
+    /// Computes the response to a command that is a sine at the samples of the position loop. It is the
+    /// component of the output at the sine's frequency, sampled by the velocity loop. The output is a
+    /// coordinate, or the reading of the position encoder.
     ///
     /// # Units      Hz; output per unit of command
     pub fn response(&self, frequency_hz: f64, coordinate: Option<usize>) -> Complex<f64> {
         let count = self.a.nrows();
         let advance = Complex::from_polar(1.0, TAU * frequency_hz * self.period_s);
-        let system = DMatrix::from_fn(count, count, |i, j| if i == j { advance - self.a[(i, j)] } else { Complex::from(-self.a[(i, j)]) });
+        let system = DMatrix::from_fn(count, count, |i, j| {
+            if i == j { advance - self.a[(i, j)] } else { Complex::from(-self.a[(i, j)]) }
+        });
         let right = self.b.map(Complex::from);
         let Some(z) = system.lu().solve(&right) else { return Complex::new(f64::NAN, f64::NAN) };
         let row = coordinate.unwrap_or(self.names.len());
         let samples = self.outputs.len() as f64;
         let at = |(j, output): (usize, &DMatrix<f64>)| {
-            let value: Complex<f64> = (0..count).map(|i| z[i] * output[(row, i)]).sum::<Complex<f64>>() + output[(row, count)];
-            value * Complex::from_polar(1.0 / samples, -TAU * frequency_hz * self.period_s * j as f64 / samples)
+            let value: Complex<f64> =
+                (0..count).map(|i| z[i] * output[(row, i)]).sum::<Complex<f64>>() + output[(row, count)];
+            value
+                * Complex::from_polar(1.0 / samples, -TAU * frequency_hz * self.period_s * j as f64 / samples)
         };
         self.outputs.iter().enumerate().map(at).sum()
     }
@@ -301,13 +321,15 @@ impl LinearLoops {
         growing.max_by(|a, b| a.norm().total_cmp(&b.norm())).and_then(|l| self.pole(*l))
     }
 
-    /// Computes frequency and location of a pole. Its value leaves whole turns of phase within a period open; they are counted between samples of
-    /// the innermost loop.
+    /// Computes frequency and location of a pole. Its value leaves whole turns of phase within a period open;
+    /// they are counted between samples of the innermost loop.
     fn pole(&self, value: Complex<f64>) -> Option<Pole> {
         let count = self.a.nrows();
         // Inverse iteration close to the value.
         let near = value * (1.0 + 1e-7) + Complex::new(1e-12, 1e-12);
-        let system = DMatrix::from_fn(count, count, |i, j| Complex::from(self.a[(i, j)]) - if i == j { near } else { Complex::from(0.0) });
+        let system = DMatrix::from_fn(count, count, |i, j| {
+            Complex::from(self.a[(i, j)]) - if i == j { near } else { Complex::from(0.0) }
+        });
         let lu = system.lu();
         let mut z = DVector::from_fn(count, |i, _| Complex::new(1.0, 0.1 * i as f64 / count as f64));
         for _ in 0..3 {
@@ -321,11 +343,14 @@ impl LinearLoops {
         let moves: Vec<Vec<Complex<f64>>> = self
             .coordinates
             .iter()
-            .map(|rows| (0..rows.nrows()).map(|row| (0..count).map(|i| z[i] * rows[(row, i)]).sum()).collect())
+            .map(|rows| {
+                (0..rows.nrows()).map(|row| (0..count).map(|i| z[i] * rows[(row, i)]).sum()).collect()
+            })
             .collect();
         let energy = |i: usize| self.mass[i] * moves[0][i].norm_sqr();
         let largest = (0..self.names.len()).max_by(|a, b| energy(*a).total_cmp(&energy(*b)))?;
-        let path: Vec<Complex<f64>> = moves.iter().map(|m| m[largest]).chain([moves[0][largest] * value]).collect();
+        let path: Vec<Complex<f64>> =
+            moves.iter().map(|m| m[largest]).chain([moves[0][largest] * value]).collect();
         let phase_advance: f64 = path.windows(2).map(|w| (w[1] / w[0]).arg()).sum();
         Some(Pole {
             frequency_hz: phase_advance.abs() / (TAU * self.period_s),

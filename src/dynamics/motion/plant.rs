@@ -1,8 +1,11 @@
-//! A machine as equations of motion: matrices on the coordinates with inertia, and the force elements between them.
+//! A machine as equations of motion: matrices on the coordinates with inertia, and the force elements between
+//! them.
 
 use nalgebra::DMatrix;
 
-use super::force_element::{AppliedLoad, Bristle, Combination, FrictionElement, Gap, Lead, Relaxing, Winding, apply_force};
+use super::force_element::{
+    AppliedLoad, Bristle, Combination, FrictionElement, Gap, Lead, Relaxing, Winding, apply_force,
+};
 use super::{MotionError, SimulationSettings};
 use crate::law::{FrictionLaw, TravelWave};
 use crate::model::{Matrices, matrices};
@@ -57,16 +60,27 @@ pub struct Plant {
 impl Plant {
     /// Builds the plant of a machine with the given parameters.
     ///
-    /// # Errors  no drive; friction, backlash, drive or encoder at a point without inertia; two frictions on one motion; an unconstrained point.
-    pub fn new(machine: &Machine, values: &[f64], settings: &SimulationSettings) -> Result<Self, MotionError> {
+    /// # Errors  no drive; friction, backlash, drive or encoder at a point without inertia; two frictions on
+    ///   one motion; an unconstrained point.
+    pub fn new(
+        machine: &Machine,
+        values: &[f64],
+        settings: &SimulationSettings,
+    ) -> Result<Self, MotionError> {
         let drive = machine.drive.as_ref().ok_or(MotionError::NoDrive)?;
         let at = |value: &Value| value.at(values, &settings.operating);
-        let matrices_of = |machine: &Machine| matrices(machine, values, &settings.operating, settings.lumps)?.condensed();
+        let matrices_of =
+            |machine: &Machine| matrices(machine, values, &settings.operating, settings.lumps)?.condensed();
         let (open, closed) = linear_machines(machine, &at);
         let closed_matrices = matrices_of(&closed)?;
         let matrices = matrices_of(&open)?;
         let mut plant = Plant::empty(&matrices, closed_matrices, drive);
-        plant.points = machine.points.iter().enumerate().filter_map(|(i, p)| Some((i, plant.coordinate(&p.name)?))).collect();
+        plant.points = machine
+            .points
+            .iter()
+            .enumerate()
+            .filter_map(|(i, p)| Some((i, plant.coordinate(&p.name)?)))
+            .collect();
         for (joint, expanded) in machine.joints.iter().zip(&closed.joints) {
             plant.add_joint(machine, joint, expanded, &at)?;
         }
@@ -90,7 +104,9 @@ impl Plant {
                 pairs: motor.pole_pairs.map_or(0.0, f64::from),
             });
         }
-        if machine.joints.iter().any(|j| at(&j.loss_factor) > 0.0) || machine.shafts.iter().any(|s| at(&s.loss_factor) > 0.0) {
+        if machine.joints.iter().any(|j| at(&j.loss_factor) > 0.0)
+            || machine.shafts.iter().any(|s| at(&s.loss_factor) > 0.0)
+        {
             plant
                 .warnings
                 .push("loss factors have no time-domain form and are ignored; add viscous dampers where damping is needed".into());
@@ -141,7 +157,9 @@ impl Plant {
         }
         match self.names.get(state % self.size.max(1)).filter(|_| state < 2 * self.size) {
             Some(point) => format!("point.{point}"),
-            None if self.winding.is_some_and(|w| w.q == state || w.d == Some(state)) => "drive.motor.inductance_h".into(),
+            None if self.winding.is_some_and(|w| w.q == state || w.d == Some(state)) => {
+                "drive.motor.inductance_h".into()
+            }
             None => "relaxation_stiffness".into(),
         }
     }
@@ -156,19 +174,39 @@ impl Plant {
         self.states - 1
     }
 
-    /// Adds the elements of a joint that are not part of the matrices. `expanded` is the joint with the thermal expansion of its lead.
-    fn add_joint(&mut self, machine: &Machine, joint: &Joint, expanded: &Joint, at: &impl Fn(&Value) -> f64) -> Result<(), MotionError> {
-        let (stiffness, damping) =
-            (at(&joint.stiffness), at(&joint.damping) + machine.stiffness_proportional_damping_s * at(&joint.stiffness));
+    /// Adds the elements of a joint that are not part of the matrices. `expanded` is the joint with the
+    /// thermal expansion of its lead.
+    fn add_joint(
+        &mut self,
+        machine: &Machine,
+        joint: &Joint,
+        expanded: &Joint,
+        at: &impl Fn(&Value) -> f64,
+    ) -> Result<(), MotionError> {
+        let (stiffness, damping) = (
+            at(&joint.stiffness),
+            at(&joint.damping) + machine.stiffness_proportional_damping_s * at(&joint.stiffness),
+        );
         let (half, error) = (0.5 * at(&joint.gap), TravelWave::new(&joint.lead_error.wave, at));
         if half > 0.0 {
             if joint.relaxation_stiffness.is_some() {
-                let fault = format!("joint «{}» has backlash and a relaxing damper; describe them as two joints", joint.name);
+                let fault = format!(
+                    "joint «{}» has backlash and a relaxing damper; describe them as two joints",
+                    joint.name
+                );
                 return Err(MotionError::Input(fault));
             }
             let travel = if error.is_flat() { 0 } else { self.travel(machine, expanded)? };
             let along = self.along(machine, expanded)?;
-            self.gaps.push(Gap { name: joint.name.clone(), along, half, stiffness, damping, travel, wave: error });
+            self.gaps.push(Gap {
+                name: joint.name.clone(),
+                along,
+                half,
+                stiffness,
+                damping,
+                travel,
+                wave: error,
+            });
         } else if !error.is_flat() {
             let travel = self.travel(machine, expanded)?;
             let along = self.along(machine, expanded)?;
@@ -177,14 +215,23 @@ impl Plant {
         if let Some(series) = joint.relaxation_stiffness.as_ref().filter(|_| at(&joint.damping) > 0.0) {
             let along = self.along(machine, expanded)?;
             let at_state = self.state();
-            self.relaxing.push(Relaxing { along, at: at_state, stiffness: at(series), damping: at(&joint.damping) });
+            self.relaxing.push(Relaxing {
+                along,
+                at: at_state,
+                stiffness: at(series),
+                damping: at(&joint.damping),
+            });
         }
         self.add_friction(machine, joint, at)
     }
 
     /// Returns the coordinate along which a joint's lead error varies: its first translation.
     fn travel(&self, machine: &Machine, joint: &Joint) -> Result<usize, MotionError> {
-        let travel = joint.on.iter().find(|(p, _)| machine.points[*p].motion == PointMotion::Translation).map(|(p, _)| *p);
+        let travel = joint
+            .on
+            .iter()
+            .find(|(p, _)| machine.points[*p].motion == PointMotion::Translation)
+            .map(|(p, _)| *p);
         let travel = travel.ok_or_else(|| {
             MotionError::Input(format!(
                 "joint «{}» has a lead error, but connects no point that moves linearly; leave lead_error out",
@@ -194,11 +241,22 @@ impl Plant {
         self.point(machine, travel, &format!("joint «{}»", joint.name))
     }
 
-    fn add_friction(&mut self, machine: &Machine, joint: &Joint, at: &impl Fn(&Value) -> f64) -> Result<(), MotionError> {
+    fn add_friction(
+        &mut self,
+        machine: &Machine,
+        joint: &Joint,
+        at: &impl Fn(&Value) -> f64,
+    ) -> Result<(), MotionError> {
         let f = &joint.friction;
         let law = FrictionLaw::new(f, at);
         let (offset, stiffness, damping) = (law.offset, law.stiffness, law.damping);
-        let element = FrictionElement { name: joint.name.clone(), along: Vec::new(), law, load: AppliedLoad::Drive, bristle: None };
+        let element = FrictionElement {
+            name: joint.name.clone(),
+            along: Vec::new(),
+            law,
+            load: AppliedLoad::Drive,
+            bristle: None,
+        };
         let has_friction = !element.is_level() || element.law.coulomb != 0.0 || element.law.asymmetry != 0.0;
         if !has_friction && offset == 0.0 {
             return Ok(());
@@ -209,15 +267,20 @@ impl Plant {
             return Ok(());
         }
         if let Some(other) = self.frictions.iter().find(|r| r.along == along) {
-            let fault =
-                format!("joints «{}» and «{}» have friction on the same motion; describe one friction there", other.name, joint.name);
+            let fault = format!(
+                "joints «{}» and «{}» have friction on the same motion; describe one friction there",
+                other.name, joint.name
+            );
             return Err(MotionError::Input(fault));
         }
         let load = match f.load_of.filter(|_| element.law.load_share > 0.0) {
             None => AppliedLoad::Drive,
             Some(index) => {
                 let of = &machine.joints[index];
-                let (k, d) = (at(&of.stiffness), at(&of.damping) + machine.stiffness_proportional_damping_s * at(&of.stiffness));
+                let (k, d) = (
+                    at(&of.stiffness),
+                    at(&of.damping) + machine.stiffness_proportional_damping_s * at(&of.stiffness),
+                );
                 AppliedLoad::Joint(self.along(machine, of)?, k, d, 0.5 * at(&of.gap))
             }
         };
@@ -227,8 +290,9 @@ impl Plant {
     }
 }
 
-/// Returns the machine without the elements that its matrices cannot represent (relaxing dampers, open backlash), and the machine with every
-/// backlash closed. The coefficients of both contain the relative deviation of the lead.
+/// Returns the machine without the elements that its matrices cannot represent (relaxing dampers, open
+/// backlash), and the machine with every backlash closed. The coefficients of both contain the relative
+/// deviation of the lead.
 fn linear_machines(machine: &Machine, at: &impl Fn(&Value) -> f64) -> (Machine, Machine) {
     let mut closed = machine.clone();
     for (joint, described) in closed.joints.iter_mut().zip(&machine.joints) {

@@ -21,7 +21,8 @@ pub struct RecordGap {
 }
 
 impl Course {
-    /// Returns the course of a record: its command, and the voltage in its column `pulse_v`, from the initial state of the record.
+    /// Returns the course of a record: its command, and the voltage in its column `pulse_v`, from the initial
+    /// state of the record.
     ///
     /// The initial velocity is that of a parabola through the first eleven positions.
     pub fn of_record(record: &MotionRecord) -> Self {
@@ -48,9 +49,11 @@ fn slope_at_start(samples: &[f64]) -> f64 {
     normal.lu().solve(&(design.transpose() * right)).map_or(0.0, |x| x[1])
 }
 
-/// Simulates a record in closed loop: its command, and the voltage added to the drive's input, through machine and drive.
+/// Simulates a record in closed loop: its command, and the voltage added to the drive's input, through
+/// machine and drive.
 ///
-/// The samples are those of the record if the velocity loop's period is its step; [`RecordGap`] compares at the record's times.
+/// The samples are those of the record if the velocity loop's period is its step; [`RecordGap`] compares at
+/// the record's times.
 ///
 /// # Errors  as [`simulate`]; the velocity loop's period does not divide the record's step.
 pub fn simulate_record(
@@ -75,11 +78,14 @@ pub fn simulate_record(
         let at = |i: usize| &trace.samples[i * every];
         let count = trace.samples.len().div_ceil(every).min(record.samples());
         let force = record.load.samples();
-        let gap =
-            |error: &dyn Fn(usize) -> f64, size: &dyn Fn(usize) -> f64| rms(&mut (0..count).map(error)) / rms(&mut (0..count).map(size));
+        let gap = |error: &dyn Fn(usize) -> f64, size: &dyn Fn(usize) -> f64| {
+            rms(&mut (0..count).map(error)) / rms(&mut (0..count).map(size))
+        };
         RecordGap {
             force: gap(&|i| at(i).force - force[i], &|i| force[i]),
-            tracking: gap(&|i| record.position_m[i] - at(i).position, &|i| record.command_m[i] - record.position_m[i]),
+            tracking: gap(&|i| record.position_m[i] - at(i).position, &|i| {
+                record.command_m[i] - record.position_m[i]
+            }),
         }
     });
     Ok((trace, gap))

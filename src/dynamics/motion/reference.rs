@@ -25,10 +25,16 @@ impl Course {
         Course { step_s, command, added: Vec::new(), start_position: None, start_velocity: None }
     }
 
-    /// Creates a course of a duration (s) from the command at each sample, at rest at its first one. `name` is that of the command.
+    /// Creates a course of a duration (s) from the command at each sample, at rest at its first one. `name`
+    /// is that of the command.
     ///
     /// # Errors  the duration has too many samples.
-    pub fn sampled(name: &str, whole_s: f64, step_s: f64, command: impl Fn(usize) -> f64) -> Result<Self, MotionError> {
+    pub fn sampled(
+        name: &str,
+        whole_s: f64,
+        step_s: f64,
+        command: impl Fn(usize) -> f64,
+    ) -> Result<Self, MotionError> {
         let count = (whole_s / step_s).ceil() + 1.0;
         if count <= MOST_SAMPLES {
             return Ok(Course::new(step_s, (0..count as usize).map(command).collect()));
@@ -43,7 +49,8 @@ impl Course {
         self.step_s * self.command.len().saturating_sub(1) as f64
     }
 
-    /// Returns the sample at a time, and the share of the way to the next one. Tolerates times that were rounded for output.
+    /// Returns the sample at a time, and the share of the way to the next one. Tolerates times that were
+    /// rounded for output.
     fn position(&self, time_s: f64) -> (usize, f64) {
         let at = (time_s / self.step_s).max(0.0);
         let near = at.round();
@@ -72,12 +79,13 @@ impl Course {
 
 /// A motion from rest to rest with limits on velocity, acceleration and jerk.
 ///
-/// It has seven phases: the acceleration rises, is constant, and falls to zero; the velocity is constant; then the same in reverse. A short
-/// travel omits phases.
+/// It has seven phases: the acceleration rises, is constant, and falls to zero; the velocity is constant;
+/// then the same in reverse. A short travel omits phases.
 ///
 /// # Units      m, m/s, m/s², m/s³ (or rad)
 /// # Limits     infinite jerk is the trapezoid of velocity
-/// # Source     Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and Robots (2008), section 3.4.
+/// # Source     Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and Robots (2008),
+///   section 3.4.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SCurve {
     /// Start position.
@@ -97,7 +105,10 @@ impl SCurve {
     ///
     /// # Errors  a limit that is not above 0; no travel.
     fn times_s(&self) -> Result<(f64, f64, f64), MotionError> {
-        require_positive("s-curve", &[("velocity", self.velocity), ("acceleration", self.acceleration), ("jerk", self.jerk)])?;
+        require_positive(
+            "s-curve",
+            &[("velocity", self.velocity), ("acceleration", self.acceleration), ("jerk", self.jerk)],
+        )?;
         let travel = (self.to - self.from).abs();
         if !(travel > 0.0 && travel.is_finite()) {
             return Err(MotionError::Input(format!(
@@ -129,7 +140,8 @@ impl SCurve {
         // With unit velocity the jerk is 1/(jerk_s·(rise_s − jerk_s)).
         let jerk = 1.0 / (jerk_s * (rise_s - jerk_s));
         let cubed = |from: f64| (time_s - from).max(0.0).powi(3) / 6.0;
-        let rise = |at: f64| cubed(at) - cubed(at + jerk_s) - cubed(at + rise_s - jerk_s) + cubed(at + rise_s);
+        let rise =
+            |at: f64| cubed(at) - cubed(at + jerk_s) - cubed(at + rise_s - jerk_s) + cubed(at + rise_s);
         jerk * (rise(0.0) - rise(whole_s - rise_s)) / (whole_s - rise_s)
     }
 
@@ -157,7 +169,9 @@ impl SCurve {
 /// # Errors  the first of them.
 pub fn require_positive(command: &str, given: &[(&str, f64)]) -> Result<(), MotionError> {
     match given.iter().find(|(_, x)| !(*x > 0.0 && x.is_finite())) {
-        Some((what, x)) => Err(MotionError::Input(format!("{command}: the {what} is {x}; write a number above 0"))),
+        Some((what, x)) => {
+            Err(MotionError::Input(format!("{command}: the {what} is {x}; write a number above 0")))
+        }
         None => Ok(()),
     }
 }
@@ -181,9 +195,17 @@ pub struct Sine {
 impl Sine {
     /// Computes the course.
     ///
-    /// # Errors  an amplitude, frequency or number of periods that is not above 0; fewer than ten samples per period.
+    /// # Errors  an amplitude, frequency or number of periods that is not above 0; fewer than ten samples per
+    ///   period.
     pub fn course(&self, step_s: f64) -> Result<Course, MotionError> {
-        require_positive("sine", &[("amplitude", self.amplitude), ("frequency", self.frequency_hz), ("number of periods", self.periods)])?;
+        require_positive(
+            "sine",
+            &[
+                ("amplitude", self.amplitude),
+                ("frequency", self.frequency_hz),
+                ("number of periods", self.periods),
+            ],
+        )?;
         if self.frequency_hz * step_s > 0.1 {
             let fault = format!(
                 "sine: {} Hz has fewer than ten samples of {step_s} s per period; lower the frequency, or shorten the position loop's period",
@@ -205,26 +227,37 @@ impl Sine {
 mod tests {
     use super::*;
 
-    /// Travel, and velocity, acceleration and jerk by differences, keep their limits and reach them if the travel allows.
+    /// Travel, and velocity, acceleration and jerk by differences, keep their limits and reach them if the
+    /// travel allows.
     #[test]
     fn limit_an_s_curve_keeps_its_limits() {
         for (travel, reached) in [(1.0, [true, true]), (0.02, [false, true]), (1e-4, [false, false])] {
             let curve = SCurve { from: 0.1, to: 0.1 + travel, velocity: 0.5, acceleration: 5.0, jerk: 200.0 };
             let step = 1e-4;
             let course = curve.course(step, 0.01, false).unwrap();
-            assert!((course.command[0] - 0.1).abs() < 1e-15 && (course.command.last().unwrap() - 0.1 - travel).abs() < 1e-12);
+            assert!(
+                (course.command[0] - 0.1).abs() < 1e-15
+                    && (course.command.last().unwrap() - 0.1 - travel).abs() < 1e-12
+            );
             let difference = |x: &[f64]| -> Vec<f64> { x.windows(2).map(|w| (w[1] - w[0]) / step).collect() };
             let largest = |x: &[f64]| x.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
             let velocity = difference(&course.command);
             let acceleration = difference(&velocity);
             let (v, a, j) = (largest(&velocity), largest(&acceleration), largest(&difference(&acceleration)));
             // Positions are rounded to about 1e-12 m; differences divide this by the step and its square.
-            assert!(v < 0.5 + 1e-12 / step && a < 5.0 + 1e-12 / (step * step) && j < 200.0 * 1.01, "{v} {a} {j}");
+            assert!(
+                v < 0.5 + 1e-12 / step && a < 5.0 + 1e-12 / (step * step) && j < 200.0 * 1.01,
+                "{v} {a} {j}"
+            );
             assert_eq!([v > 0.499, a > 4.99], reached, "{travel}: {v} {a}");
             let back = curve.course(step, 0.01, true).unwrap();
             assert!((back.command.last().unwrap() - 0.1).abs() < 1e-12);
         }
-        assert!(SCurve { from: 0.0, to: 0.0, velocity: 1.0, acceleration: 1.0, jerk: 1.0 }.course(1e-3, 0.0, false).is_err());
+        assert!(
+            SCurve { from: 0.0, to: 0.0, velocity: 1.0, acceleration: 1.0, jerk: 1.0 }
+                .course(1e-3, 0.0, false)
+                .is_err()
+        );
     }
 
     #[test]
@@ -234,6 +267,8 @@ mod tests {
         assert!((course.command(1.5e-3) - 2.0).abs() < 1e-12);
         assert_eq!((course.command(9.0), course.command(-1e-3)), (3.0, -1.0));
         assert_eq!((course.added_voltage(1.9e-3), course.added_voltage(2e-3)), (2.0, 3.0));
-        assert!(Sine { centre: 0.0, amplitude: 1.0, frequency_hz: 200.0, periods: 3.0 }.course(1e-3).is_err());
+        assert!(
+            Sine { centre: 0.0, amplitude: 1.0, frequency_hz: 200.0, periods: 3.0 }.course(1e-3).is_err()
+        );
     }
 }

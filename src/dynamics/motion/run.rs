@@ -21,13 +21,17 @@ const MOST_PARTS: f64 = 1e6;
 /// Largest number of steps at which the drive holds its input, in a motion.
 const MOST_HOLDS: usize = 50_000_000;
 
-/// Simulates a driven machine on a course. `go_on` is called at intervals; when it returns false, the motion stops incomplete.
+/// Simulates a driven machine on a course. `go_on` is called at intervals; when it returns false, the motion
+/// stops incomplete.
 ///
-/// The machine starts at rest, or at the initial rate of the course. Its springs are strained as little as the encoder's reading allows.
+/// The machine starts at rest, or at the initial rate of the course. Its springs are strained as little as
+/// the encoder's reading allows.
 ///
 /// # Units      parameters in the machine's order and units; see [`Course`] and [`TraceSample`]
-/// # Limits     without friction and backlash the samples are those of the matrix exponential (test `limit_a_linear_machine…`)
-/// # Errors     no drive; a step that does not divide the loops' period; a command beyond the stroke; an element at a point without inertia;
+/// # Limits     without friction and backlash the samples are those of the matrix exponential (test
+///   `limit_a_linear_machine…`)
+/// # Errors     no drive; a step that does not divide the loops' period; a command beyond the stroke; an
+///   element at a point without inertia;
 ///   events without end. A loop that leaves its bounds is no error: see [`Trace::unstable`].
 pub fn simulate(
     machine: &Machine,
@@ -42,14 +46,26 @@ pub fn simulate(
     let (points, warnings) = (plant.points.clone(), plant.warnings.clone());
     let names: Vec<String> = points.iter().map(|(p, _)| machine.points[*p].name.clone()).collect();
     let y = start(&plant, course)?;
-    let mut loops = ControlLoops::new(drive, &plant, values, &settings.operating, course.start_velocity.unwrap_or(0.0), &y);
+    let mut loops = ControlLoops::new(
+        drive,
+        &plant,
+        values,
+        &settings.operating,
+        course.start_velocity.unwrap_or(0.0),
+        &y,
+    );
     let parts = parts(settings, loops.period_s)?;
     let step_s = loops.period_s / parts as f64;
-    // The output of the drive is delayed by whole periods and a remainder, which ends within one of the steps.
+    // The output of the drive is delayed by whole periods and a remainder, which ends within one of the
+    // steps.
     let delay = periods(loops.delay_s, loops.period_s);
     let (whole_periods, remainder) = (delay.floor() as usize, delay.fract() * parts as f64);
     let (split_part, remainder) = (remainder.floor() as usize, remainder.fract());
-    let units = if remainder > 1e-9 { vec![step_s, remainder * step_s, (1.0 - remainder) * step_s] } else { vec![step_s] };
+    let units = if remainder > 1e-9 {
+        vec![step_s, remainder * step_s, (1.0 - remainder) * step_s]
+    } else {
+        vec![step_s]
+    };
     if loops.switching_v.is_some() && (parts > 1 || delay.fract() > 1e-9) {
         let fault = "a switching inverter has its own steps and needs a delay of whole periods of the current loop; \
                      leave out the step, or write inverter = \"averaged\"";
@@ -73,7 +89,9 @@ pub fn simulate(
     let mut inputs: VecDeque<Input> = VecDeque::with_capacity(whole_periods + 3);
     for tick in 0..=periods * loops.to_velocity {
         let time_s = tick as f64 * loops.period_s;
-        if let Some(ControllerOutput { command, position, velocity, force }) = loops.sample(course, &runner.y, size) {
+        if let Some(ControllerOutput { command, position, velocity, force }) =
+            loops.sample(course, &runner.y, size)
+        {
             let points = points.iter().map(|(_, c)| runner.y[*c]).collect();
             trace.samples.push(TraceSample { time_s, command, position, velocity, force, points });
             if !((command - position).abs() <= bound) {
@@ -99,7 +117,11 @@ pub fn simulate(
             let rotation = loops.rotation(&runner.y, driven, size);
             for pulse in pulses(new, dc_link_v, rotation, tick % 2 == 1) {
                 for (level, from) in pulse.pieces() {
-                    runner.advance((0, level), time_s + f64::from(from) / f64::from(1 << LEVELS) * step_s, pulse.input)?;
+                    runner.advance(
+                        (0, level),
+                        time_s + f64::from(from) / f64::from(1 << LEVELS) * step_s,
+                        pulse.input,
+                    )?;
                 }
             }
             continue;
@@ -152,7 +174,13 @@ fn parts(settings: &SimulationSettings, period_s: f64) -> Result<usize, MotionEr
 }
 
 /// Rejects a motion of too many samples or steps.
-fn check_extent(course: &Course, samples: usize, periods: usize, parts: usize, step_s: f64) -> Result<(), MotionError> {
+fn check_extent(
+    course: &Course,
+    samples: usize,
+    periods: usize,
+    parts: usize,
+    step_s: f64,
+) -> Result<(), MotionError> {
     let duration_s = course.duration_s();
     if samples > MOST_SAMPLES {
         let fault = format!(
@@ -178,8 +206,15 @@ pub(super) fn periods(delay_s: f64, period_s: f64) -> f64 {
 }
 
 /// Rejects a command that leaves the stroke.
-fn check_stroke(machine: &Machine, course: &Course, settings: &SimulationSettings) -> Result<(), MotionError> {
-    if course.command.len() < 2 || !(course.step_s > 0.0) || course.command.iter().chain(&course.added).any(|x| !x.is_finite()) {
+fn check_stroke(
+    machine: &Machine,
+    course: &Course,
+    settings: &SimulationSettings,
+) -> Result<(), MotionError> {
+    if course.command.len() < 2
+        || !(course.step_s > 0.0)
+        || course.command.iter().chain(&course.added).any(|x| !x.is_finite())
+    {
         return Err(MotionError::Input("the reference needs at least two samples, all finite".into()));
     }
     if let Some([lower, upper]) = machine.drive.as_ref().and_then(|d| d.position.limits) {
@@ -207,7 +242,8 @@ fn check_stroke(machine: &Machine, course: &Course, settings: &SimulationSetting
     Ok(())
 }
 
-/// Returns the bound of |command − position| beyond which a loop is unstable: ten times the range of the command.
+/// Returns the bound of |command − position| beyond which a loop is unstable: ten times the range of the
+/// command.
 fn bound(course: &Course) -> f64 {
     let (low, high) = extremes(&course.command);
     let away = course.start_position.map_or(0.0, |x| (x - course.command[0]).abs());
@@ -226,7 +262,11 @@ fn start(plant: &Plant, course: &Course) -> Result<Vec<f64>, MotionError> {
     let mut right = nalgebra::DMatrix::zeros(n + 1, 2);
     right[(n, 0)] = course.start_position.unwrap_or(course.command[0]);
     right[(n, 1)] = course.start_velocity.unwrap_or(0.0);
-    let loose = || MotionError::Input("a part of the machine moves independently of the drive's encoder; hold it by a joint".into());
+    let loose = || {
+        MotionError::Input(
+            "a part of the machine moves independently of the drive's encoder; hold it by a joint".into(),
+        )
+    };
     let solved = system.lu().solve(&right).filter(|x| x.iter().all(|x| x.is_finite())).ok_or_else(loose)?;
     let mut y = vec![0.0; plant.states];
     for i in 0..n {

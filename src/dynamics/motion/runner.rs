@@ -13,10 +13,11 @@ const MAX_EVENT_HALVINGS: u8 = 32;
 const MAX_ERROR_HALVINGS: u8 = 24;
 /// Largest number of events in one period of the velocity loop.
 const MAX_EVENTS: usize = 2000;
-/// Largest number of steps in one period of the velocity loop: each of its events, approached by halvings and left by doublings.
+/// Largest number of steps in one period of the velocity loop: each of its events, approached by halvings and
+/// left by doublings.
 const MAX_STEPS: usize = MAX_EVENTS * 2 * MAX_EVENT_HALVINGS as usize;
-/// Largest number of steps of a motion: as many as take a few seconds, and besides [`MOST_PER_HOLD`] for each time that the drive holds its
-/// input, where stiff machines need 20.
+/// Largest number of steps of a motion: as many as take a few seconds, and besides [`MOST_PER_HOLD`] for each
+/// time that the drive holds its input, where stiff machines need 20.
 const MOST_STEPS: usize = 1_000_000;
 /// See [`MOST_STEPS`].
 const MOST_PER_HOLD: usize = 50;
@@ -25,7 +26,8 @@ const STEPS_BETWEEN_LOOKS: usize = 64;
 
 /// Tolerance for rounding, as a share of the largest rate so far or of a backlash.
 const ROUNDING: f64 = 1e-10;
-/// Tolerance for rounding of the deformation of a backlash, as a share of the coordinates that it is the difference of: some ten roundings.
+/// Tolerance for rounding of the deformation of a backlash, as a share of the coordinates that it is the
+/// difference of: some ten roundings.
 const COORDINATE_ROUNDING: f64 = 1e-14;
 
 /// Returns the initial scales of the states: 1 µm, 0.1 mm/s and 1 mA.
@@ -81,19 +83,30 @@ impl<'g> Runner<'g> {
     pub fn new(stepper: Stepper, y: Vec<f64>, tolerance: f64, go_on: &'g dyn Fn() -> bool) -> Self {
         let plant = &stepper.plant;
         let moving = |velocity: f64| if velocity.abs() < 1e-12 { 0 } else { velocity.signum() as i8 };
-        let frictions =
-            plant.frictions.iter().map(|r| if r.bristle.is_some() { 0 } else { moving(combine(&r.along, &y[plant.size..])) }).collect();
+        let frictions = plant
+            .frictions
+            .iter()
+            .map(|r| if r.bristle.is_some() { 0 } else { moving(combine(&r.along, &y[plant.size..])) })
+            .collect();
         let side = |stretch: f64, half: f64| if stretch > half { 1 } else { -i8::from(stretch < -half) };
         let gaps = plant.gaps.iter().map(|g| side(g.stretch(&y[..plant.size]), g.half)).collect();
-        let mode = ContactMode { frictions, gaps, relaxing: vec![None; plant.frictions.iter().filter(|r| r.bristle.is_some()).count()] };
+        let mode = ContactMode {
+            frictions,
+            gaps,
+            relaxing: vec![None; plant.frictions.iter().filter(|r| r.bristle.is_some()).count()],
+        };
         let n = plant.size;
         let mut max_scale = vec![f64::INFINITY; plant.states];
         for friction in &plant.frictions {
             // The level changes over the Stribeck velocity, and between the rows of a table.
             let law = &friction.law;
-            let velocities = (law.stribeck > 0.0).then_some(law.velocity).into_iter().chain(law.table.resolution());
+            let velocities =
+                (law.stribeck > 0.0).then_some(law.velocity).into_iter().chain(law.table.resolution());
             for velocity in velocities {
-                friction.along.iter().for_each(|&(i, c)| max_scale[n + i] = max_scale[n + i].min(1e3 * velocity / c.abs()));
+                friction
+                    .along
+                    .iter()
+                    .for_each(|&(i, c)| max_scale[n + i] = max_scale[n + i].min(1e3 * velocity / c.abs()));
             }
         }
         let scale: Vec<f64> = scale_at_start(plant).zip(&max_scale).map(|(s, f)| s.min(*f)).collect();
@@ -130,7 +143,10 @@ impl<'g> Runner<'g> {
     }
 
     pub fn energy_balance(&self) -> Energy {
-        Energy { stored_j: self.stepper.plant.stored_j(&self.mode, &self.y) - self.stored_at_start, ..self.energy }
+        Energy {
+            stored_j: self.stepper.plant.stored_j(&self.mode, &self.y) - self.stored_at_start,
+            ..self.energy
+        }
     }
 
     /// Advances by 2^−level of a unit with one input of the drive.
@@ -163,7 +179,8 @@ impl<'g> Runner<'g> {
             self.switch_modes(time_s)?;
             start = self.margins(StepPosition::Start);
         }
-        let (error, state) = self.stepper.step(self.number, &self.mode, &self.y, self.input, (unit, level), &self.scale);
+        let (error, state) =
+            self.stepper.step(self.number, &self.mode, &self.y, self.input, (unit, level), &self.scale);
         if error > self.tolerance && level < MAX_ERROR_HALVINGS {
             self.start_level = level + 1;
             self.halving = Some(Halving::Error(state));
@@ -175,7 +192,8 @@ impl<'g> Runner<'g> {
             self.halving = Some(Halving::Event(margin));
             return self.advance_halves(unit, level, time_s);
         }
-        // If the error is far below the tolerance, the next step may be longer: halving a step divides the error of a parabola by eight.
+        // If the error is far below the tolerance, the next step may be longer: halving a step divides the
+        // error of a parabola by eight.
         self.start_level = if error < self.tolerance / 16.0 { level.saturating_sub(1) } else { level };
         self.accept(tau);
         if ending.is_some() { self.switch_modes(time_s + tau) } else { Ok(()) }
@@ -188,22 +206,31 @@ impl<'g> Runner<'g> {
         self.steps = self.steps.map(|steps| steps + 1);
         self.stopped = self.steps[1].is_multiple_of(STEPS_BETWEEN_LOOKS) && !(self.go_on)();
         let most = MOST_STEPS + MOST_PER_HOLD * self.holds;
-        let fault = |within, count| MotionError::TooFast { time_s: self.period_s, within, count, part: self.fastest_part() };
+        let fault = |within, count| MotionError::TooFast {
+            time_s: self.period_s,
+            within,
+            count,
+            part: self.fastest_part(),
+        };
         match self.steps {
-            [in_period, _] if in_period > MAX_STEPS => Err(fault("one period of the velocity loop", MAX_STEPS)),
+            [in_period, _] if in_period > MAX_STEPS => {
+                Err(fault("one period of the velocity loop", MAX_STEPS))
+            }
             [_, all] if all > most => Err(fault("the motion so far", most)),
             _ => Ok(()),
         }
     }
 
-    /// Returns the configuration key of the part that the last halving was for, with its number where one alone is to blame.
+    /// Returns the configuration key of the part that the last halving was for, with its number where one
+    /// alone is to blame.
     fn fastest_part(&self) -> String {
         let plant = &self.stepper.plant;
         match self.halving {
             None => "drive".into(),
             Some(Halving::Error(state)) => plant.key_of_state(state),
             Some(Halving::Event(margin)) => {
-                let sliding = self.mode.frictions.iter().enumerate().filter(|(_, sign)| **sign != 0).map(|(at, _)| at);
+                let sliding =
+                    self.mode.frictions.iter().enumerate().filter(|(_, sign)| **sign != 0).map(|(at, _)| at);
                 let frictions: Vec<usize> = sliding.collect();
                 let gap = margin.checked_sub(frictions.len()).and_then(|at| plant.gaps.get(at));
                 match (frictions.get(margin), gap) {
@@ -211,9 +238,15 @@ impl<'g> Runner<'g> {
                     (None, Some(gap)) => format!("joint.{}.gap = {:e}", gap.name, 2.0 * gap.half),
                     (None, None) => {
                         let sticking = margin - frictions.len() - plant.gaps.len();
-                        let frictions =
-                            plant.frictions.iter().zip(&self.mode.frictions).filter(|(f, sign)| **sign == 0 && f.bristle.is_none());
-                        frictions.map(|(f, _)| f).nth(sticking).map_or_else(|| "drive".into(), |f| format!("joint.{}.friction", f.name))
+                        let frictions = plant
+                            .frictions
+                            .iter()
+                            .zip(&self.mode.frictions)
+                            .filter(|(f, sign)| **sign == 0 && f.bristle.is_none());
+                        frictions
+                            .map(|(f, _)| f)
+                            .nth(sticking)
+                            .map_or_else(|| "drive".into(), |f| format!("joint.{}.friction", f.name))
                     }
                 }
             }
@@ -226,7 +259,8 @@ impl<'g> Runner<'g> {
         self.advance_piece(unit, level + 1, time_s + half_s)
     }
 
-    /// Accepts the step and updates the energy balance: Simpson's rule for the losses of dampers, exact for the work of constant forces.
+    /// Accepts the step and updates the energy balance: Simpson's rule for the losses of dampers, exact for
+    /// the work of constant forces.
     fn accept(&mut self, tau: f64) {
         let stepper = &self.stepper;
         let plant = &stepper.plant;
@@ -251,8 +285,8 @@ impl<'g> Runner<'g> {
         self.scale.iter_mut().zip(sizes).for_each(|(s, (y, max_scale))| *s = s.max(y.abs().min(*max_scale)));
     }
 
-    /// Whether a mode ends within the step: a margin is negative at its middle or end, or in between by the parabola through the three.
-    /// Returns the number of the first margin that ends.
+    /// Whether a mode ends within the step: a margin is negative at its middle or end, or in between by the
+    /// parabola through the three. Returns the number of the first margin that ends.
     fn mode_ends(&mut self, start: &[(f64, f64)]) -> Option<usize> {
         let (half, end) = (self.margins(StepPosition::Half), self.margins(StepPosition::End));
         let ends = start.iter().zip(&half).zip(&end).position(|(((a, _), (m, _)), (b, grain))| {
@@ -262,12 +296,14 @@ impl<'g> Runner<'g> {
             let least = if bend > 0.0 && at > 0.0 && at < 1.0 { a + slope * at + bend * at * at } else { *b };
             least.min(*m).min(*b) < -grain
         });
-        (self.margin_buffers[StepPosition::Half as usize], self.margin_buffers[StepPosition::End as usize]) = (half, end);
+        (self.margin_buffers[StepPosition::Half as usize], self.margin_buffers[StepPosition::End as usize]) =
+            (half, end);
         ends
     }
 
-    /// Computes the margin of each law to the end of its mode, and the tolerance below zero. Margins are the rates of sliding frictions, the
-    /// depths of contacts or clearances, and the force reserves of sticking frictions.
+    /// Computes the margin of each law to the end of its mode, and the tolerance below zero. Margins are the
+    /// rates of sliding frictions, the depths of contacts or clearances, and the force reserves of sticking
+    /// frictions.
     fn margins(&mut self, at: StepPosition) -> Vec<(f64, f64)> {
         let mut margins = std::mem::take(&mut self.margin_buffers[at as usize]);
         margins.clear();
@@ -277,9 +313,18 @@ impl<'g> Runner<'g> {
             StepPosition::End => std::mem::take(&mut self.stepper.end),
         };
         let plant = &self.stepper.plant;
-        let fastest =
-            |friction: usize| plant.frictions[friction].along.iter().map(|&(i, c)| c.abs() * self.scale[plant.size + i]).sum::<f64>();
-        margins.extend(self.stepper.sliding_rates(&self.mode, &y).map(|(friction, rate)| (rate, ROUNDING * fastest(friction))));
+        let fastest = |friction: usize| {
+            plant.frictions[friction]
+                .along
+                .iter()
+                .map(|&(i, c)| c.abs() * self.scale[plant.size + i])
+                .sum::<f64>()
+        };
+        margins.extend(
+            self.stepper
+                .sliding_rates(&self.mode, &y)
+                .map(|(friction, rate)| (rate, ROUNDING * fastest(friction))),
+        );
         margins.extend(self.stepper.gap_margins(&self.mode, &y).map(|(gap, depth)| {
             let coordinates: f64 = plant.gaps[gap].along.iter().map(|&(i, c)| (c * y[i]).abs()).sum();
             (depth, (ROUNDING * plant.gaps[gap].half).max(COORDINATE_ROUNDING * coordinates))
@@ -359,7 +404,8 @@ impl<'g> Runner<'g> {
                 let friction = &plant.frictions[*friction];
                 force.abs() - plant.level(friction, &y, self.input) - plant.slack(friction, &y, self.input)
             };
-            let most_overloaded = sticking.into_iter().filter(|h| over(h) > 0.0).max_by(|a, b| over(a).total_cmp(&over(b)));
+            let most_overloaded =
+                sticking.into_iter().filter(|h| over(h) > 0.0).max_by(|a, b| over(a).total_cmp(&over(b)));
             self.y = y;
             let Some((friction, force)) = most_overloaded else { return Ok(()) };
             self.mode.frictions[friction] = force.signum() as i8;
@@ -368,7 +414,14 @@ impl<'g> Runner<'g> {
         Ok(())
     }
 
-    fn event(&mut self, time_s: f64, kind: EventKind, at: usize, direction: i8, is_friction: bool) -> Result<(), MotionError> {
+    fn event(
+        &mut self,
+        time_s: f64,
+        kind: EventKind,
+        at: usize,
+        direction: i8,
+        is_friction: bool,
+    ) -> Result<(), MotionError> {
         let plant = &self.stepper.plant;
         let joint = if is_friction { plant.frictions[at].name.clone() } else { plant.gaps[at].name.clone() };
         self.in_period += 1;

@@ -40,9 +40,13 @@ impl Plant {
             && self.frictions.iter().all(|r| r.is_level() && r.bristle.is_none())
     }
 
-    /// Returns the travel of the axis per unit of the driven point, from an encoder there. It converts a torque to the force along the axis.
+    /// Returns the travel of the axis per unit of the driven point, from an encoder there. It converts a
+    /// torque to the force along the axis.
     fn drive_travel(&self) -> f64 {
-        [self.position, self.velocity].iter().find(|encoder| encoder.at == self.drive).map_or(1.0, |encoder| encoder.travel)
+        [self.position, self.velocity]
+            .iter()
+            .find(|encoder| encoder.at == self.drive)
+            .map_or(1.0, |encoder| encoder.travel)
     }
 
     /// Computes the level of a friction.
@@ -60,11 +64,13 @@ impl Plant {
         friction.level(combine(&friction.along, v), combine(&friction.along, q), load)
     }
 
-    /// Computes the force by which a holding force may exceed the friction level before the friction is released. It exceeds the rounding of the
-    /// spring forces, so that a released friction also moves.
+    /// Computes the force by which a holding force may exceed the friction level before the friction is
+    /// released. It exceeds the rounding of the spring forces, so that a released friction also moves.
     pub fn slack(&self, friction: &FrictionElement, y: &[f64], input: Input) -> f64 {
         let n = self.size;
-        let row = |i: usize| self.stiffness[i * n..(i + 1) * n].iter().zip(y).map(|(k, q)| (k * q).abs()).sum::<f64>();
+        let row = |i: usize| {
+            self.stiffness[i * n..(i + 1) * n].iter().zip(y).map(|(k, q)| (k * q).abs()).sum::<f64>()
+        };
         let springs: f64 = friction.along.iter().map(|&(i, c)| c.abs() * row(i)).sum();
         1e-8 * self.level(friction, y, input) + 1e-14 * springs
     }
@@ -76,7 +82,8 @@ impl Plant {
         if speed == 0.0 { 0.0 } else { stiffness * speed / level }
     }
 
-    /// Computes the ladder steps of the bristles. A relaxation below a tenth over a step τ is left to the parabola.
+    /// Computes the ladder steps of the bristles. A relaxation below a tenth over a step τ is left to the
+    /// parabola.
     pub fn ladder_steps(&self, y: &[f64], input: Input, tau_s: f64, steps: &mut Vec<Option<i16>>) {
         steps.clear();
         for friction in &self.frictions {
@@ -86,9 +93,17 @@ impl Plant {
         }
     }
 
-    /// Computes the forces of all elements except sticking frictions, and the rates of bristles, relaxing forces and currents in
-    /// `rate[2·size..]`.
-    pub fn forces(&self, mode: &ContactMode, y: &[f64], input: Input, part: StatePart, force: &mut [f64], rate: &mut [f64]) {
+    /// Computes the forces of all elements except sticking frictions, and the rates of bristles, relaxing
+    /// forces and currents in `rate[2·size..]`.
+    pub fn forces(
+        &self,
+        mode: &ContactMode,
+        y: &[f64],
+        input: Input,
+        part: StatePart,
+        force: &mut [f64],
+        rate: &mut [f64],
+    ) {
         force.fill(0.0);
         rate.fill(0.0);
         if part != StatePart::Nonlinear {
@@ -99,13 +114,21 @@ impl Plant {
         }
     }
 
-    fn linear_forces(&self, mode: &ContactMode, y: &[f64], input: Input, force: &mut [f64], rate: &mut [f64]) {
+    fn linear_forces(
+        &self,
+        mode: &ContactMode,
+        y: &[f64],
+        input: Input,
+        force: &mut [f64],
+        rate: &mut [f64],
+    ) {
         let n = self.size;
         let (q, v) = (&y[..n], &y[n..2 * n]);
         force.copy_from_slice(&self.constant);
         let rows = self.stiffness.chunks_exact(n.max(1)).zip(self.damping.chunks_exact(n.max(1)));
         for (force, (k, c)) in force.iter_mut().zip(rows) {
-            *force -= k.iter().zip(q).map(|(k, q)| k * q).sum::<f64>() + c.iter().zip(v).map(|(c, v)| c * v).sum::<f64>();
+            *force -= k.iter().zip(q).map(|(k, q)| k * q).sum::<f64>()
+                + c.iter().zip(v).map(|(c, v)| c * v).sum::<f64>();
         }
         match &self.winding {
             None => force[self.drive] += input[0],
@@ -133,7 +156,11 @@ impl Plant {
                 }
                 None => {
                     let level = if friction.is_level() { friction.law.coulomb } else { 0.0 };
-                    apply_force(&friction.along, f64::from(*sign) * (level + friction.law.asymmetry * velocity), force);
+                    apply_force(
+                        &friction.along,
+                        f64::from(*sign) * (level + friction.law.asymmetry * velocity),
+                        force,
+                    );
                 }
             }
         }
@@ -144,18 +171,27 @@ impl Plant {
         }
     }
 
-    fn nonlinear_forces(&self, mode: &ContactMode, y: &[f64], input: Input, force: &mut [f64], rate: &mut [f64]) {
+    fn nonlinear_forces(
+        &self,
+        mode: &ContactMode,
+        y: &[f64],
+        input: Input,
+        force: &mut [f64],
+        rate: &mut [f64],
+    ) {
         let (q, v) = (&y[..self.size], &y[self.size..2 * self.size]);
         let mut bristles = mode.relaxing.iter();
         for (friction, sign) in self.frictions.iter().zip(&mode.frictions) {
             match friction.bristle {
                 Some(bristle) => {
                     let linear = ladder(bristles.next().copied().flatten());
-                    let correction = (linear - self.relaxation(friction, bristle.stiffness, y, input)) * y[bristle.at];
+                    let correction =
+                        (linear - self.relaxation(friction, bristle.stiffness, y, input)) * y[bristle.at];
                     rate[bristle.at] += correction;
                     apply_force(
                         &friction.along,
-                        bristle.damping * correction + friction.law.asymmetry * combine(&friction.along, v).abs(),
+                        bristle.damping * correction
+                            + friction.law.asymmetry * combine(&friction.along, v).abs(),
                         force,
                     );
                 }
@@ -172,18 +208,23 @@ impl Plant {
             rate[w.q] -= turning * w.inductance_d * y[d] / w.inductance_q;
             rate[d] += turning * w.inductance_q * y[w.q] / w.inductance_d;
         }
-        for (gap, side) in self.gaps.iter().zip(&mode.gaps).filter(|(gap, side)| **side != 0 && !gap.wave.is_flat()) {
+        for (gap, side) in
+            self.gaps.iter().zip(&mode.gaps).filter(|(gap, side)| **side != 0 && !gap.wave.is_flat())
+        {
             let (error, slope) = gap.wave.at(q[gap.travel]);
             let correction = gap.stiffness * error + gap.damping * slope * v[gap.travel];
             let beyond = gap.stretch(q) - f64::from(*side) * gap.half;
-            let true_force = gap.stiffness * beyond + gap.damping * (combine(&gap.along, v) - slope * v[gap.travel]);
+            let true_force =
+                gap.stiffness * beyond + gap.damping * (combine(&gap.along, v) - slope * v[gap.travel]);
             apply_force(&gap.along, -correction, force);
             force[gap.travel] += slope * true_force;
         }
         for lead in &self.leads {
-            let ((error, slope), linear_part) = (lead.wave.at(q[lead.travel]), (combine(&lead.along, q), combine(&lead.along, v)));
+            let ((error, slope), linear_part) =
+                (lead.wave.at(q[lead.travel]), (combine(&lead.along, q), combine(&lead.along, v)));
             let linear = lead.stiffness * linear_part.0 + lead.damping * linear_part.1;
-            let true_force = lead.stiffness * (linear_part.0 - error) + lead.damping * (linear_part.1 - slope * v[lead.travel]);
+            let true_force = lead.stiffness * (linear_part.0 - error)
+                + lead.damping * (linear_part.1 - slope * v[lead.travel]);
             apply_force(&lead.along, true_force - linear, force);
             force[lead.travel] += slope * true_force;
         }
@@ -204,12 +245,18 @@ impl Plant {
         let mut twice = 0.0;
         for i in 0..n {
             let k = &self.stiffness[i * n..(i + 1) * n];
-            twice += self.mass[i] * v[i] * v[i] + q[i] * k.iter().zip(q).map(|(k, q)| k * q).sum::<f64>() - 2.0 * self.constant[i] * q[i];
+            twice += self.mass[i] * v[i] * v[i] + q[i] * k.iter().zip(q).map(|(k, q)| k * q).sum::<f64>()
+                - 2.0 * self.constant[i] * q[i];
         }
         for (gap, side) in self.gaps.iter().zip(&mode.gaps).filter(|(_, side)| **side != 0) {
             twice += gap.stiffness * (gap.stretch(q) - f64::from(*side) * gap.half).powi(2);
         }
-        twice += self.frictions.iter().filter_map(|r| r.bristle).map(|b| b.stiffness * y[b.at].powi(2)).sum::<f64>();
+        twice += self
+            .frictions
+            .iter()
+            .filter_map(|r| r.bristle)
+            .map(|b| b.stiffness * y[b.at].powi(2))
+            .sum::<f64>();
         twice += self.relaxing.iter().map(|r| y[r.at].powi(2) / r.stiffness).sum::<f64>();
         if let Some(w) = &self.winding {
             let (q, d) = w.currents(y);
@@ -222,7 +269,8 @@ impl Plant {
         0.5 * twice + self.ripple.potential(q[self.drive])
     }
 
-    /// Computes the power lost in dampers, windings and frictions (W), without the constant level of sliding frictions.
+    /// Computes the power lost in dampers, windings and frictions (W), without the constant level of sliding
+    /// frictions.
     /// [`Plant::level_friction_loss_j`] gives that loss exactly from the travel.
     pub fn lost_w(&self, mode: &ContactMode, y: &[f64], input: Input) -> f64 {
         let n = self.size;
@@ -233,7 +281,8 @@ impl Plant {
             lost += v[i] * c.iter().zip(v).map(|(c, v)| c * v).sum::<f64>();
         }
         for (gap, _) in self.gaps.iter().zip(&mode.gaps).filter(|(_, side)| **side != 0) {
-            lost += gap.damping * (combine(&gap.along, v) - gap.wave.at(q[gap.travel]).1 * v[gap.travel]).powi(2);
+            lost +=
+                gap.damping * (combine(&gap.along, v) - gap.wave.at(q[gap.travel]).1 * v[gap.travel]).powi(2);
         }
         for (friction, sign) in self.frictions.iter().zip(&mode.frictions) {
             let velocity = combine(&friction.along, v);
@@ -258,17 +307,25 @@ impl Plant {
         for lead in &self.leads {
             let slope = lead.wave.at(q[lead.travel]).1;
             let linear_part = combine(&lead.along, v);
-            lost += lead.damping * ((linear_part - slope * v[lead.travel]).powi(2) - linear_part * linear_part);
+            lost +=
+                lead.damping * ((linear_part - slope * v[lead.travel]).powi(2) - linear_part * linear_part);
         }
         lost
     }
 
-    /// Computes the energy lost to the constant level of sliding frictions between two states of one mode (J).
+    /// Computes the energy lost to the constant level of sliding frictions between two states of one mode
+    /// (J).
     pub fn level_friction_loss_j(&self, mode: &ContactMode, from: &[f64], to: &[f64]) -> f64 {
-        let level = self.frictions.iter().zip(&mode.frictions).filter(|(friction, _)| friction.is_level() && friction.bristle.is_none());
+        let level = self
+            .frictions
+            .iter()
+            .zip(&mode.frictions)
+            .filter(|(friction, _)| friction.is_level() && friction.bristle.is_none());
         level
             .map(|(friction, sign)| {
-                f64::from(*sign) * friction.law.coulomb * (combine(&friction.along, to) - combine(&friction.along, from))
+                f64::from(*sign)
+                    * friction.law.coulomb
+                    * (combine(&friction.along, to) - combine(&friction.along, from))
             })
             .sum()
     }

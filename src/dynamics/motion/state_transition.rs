@@ -3,7 +3,8 @@
 /// A square matrix stored by rows.
 pub type Square = Vec<f64>;
 
-/// The transition of a state over a step τ: y(τ) = Φ·y + P₁·f₀ + P₂·f₁ + P₃·f₂ for f(t) = f₀ + f₁·t + f₂·t²/2.
+/// The transition of a state over a step τ: y(τ) = Φ·y + P₁·f₀ + P₂·f₁ + P₃·f₂ for f(t) = f₀ + f₁·t +
+/// f₂·t²/2.
 ///
 /// ```text
 /// Φ = e^{Aτ},     P_k = ∫₀^τ e^{A(τ−s)}·s^{k−1}/(k−1)! ds = τ^k·φ_k(Aτ)
@@ -66,7 +67,9 @@ impl StateTransition {
     /// P_k(2τ) = Φ·P_k(τ) + Σ_{j ≤ k} P_j(τ)·τ^{k−j}/(k−j)!
     /// ```
     pub fn new(a: &[f64], n: usize, tau_s: f64) -> Self {
-        let norm = a.chunks_exact(n.max(1)).map(|row| row.iter().map(|x| x.abs()).sum::<f64>()).fold(0.0, f64::max) * tau_s;
+        let norm =
+            a.chunks_exact(n.max(1)).map(|row| row.iter().map(|x| x.abs()).sum::<f64>()).fold(0.0, f64::max)
+                * tau_s;
         let doublings = if norm > SUMMED { (norm / SUMMED).log2().ceil() as i32 } else { 0 };
         let mut tau = tau_s * 0.5_f64.powi(doublings);
         let mut transition = StateTransition::summed(a, n, tau);
@@ -127,7 +130,8 @@ mod tests {
             let decay = (-a * tau).exp();
             let exact = if a < 1e-3 {
                 // The first two terms of the series in a·τ.
-                let term = |n: i32, factorial: f64| tau.powi(n) / factorial * (1.0 - a * tau / f64::from(n + 1));
+                let term =
+                    |n: i32, factorial: f64| tau.powi(n) / factorial * (1.0 - a * tau / f64::from(n + 1));
                 [decay, term(1, 1.0), term(2, 2.0), term(3, 6.0)]
             } else {
                 let p1 = (1.0 - decay) / a;
@@ -135,7 +139,9 @@ mod tests {
                 [decay, p1, p2, (tau * tau / 2.0 - p2) / a]
             };
             for (ours, exact) in
-                [transition.phi[0], transition.forced[0][0], transition.forced[1][0], transition.forced[2][0]].iter().zip(exact)
+                [transition.phi[0], transition.forced[0][0], transition.forced[1][0], transition.forced[2][0]]
+                    .iter()
+                    .zip(exact)
             {
                 assert!((ours - exact).abs() < 1e-12 * (1.0 + exact.abs()), "{a}: {ours} {exact}");
             }

@@ -1,4 +1,5 @@
-//! One step of a plant in one mode: exact for a linear mode, with a parabola for the nonlinear forces otherwise.
+//! One step of a plant in one mode: exact for a linear mode, with a parabola for the nonlinear forces
+//! otherwise.
 
 use std::collections::HashMap;
 
@@ -13,13 +14,15 @@ const ITERATIONS: usize = 12;
 /// Change of a state in one iteration, relative to its scale, below which the parabola has converged.
 const CONVERGED: f64 = 1e-10;
 
-/// Linear equations of a mode, ẏ = A·y + constant + drive·input, and the constraints of its sticking frictions.
+/// Linear equations of a mode, ẏ = A·y + constant + drive·input, and the constraints of its sticking
+/// frictions.
 #[derive(Debug, Clone)]
 struct Equations {
     a: Vec<f64>,
     constant: Vec<f64>,
     drive: [Vec<f64>; 2],
-    /// Sticking frictions, and the rows that give the holding force of each from the forces on the coordinates.
+    /// Sticking frictions, and the rows that give the holding force of each from the forces on the
+    /// coordinates.
     sticking: Vec<usize>,
     holding: Vec<f64>,
     /// Steps by unit and level: [`step_index`].
@@ -86,8 +89,9 @@ impl Stepper {
 
     fn equations_of(&self, mode: &ContactMode) -> Equations {
         let (n, s) = (self.plant.size, self.plant.states);
-        let sticking: Vec<usize> =
-            (0..mode.frictions.len()).filter(|i| mode.frictions[*i] == 0 && self.plant.frictions[*i].bristle.is_none()).collect();
+        let sticking: Vec<usize> = (0..mode.frictions.len())
+            .filter(|i| mode.frictions[*i] == 0 && self.plant.frictions[*i].bristle.is_none())
+            .collect();
         let mut equations = Equations {
             a: vec![0.0; s * s],
             constant: Vec::new(),
@@ -104,7 +108,8 @@ impl Stepper {
         };
         let mut y = vec![0.0; s];
         let constant = at(&y, [0.0; 2]);
-        let drive = [[1.0, 0.0], [0.0, 1.0]].map(|one| at(&y, one).iter().zip(&constant).map(|(a, b)| a - b).collect());
+        let drive = [[1.0, 0.0], [0.0, 1.0]]
+            .map(|one| at(&y, one).iter().zip(&constant).map(|(a, b)| a - b).collect());
         let mut a = vec![0.0; s * s];
         for j in 0..s {
             y[j] = 1.0;
@@ -130,7 +135,9 @@ impl Stepper {
         };
         let rows: Vec<Vec<f64>> = (0..m).map(row).collect();
         let inverse = |j: usize| 1.0 / self.plant.mass[j];
-        let gram = nalgebra::DMatrix::from_fn(m, m, |a, b| (0..n).map(|j| rows[a][j] * inverse(j) * rows[b][j]).sum());
+        let gram = nalgebra::DMatrix::from_fn(m, m, |a, b| {
+            (0..n).map(|j| rows[a][j] * inverse(j) * rows[b][j]).sum()
+        });
         let right = nalgebra::DMatrix::from_fn(m, n, |a, j| -rows[a][j] * inverse(j));
         // The matrix is regular, since no two frictions act on the same motion.
         let solved = gram.clone().lu().solve(&right).unwrap_or(right);
@@ -153,7 +160,8 @@ impl Stepper {
         self.plant.forces(mode, y, input, part, force, rate);
         if !equations.sticking.is_empty() {
             let rows = equations.holding.chunks_exact(n.max(1));
-            let holding: Vec<f64> = rows.map(|row| row.iter().zip(force.iter()).map(|(r, f)| r * f).sum()).collect();
+            let holding: Vec<f64> =
+                rows.map(|row| row.iter().zip(force.iter()).map(|(r, f)| r * f).sum()).collect();
             for (at, holding) in equations.sticking.iter().zip(holding) {
                 self.plant.frictions[*at].along.iter().for_each(|&(j, c)| force[j] += c * holding);
             }
@@ -165,7 +173,13 @@ impl Stepper {
     }
 
     /// Computes the holding force of each sticking friction.
-    pub fn sticking_forces(&mut self, number: usize, mode: &ContactMode, y: &[f64], input: Input) -> Vec<(usize, f64)> {
+    pub fn sticking_forces(
+        &mut self,
+        number: usize,
+        mode: &ContactMode,
+        y: &[f64],
+        input: Input,
+    ) -> Vec<(usize, f64)> {
         if self.equations[number].sticking.is_empty() {
             return Vec::new();
         }
@@ -184,7 +198,10 @@ impl Stepper {
         let equations = &self.equations[number];
         for (at, row) in equations.sticking.iter().zip(equations.holding.chunks_exact(n.max(1))) {
             let impulse: f64 = row.iter().zip(&momentum).map(|(r, p)| r * p).sum();
-            self.plant.frictions[*at].along.iter().for_each(|&(j, c)| y[n + j] += c * impulse / self.plant.mass[j]);
+            self.plant.frictions[*at]
+                .along
+                .iter()
+                .for_each(|&(j, c)| y[n + j] += c * impulse / self.plant.mass[j]);
         }
     }
 
@@ -202,14 +219,16 @@ impl Stepper {
                 add_product(&transition.forced[0], x, &mut y);
                 y
             };
-            let (constant, drive) = (by(&equations.constant), [by(&equations.drive[0]), by(&equations.drive[1])]);
+            let (constant, drive) =
+                (by(&equations.constant), [by(&equations.drive[0]), by(&equations.drive[1])]);
             let forced = transition.forced.each_ref().map(|p| columns(p, s));
             equations.steps[at] = Some(Step { phi: columns(&transition.phi, s), forced, constant, drive });
         }
     }
 
-    /// Steps over 2^−level of a unit; leaves the middle in `half` and the end in `end`. Returns the error estimate of the parabola relative to
-    /// `scale`, and the state of the largest error; infinite if it does not converge.
+    /// Steps over 2^−level of a unit; leaves the middle in `half` and the end in `end`. Returns the error
+    /// estimate of the parabola relative to `scale`, and the state of the largest error; infinite if it does
+    /// not converge.
     pub fn step(
         &mut self,
         number: usize,
@@ -222,7 +241,9 @@ impl Stepper {
         self.prepare(number, unit, level);
         self.prepare(number, unit, level + 1);
         let equations = &self.equations[number];
-        let (Some(whole), Some(part)) = (&equations.steps[step_index(unit, level)], &equations.steps[step_index(unit, level + 1)]) else {
+        let (Some(whole), Some(part)) =
+            (&equations.steps[step_index(unit, level)], &equations.steps[step_index(unit, level + 1)])
+        else {
             return (f64::INFINITY, 0);
         };
         let (mut half, mut end) = (std::mem::take(&mut self.half), std::mem::take(&mut self.end));
@@ -242,8 +263,9 @@ impl Stepper {
         let mut force = std::mem::take(&mut self.force);
         let mut scratch = std::mem::take(&mut self.scratch);
         let [start, middle, last, next, f1, f2, base_half, base_end] = &mut scratch;
-        let mut nonlinear =
-            |y: &[f64], into: &mut Vec<f64>| self.rate_of(equations, mode, y, input, StatePart::Nonlinear, &mut force, into);
+        let mut nonlinear = |y: &[f64], into: &mut Vec<f64>| {
+            self.rate_of(equations, mode, y, input, StatePart::Nonlinear, &mut force, into)
+        };
         nonlinear(y, start);
         // The contribution of the initial force stays; the first guess keeps the force constant.
         add_columns(&part.forced[0], start, &mut half);
@@ -260,13 +282,15 @@ impl Stepper {
                 f2[i] = 4.0 * (start[i] - 2.0 * middle[i] + last[i]) / (tau * tau);
             }
             let mut moved: f64 = 0.0;
-            let largest =
-                |of: &mut dyn Iterator<Item = f64>| of.enumerate().fold((0.0_f64, 0), |m, (i, x)| if x > m.0 { (x, i) } else { m });
+            let largest = |of: &mut dyn Iterator<Item = f64>| {
+                of.enumerate().fold((0.0_f64, 0), |m, (i, x)| if x > m.0 { (x, i) } else { m })
+            };
             for (step, base, to) in [(part, &*base_half, &mut half), (whole, &*base_end, &mut end)] {
                 next.copy_from_slice(base);
                 add_columns(&step.forced[1], f1, next);
                 add_columns(&step.forced[2], f2, next);
-                let (most, at) = largest(&mut next.iter().zip(to.iter()).zip(scale).map(|((a, b), s)| (a - b).abs() / s));
+                let (most, at) =
+                    largest(&mut next.iter().zip(to.iter()).zip(scale).map(|((a, b), s)| (a - b).abs() / s));
                 (moved, state) = (moved.max(most), at);
                 to.copy_from_slice(next);
             }
@@ -286,11 +310,15 @@ impl Stepper {
 
     /// Computes the rate of each sliding friction in its direction of sliding.
     pub fn sliding_rates(&self, mode: &ContactMode, y: &[f64]) -> impl Iterator<Item = (usize, f64)> {
-        let sliding = self.plant.frictions.iter().zip(&mode.frictions).enumerate().filter(|(_, (_, sign))| **sign != 0);
-        sliding.map(|(at, (friction, sign))| (at, f64::from(*sign) * combine(&friction.along, &y[self.plant.size..])))
+        let sliding =
+            self.plant.frictions.iter().zip(&mode.frictions).enumerate().filter(|(_, (_, sign))| **sign != 0);
+        sliding.map(|(at, (friction, sign))| {
+            (at, f64::from(*sign) * combine(&friction.along, &y[self.plant.size..]))
+        })
     }
 
-    /// Computes the margin of each backlash to the end of its mode: depth of contact, or distance to the nearer side.
+    /// Computes the margin of each backlash to the end of its mode: depth of contact, or distance to the
+    /// nearer side.
     pub fn gap_margins(&self, mode: &ContactMode, y: &[f64]) -> impl Iterator<Item = (usize, f64)> {
         self.plant.gaps.iter().zip(&mode.gaps).enumerate().map(|(at, (gap, side))| {
             let stretch = gap.stretch(&y[..self.plant.size]);

@@ -50,13 +50,15 @@ pub struct TraceSample {
 pub struct Energy {
     /// Work of the drive.
     pub supplied_j: f64,
-    /// Work supplied while the drive's force does not oppose its motion: it drives or holds, and is not dragged.
+    /// Work supplied while the drive's force does not oppose its motion: it drives or holds, and is not
+    /// dragged.
     pub driving_j: f64,
     /// Stored energy at the end less that at the start.
     pub stored_j: f64,
     /// Energy lost in dampers, friction and windings.
     pub lost_j: f64,
-    /// Sum of |work| of the drive over all steps, and the energy stored at the start: the reference of the imbalance.
+    /// Sum of |work| of the drive over all steps, and the energy stored at the start: the reference of the
+    /// imbalance.
     pub throughput_j: f64,
 }
 

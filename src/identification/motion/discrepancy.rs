@@ -13,7 +13,8 @@ const INDEPENDENT: f64 = 1e-3;
 
 /// Computes the share of the squared residual that smooth functions of velocity and of acceleration explain.
 ///
-/// Noise does not know the motion. Forces that the machine lacks are functions of it: friction by direction and speed, inertia, compliance.
+/// Noise does not know the motion. Forces that the machine lacks are functions of it: friction by direction
+/// and speed, inertia, compliance.
 pub(super) fn systematic_share(found: &Marginal, motions: &[&MotionSignal], channels: &[Channel]) -> f64 {
     let whole = found.residual.norm_squared();
     let mut left = found.residual.clone();
@@ -22,14 +23,19 @@ pub(super) fn systematic_share(found: &Marginal, motions: &[&MotionSignal], chan
     for variable in variables {
         let (low, high) = extremes(motions.iter().copied().flat_map(variable));
         for n in 1..=HALF_WAVES {
-            let wave = |x: &f64| (std::f64::consts::PI * n as f64 * (x - low) / (high - low).max(f64::MIN_POSITIVE)).cos();
+            let wave = |x: &f64| {
+                (std::f64::consts::PI * n as f64 * (x - low) / (high - low).max(f64::MIN_POSITIVE)).cos()
+            };
             let rows = |m: &&MotionSignal| {
-                let mut all = m.thinned(&variable(m).iter().map(wave).collect::<Vec<f64>>()).unwrap_or_default();
+                let mut all =
+                    m.thinned(&variable(m).iter().map(wave).collect::<Vec<f64>>()).unwrap_or_default();
                 all.resize(m.load.len() * (1 + m.extra_channels.len()), 0.0);
                 all
             };
             let column: Vec<f64> = motions.iter().flat_map(rows).collect();
-            let mut column = folded(&DMatrix::from_column_slice(column.len(), 1, &column), channels).column(0).into_owned();
+            let mut column = folded(&DMatrix::from_column_slice(column.len(), 1, &column), channels)
+                .column(0)
+                .into_owned();
             let length = column.norm();
             column -= &found.basis * found.basis.tr_mul(&column);
             for other in &basis {

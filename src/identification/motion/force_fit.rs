@@ -1,4 +1,5 @@
-//! Least-squares fit of the predicted to the recorded force, and of the transmission error where it is recorded.
+//! Least-squares fit of the predicted to the recorded force, and of the transmission error where it is
+//! recorded.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -7,13 +8,16 @@ use super::interval::half_widths;
 use super::marginal::{Channel, marginal};
 use crate::uncertainty::{Estimate, narrow_width};
 use dynamics::inverse_dynamics::{
-    InverseError, MotionSignal, Rigid, derivatives, is_linear_in_inverse, mask_backlash_crossings, prediction, recorded, weights,
+    InverseError, MotionSignal, Rigid, derivatives, is_linear_in_inverse, mask_backlash_crossings,
+    prediction, recorded, weights,
 };
 use long_work::Control;
 use machine::{Machine, ParameterValues};
 use numeric::halton::halton_point;
 use numeric::linear_fit::LinearFit;
-use optimizer::{Coordinate, GaussNewton, GaussNewtonError, GaussNewtonFit, PredictionFunction, nonzero_columns};
+use optimizer::{
+    Coordinate, GaussNewton, GaussNewtonError, GaussNewtonFit, PredictionFunction, nonzero_columns,
+};
 
 /// Result of a fit.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,7 +61,8 @@ impl PredictionFunction for Force<'_> {
     }
 }
 
-/// Fits parameters by Gauss–Newton steps within their ranges, shortened where they do not reduce the residual.
+/// Fits parameters by Gauss–Newton steps within their ranges, shortened where they do not reduce the
+/// residual.
 ///
 /// A force that is linear in its parameters needs one step.
 ///
@@ -71,7 +76,12 @@ pub fn estimate(
 ) -> Result<ForceFit, InverseError> {
     let force = Force { rigid, machine, free, motions };
     let found = STOP
-        .fit(&force, &recorded(motions), start, &coordinates(machine, free, &is_linear_in_inverse(machine, free)))
+        .fit(
+            &force,
+            &recorded(motions),
+            start,
+            &coordinates(machine, free, &is_linear_in_inverse(machine, free)),
+        )
         .map_err(|e| unidentifiable(machine, free, e))?;
     if found.at_end {
         return Ok(ForceFit::new(found, free));
@@ -84,15 +94,23 @@ pub fn estimate(
 /// Most starts all over the ranges of the parameters, and those of one batch.
 const STARTS: usize = 32;
 const BATCH: usize = 8;
-/// Number of fits that have to end in the least sum of squares, and the relative difference of two sums within which they are one minimum (1).
+/// Number of fits that have to end in the least sum of squares, and the relative difference of two sums
+/// within which they are one minimum (1).
 const WANTED: usize = 3;
 const SAME_MINIMUM: f64 = 1e-3;
 /// Share of its change by which a linear prediction may depart from a straight line (1).
 const STRAIGHT: f64 = 1e-6;
 
-/// Returns the best of a fit and of further ones from starts all over the ranges of its parameters, where the force is not linear in these. The search
-/// ends once the least sum of squares was found several times, or the work is stopped.
-pub fn best_anywhere(rigid: &Rigid, machine: &Machine, near: ForceFit, motions: &[&MotionSignal], control: &Control) -> ForceFit {
+/// Returns the best of a fit and of further ones from starts all over the ranges of its parameters, where the
+/// force is not linear in these. The search ends once the least sum of squares was found several times, or
+/// the work is stopped.
+pub fn best_anywhere(
+    rigid: &Rigid,
+    machine: &Machine,
+    near: ForceFit,
+    motions: &[&MotionSignal],
+    control: &Control,
+) -> ForceFit {
     let (start, free) = (machine.start(), near.free.clone());
     let values_of = |at: usize| {
         let mut values = start.clone();
@@ -126,7 +144,13 @@ pub fn best_anywhere(rigid: &Rigid, machine: &Machine, near: ForceFit, motions: 
 }
 
 /// Whether the prediction at values all of which differ from those of a fit follows from its derivatives.
-fn is_linear(rigid: &Rigid, machine: &Machine, fit: &ForceFit, other: &ParameterValues, motions: &[&MotionSignal]) -> bool {
+fn is_linear(
+    rigid: &Rigid,
+    machine: &Machine,
+    fit: &ForceFit,
+    other: &ParameterValues,
+    motions: &[&MotionSignal],
+) -> bool {
     let inverse = is_linear_in_inverse(machine, &fit.free);
     // Derivatives are those by the parameters; d/d(1/p) = −p²·d/dp.
     let change = fit.free.iter().zip(&inverse).map(|(&index, &inverse)| {
@@ -148,7 +172,11 @@ pub(super) fn coordinates(machine: &Machine, free: &[usize], inverse: &[bool]) -
 }
 
 /// Converts the failure of a fit to an error that names the parameter.
-pub(super) fn unidentifiable(machine: &Machine, free: &[usize], error: GaussNewtonError<InverseError>) -> InverseError {
+pub(super) fn unidentifiable(
+    machine: &Machine,
+    free: &[usize],
+    error: GaussNewtonError<InverseError>,
+) -> InverseError {
     match error {
         GaussNewtonError::Model(error) => error,
         GaussNewtonError::Stopped => InverseError::Stopped,
@@ -159,7 +187,8 @@ pub(super) fn unidentifiable(machine: &Machine, free: &[usize], error: GaussNewt
     }
 }
 
-/// Fits as [`estimate`], but holds unidentifiable parameters at their start values, one after another, where `may_stay` permits it.
+/// Fits as [`estimate`], but holds unidentifiable parameters at their start values, one after another, where
+/// `may_stay` permits it.
 ///
 /// # Errors  as [`estimate`], for parameters that must not stay.
 pub fn estimate_identifiable(
@@ -173,7 +202,9 @@ pub fn estimate_identifiable(
     let mut free = free.to_vec();
     loop {
         match estimate(rigid, machine, start, &free, motions) {
-            Err(InverseError::Unidentifiable { parameter, .. }) if may_stay(parameter) => free.retain(|i| *i != parameter),
+            Err(InverseError::Unidentifiable { parameter, .. }) if may_stay(parameter) => {
+                free.retain(|i| *i != parameter)
+            }
             found => return found,
         }
     }
@@ -184,8 +215,8 @@ const ROUNDS: usize = 4;
 
 /// Fits to the `fitted` motions, first as [`best_anywhere`], and updates the channel weights of all motions.
 ///
-/// After each fit the residuals of a channel set its weight, so that each channel counts in units of its own misfit. Samples during backlash
-/// crossings are masked from the first fit on.
+/// After each fit the residuals of a channel set its weight, so that each channel counts in units of its own
+/// misfit. Samples during backlash crossings are masked from the first fit on.
 ///
 /// # Errors  as [`estimate`].
 pub fn estimate_weighted(
@@ -218,13 +249,20 @@ pub fn estimate_weighted(
     unreachable!("the last round returns")
 }
 
-/// Finds the parameter that the records do not determine: it has no effect, or the others have the same effect together.
+/// Finds the parameter that the records do not determine: it has no effect, or the others have the same
+/// effect together.
 fn dependent(machine: &Machine, free: &[usize], derivatives: &DMatrix<f64>) -> InverseError {
     let id = |at: usize| machine.parameters[free[at]].id.as_str();
     let error = |at: usize, why: String| InverseError::Unidentifiable { parameter: free[at], why };
     for at in 0..free.len() {
         if !(derivatives.column(at).norm() > 0.0) {
-            return error(at, format!("these records do not depend on {}; freeze it, or record a motion that excites it", id(at)));
+            return error(
+                at,
+                format!(
+                    "these records do not depend on {}; freeze it, or record a motion that excites it",
+                    id(at)
+                ),
+            );
         }
         let before: Vec<usize> = (0..=at).collect();
         let own = derivatives.column(at).clone_owned();
@@ -232,7 +270,14 @@ fn dependent(machine: &Machine, free: &[usize], derivatives: &DMatrix<f64>) -> I
         if at > 0 && LinearFit::new(&all, &own).is_none() {
             let others: Vec<&str> = (0..at).map(id).collect();
             let remedy = "freeze one, or record a motion that distinguishes them";
-            return error(at, format!("these records cannot distinguish {} from a combination of {}; {remedy}", id(at), others.join(", ")));
+            return error(
+                at,
+                format!(
+                    "these records cannot distinguish {} from a combination of {}; {remedy}",
+                    id(at),
+                    others.join(", ")
+                ),
+            );
         }
     }
     InverseError::Data("these records do not determine the parameters".into())
@@ -246,15 +291,23 @@ impl ForceFit {
         ForceFit { values, free: free.to_vec(), squares, residual, derivatives, evaluations, converged }
     }
 
-    /// Returns the free parameters with intervals that allow for noise with the correlation of the residual, and for a misfit that repeats.
+    /// Returns the free parameters with intervals that allow for noise with the correlation of the residual,
+    /// and for a misfit that repeats.
     pub fn estimates(&self, machine: &Machine, free: &[usize], motions: &[&MotionSignal]) -> Vec<Estimate> {
         let inside = self.inside(machine, free);
-        let found = marginal(&self.derivatives.select_columns(&inside), &self.residual, &[], &channels(motions));
+        let found =
+            marginal(&self.derivatives.select_columns(&inside), &self.residual, &[], &channels(motions));
         self.estimates_with(machine, free, &inside, found.map(|m| m.half_widths).as_deref())
     }
 
-    /// As [`ForceFit::estimates`] for residuals in closed loop, with lengths and periods of the records in the order of the residual.
-    pub fn estimates_of(&self, machine: &Machine, free: &[usize], records: &[(usize, Option<usize>)]) -> Vec<Estimate> {
+    /// As [`ForceFit::estimates`] for residuals in closed loop, with lengths and periods of the records in
+    /// the order of the residual.
+    pub fn estimates_of(
+        &self,
+        machine: &Machine,
+        free: &[usize],
+        records: &[(usize, Option<usize>)],
+    ) -> Vec<Estimate> {
         let inside = self.inside(machine, free);
         let found = half_widths(&self.derivatives.select_columns(&inside), &self.residual, records);
         self.estimates_with(machine, free, &inside, found.as_deref())
@@ -267,14 +320,23 @@ impl ForceFit {
         inside
     }
 
-    /// Returns the free parameters with the 95 % intervals of those at the positions `inside`, of given half widths.
-    pub(super) fn estimates_with(&self, machine: &Machine, free: &[usize], inside: &[usize], half_widths: Option<&[f64]>) -> Vec<Estimate> {
+    /// Returns the free parameters with the 95 % intervals of those at the positions `inside`, of given half
+    /// widths.
+    pub(super) fn estimates_with(
+        &self,
+        machine: &Machine,
+        free: &[usize],
+        inside: &[usize],
+        half_widths: Option<&[f64]>,
+    ) -> Vec<Estimate> {
         let of = |(at, &index): (usize, &usize)| {
             let (parameter, value) = (&machine.parameters[index], self.values[index]);
             let place = inside.iter().position(|i| *i == at);
-            let interval95 = place.and_then(|place| half_widths?.get(place)).map(|half| (value - half, value + half));
+            let interval95 =
+                place.and_then(|place| half_widths?.get(place)).map(|half| (value - half, value + half));
             // An interval that reaches zero has no width on a logarithmic scale, and is not narrow.
-            let width = interval95.map_or(f64::INFINITY, |(low, high)| parameter.to_unit(high) - parameter.to_unit(low));
+            let width = interval95
+                .map_or(f64::INFINITY, |(low, high)| parameter.to_unit(high) - parameter.to_unit(low));
             Estimate {
                 interval95,
                 identifiable: Some(width <= narrow_width(&machine.parameters, &self.values, index)),
@@ -290,7 +352,8 @@ impl ForceFit {
 pub(super) fn channels(motions: &[&MotionSignal]) -> Vec<Channel> {
     let of = |m: &&MotionSignal| {
         let masks = std::iter::once(&m.is_moving).chain(m.extra_channels.iter().map(|f| &f.is_used));
-        let channel = |used: &Vec<bool>| Channel { length: m.load.len(), period: m.period, used: used.clone() };
+        let channel =
+            |used: &Vec<bool>| Channel { length: m.load.len(), period: m.period, used: used.clone() };
         masks.map(channel).collect::<Vec<Channel>>()
     };
     motions.iter().flat_map(of).collect()
@@ -298,7 +361,11 @@ pub(super) fn channels(motions: &[&MotionSignal]) -> Vec<Channel> {
 
 /// Returns the correlations of the coefficients of columns; empty if the columns are dependent.
 pub fn correlation(columns: &DMatrix<f64>) -> Vec<Vec<f64>> {
-    let Some(inverse) = (columns.transpose() * columns).cholesky().map(|c| c.inverse()) else { return Vec::new() };
+    let Some(inverse) = (columns.transpose() * columns).cholesky().map(|c| c.inverse()) else {
+        return Vec::new();
+    };
     let sd = |i: usize| inverse[(i, i)].sqrt();
-    (0..inverse.nrows()).map(|i| (0..inverse.ncols()).map(|j| inverse[(i, j)] / (sd(i) * sd(j))).collect()).collect()
+    (0..inverse.nrows())
+        .map(|i| (0..inverse.ncols()).map(|j| inverse[(i, j)] / (sd(i) * sd(j))).collect())
+        .collect()
 }

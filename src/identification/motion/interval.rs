@@ -10,9 +10,14 @@ use numeric::long_run::{andrews_bandwidth, long_run_covariance};
 /// C = (XᵀX)⁻¹ · S · (XᵀX)⁻¹        S the long-run covariance of        u_t = x_t·e_t
 /// ```
 ///
-/// The residuals of a periodic motion repeat with it, so that further periods do not reduce the deviation by their square root. Scores of
-/// the same phase are therefore added first, and S runs over one period. `records` holds lengths and periods (samples).
-fn covariance(columns: &DMatrix<f64>, residual: &DVector<f64>, records: &[(usize, Option<usize>)]) -> Option<(DMatrix<f64>, f64)> {
+/// The residuals of a periodic motion repeat with it, so that further periods do not reduce the deviation by
+/// their square root. Scores of the same phase are therefore added first, and S runs over one period.
+/// `records` holds lengths and periods (samples).
+fn covariance(
+    columns: &DMatrix<f64>,
+    residual: &DVector<f64>,
+    records: &[(usize, Option<usize>)],
+) -> Option<(DMatrix<f64>, f64)> {
     let inverse = (columns.transpose() * columns).cholesky()?.inverse();
     let count = columns.ncols();
     let mut middle = DMatrix::zeros(count, count);
@@ -36,8 +41,13 @@ fn covariance(columns: &DMatrix<f64>, residual: &DVector<f64>, records: &[(usize
 
 /// Computes the half widths of the 95 % intervals of the coefficients; `None` if the columns are dependent.
 ///
-/// # Source  critical value of a test with bandwidth b·n: Kiefer and Vogelsang, Econometric Theory 21 (2005) 1130–1164, Bartlett weights.
-pub fn half_widths(columns: &DMatrix<f64>, residual: &DVector<f64>, records: &[(usize, Option<usize>)]) -> Option<Vec<f64>> {
+/// # Source  critical value of a test with bandwidth b·n: Kiefer and Vogelsang, Econometric Theory 21 (2005)
+///   1130–1164, Bartlett weights.
+pub fn half_widths(
+    columns: &DMatrix<f64>,
+    residual: &DVector<f64>,
+    records: &[(usize, Option<usize>)],
+) -> Option<Vec<f64>> {
     let (covariance, b) = covariance(columns, residual, records)?;
     let samples = columns.nrows() as f64;
     let spent = (samples / (samples - columns.ncols() as f64).max(1.0)).sqrt();
@@ -85,9 +95,12 @@ mod tests {
         for _ in 0..draws {
             let own = coloured(samples);
             let same = coloured(period);
-            let y = DVector::from_fn(samples, |i, _| (1.0 - repeating) * own[i] + repeating * same[i % period]);
+            let y =
+                DVector::from_fn(samples, |i, _| (1.0 - repeating) * own[i] + repeating * same[i % period]);
             let fit = LinearFit::new(&columns, &y).unwrap();
-            let found = half_widths(&columns, &fit.residual, &[(samples, (repeating > 0.0).then_some(period))]).unwrap();
+            let found =
+                half_widths(&columns, &fit.residual, &[(samples, (repeating > 0.0).then_some(period))])
+                    .unwrap();
             for (j, hit) in hits.iter_mut().enumerate() {
                 *hit += f64::from(u8::from(fit.coefficients[j].abs() <= found[j])) / draws as f64;
             }
@@ -95,8 +108,9 @@ mod tests {
         hits
     }
 
-    /// White noise, strongly coloured noise, and coloured noise that repeats with the motion. With 300 draws a true coverage of 95 % appears
-    /// as 92.5 to 97.5 %. The finite bandwidth loses some coverage where the noise is slow compared with the motion.
+    /// White noise, strongly coloured noise, and coloured noise that repeats with the motion. With 300 draws
+    /// a true coverage of 95 % appears as 92.5 to 97.5 %. The finite bandwidth loses some coverage where the
+    /// noise is slow compared with the motion.
     #[test]
     fn limit_intervals_hold_under_coloured_noise() {
         for (colour, repeating, least) in [(0.0, 0.0, 0.92), (0.8, 0.0, 0.90), (0.6, 0.7, 0.88)] {

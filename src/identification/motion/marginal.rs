@@ -1,16 +1,19 @@
 //! Parameters of a force fit and their intervals, with the small print of friction and force as tolerances.
 //!
-//! Records with a repeating command enter as their mean over periods: a misfit that repeats is not reduced by further periods. The recorded samples
-//! y are projected on the columns of parameters and tolerances, W = Q·R. Their noise has the covariance Γ of the residual:
+//! Records with a repeating command enter as their mean over periods: a misfit that repeats is not reduced by
+//! further periods. The recorded samples y are projected on the columns of parameters and tolerances, W =
+//! Q·R. Their noise has the covariance Γ of the residual:
 //!
 //! ```text
 //! u = Qᵀ·y = R·(β, γ) + Qᵀe        cov(Qᵀe) = Qᵀ·Γ·Q        γ ~ N(0, s²·Λ)
 //! ```
 //!
-//! β is estimated by generalised least squares for each combination of the sizes s of the tolerances, and averaged with the likelihood of that
-//! combination. Small tolerances that the records do not show hardly widen the intervals; those that they show do.
+//! β is estimated by generalised least squares for each combination of the sizes s of the tolerances, and
+//! averaged with the likelihood of that combination. Small tolerances that the records do not show hardly
+//! widen the intervals; those that they show do.
 //!
-//! # Source  likelihood of variance components: Harville, Journal of the American Statistical Association 72 (1977) 320–338, restricted maximum
+//! # Source  likelihood of variance components: Harville, Journal of the American Statistical Association 72
+//!   (1977) 320–338, restricted maximum
 //!   likelihood; the average over sizes in place of its maximum: Gelman, Bayesian Analysis 1 (2006) 515–534.
 
 use nalgebra::{DMatrix, DVector};
@@ -43,7 +46,8 @@ pub struct ToleranceSize {
     pub value: f64,
     /// Standard deviation of `value`.
     pub sd: f64,
-    /// Stated size: standard deviation of the delay (s), root mean square of the ripple, or standard deviation of friction (N or N·m).
+    /// Stated size: standard deviation of the delay (s), root mean square of the ripple, or standard
+    /// deviation of friction (N or N·m).
     pub stated: f64,
 }
 
@@ -62,8 +66,8 @@ pub(super) struct Marginal {
     pub basis: DMatrix<f64>,
 }
 
-/// Estimates the change of parameters with the given `columns` that explains a `residual`, next to tolerances. `None` if the columns are dependent or
-/// the samples too few.
+/// Estimates the change of parameters with the given `columns` that explains a `residual`, next to
+/// tolerances. `None` if the columns are dependent or the samples too few.
 pub(super) fn marginal(
     columns: &DMatrix<f64>,
     residual: &DVector<f64>,
@@ -71,27 +75,32 @@ pub(super) fn marginal(
     channels: &[Channel],
 ) -> Option<Marginal> {
     let count = columns.ncols();
-    let all = DMatrix::from_fn(columns.nrows(), count + tolerances.len(), |i, j| match j.checked_sub(count) {
-        None => columns[(i, j)],
-        Some(at) => tolerances[at].force.get(i).copied().unwrap_or(0.0),
-    });
+    let all =
+        DMatrix::from_fn(columns.nrows(), count + tolerances.len(), |i, j| match j.checked_sub(count) {
+            None => columns[(i, j)],
+            Some(at) => tolerances[at].force.get(i).copied().unwrap_or(0.0),
+        });
     let (all, channels) = (folded(&all, channels), folded_channels(channels, residual));
     let y = DVector::from_iterator(all.nrows(), channels.iter().flat_map(|c| c.1.iter().copied()));
     let scale: Vec<f64> = all.column_iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
     let qr = DMatrix::from_fn(all.nrows(), all.ncols(), |i, j| all[(i, j)] / scale[j]).qr();
     let small = qr.r().svd(true, true);
     let (u, v) = (small.u?, small.v_t?);
-    let order: Vec<usize> =
-        (0..small.singular_values.len()).filter(|i| small.singular_values[*i] > INDEPENDENT * small.singular_values.max()).collect();
+    let order: Vec<usize> = (0..small.singular_values.len())
+        .filter(|i| small.singular_values[*i] > INDEPENDENT * small.singular_values.max())
+        .collect();
     let basis = qr.q() * u.select_columns(&order);
-    let mut reduced = DMatrix::from_fn(order.len(), all.ncols(), |i, j| small.singular_values[order[i]] * v[(order[i], j)] * scale[j]);
+    let mut reduced = DMatrix::from_fn(order.len(), all.ncols(), |i, j| {
+        small.singular_values[order[i]] * v[(order[i], j)] * scale[j]
+    });
     let projected = basis.tr_mul(&y);
     let left = &y - &basis * &projected;
     let mut covariance = DMatrix::zeros(order.len(), order.len());
     let mut freedom = 0.0;
     let mut from = 0;
     for (used, own) in &channels {
-        let noise = ResidualNoise::new(left.rows(from, own.len()).as_slice(), used, &basis, (from, own.len()))?;
+        let noise =
+            ResidualNoise::new(left.rows(from, own.len()).as_slice(), used, &basis, (from, own.len()))?;
         let rows = basis.rows(from, own.len()).into_owned();
         covariance += rows.tr_mul(&noise.times(&rows));
         freedom += noise.freedom;
@@ -100,10 +109,12 @@ pub(super) fn marginal(
     let covariance = 0.5 * (&covariance + covariance.transpose());
     let tolerance_columns = reduced.columns(count, tolerances.len()).into_owned();
     let parameters = reduced.columns_mut(0, count).into_owned();
-    let kinds: Vec<SmallPrint> = SmallPrint::SIZED.into_iter().filter(|kind| tolerances.iter().any(|t| t.kind == *kind)).collect();
+    let kinds: Vec<SmallPrint> =
+        SmallPrint::SIZED.into_iter().filter(|kind| tolerances.iter().any(|t| t.kind == *kind)).collect();
     let mut found: Vec<SizedFit> = Vec::new();
     for number in 0..SIZES.len().pow(kinds.len() as u32) {
-        let sizes: Vec<f64> = (0..kinds.len()).map(|k| SIZES[number / SIZES.len().pow(k as u32) % SIZES.len()]).collect();
+        let sizes: Vec<f64> =
+            (0..kinds.len()).map(|k| SIZES[number / SIZES.len().pow(k as u32) % SIZES.len()]).collect();
         let size_of = |t: &Tolerance| kinds.iter().position(|k| *k == t.kind).map_or(1.0, |k| sizes[k]);
         let weights: Vec<f64> = tolerances.iter().map(size_of).collect();
         let mut fit = SizedFit::new(&covariance, (&parameters, &tolerance_columns), &weights, &projected)?;
@@ -112,7 +123,9 @@ pub(super) fn marginal(
     }
     let best = found.iter().fold(f64::NEG_INFINITY, |m, f| m.max(f.log_weight));
     let total: f64 = found.iter().map(|f| (f.log_weight - best).exp()).sum();
-    let mean = |of: &dyn Fn(&SizedFit) -> f64| found.iter().map(|f| (f.log_weight - best).exp() / total * of(f)).sum::<f64>();
+    let mean = |of: &dyn Fn(&SizedFit) -> f64| {
+        found.iter().map(|f| (f.log_weight - best).exp() / total * of(f)).sum::<f64>()
+    };
     let change = DVector::from_fn(count, |i, _| mean(&|f| f.change[i]));
     let quantile = t_quantile_95(Some((freedom.floor() as usize).max(1)));
     let sd = |i: usize| mean(&|f| f.covariance[(i, i)] + (f.change[i] - change[i]).powi(2)).sqrt();

@@ -1,7 +1,7 @@
 //! Parameters from motion records.
 //!
-//! Inverse dynamics fits the force that a rigid machine needs for the measured motion. The output-error method fits the force of the
-//! simulated closed loop.
+//! Inverse dynamics fits the force that a rigid machine needs for the measured motion. The output-error
+//! method fits the force of the simulated closed loop.
 
 mod discrepancy;
 mod force_fit;
@@ -13,7 +13,9 @@ mod residual_noise;
 mod small_print;
 mod tolerant_fit;
 
-pub use force_fit::{ForceFit, best_anywhere, correlation, estimate, estimate_identifiable, estimate_weighted};
+pub use force_fit::{
+    ForceFit, best_anywhere, correlation, estimate, estimate_identifiable, estimate_weighted,
+};
 pub use interval::half_widths;
 pub use marginal::ToleranceSize;
 pub use output_error::{output_error, simulated_gaps};

@@ -1,4 +1,5 @@
-//! Output-error method: simulates the closed loop with each record's command and fits its force to the recorded force.
+//! Output-error method: simulates the closed loop with each record's command and fits its force to the
+//! recorded force.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -29,7 +30,8 @@ impl PredictionFunction for Loop<'_> {
     type Error = InverseError;
 
     fn at(&self, values: &[f64]) -> Result<Option<DVector<f64>>, InverseError> {
-        simulated(self.machine, values, self.records, self.control).map_err(|e| InverseError::Data(e.to_string()))
+        simulated(self.machine, values, self.records, self.control)
+            .map_err(|e| InverseError::Data(e.to_string()))
     }
 
     fn derivatives(&self, values: &[f64], here: &DVector<f64>) -> Result<Option<DMatrix<f64>>, InverseError> {
@@ -38,15 +40,17 @@ impl PredictionFunction for Loop<'_> {
             moved[index] = self.machine.parameters[index].stepped(values[index], STEP);
             Ok(self.at(&moved)?.map(|there| (there - here) / (moved[index] - values[index])))
         };
-        let columns: Result<Vec<Option<DVector<f64>>>, InverseError> = self.free.par_iter().map(column).or_first_error();
+        let columns: Result<Vec<Option<DVector<f64>>>, InverseError> =
+            self.free.par_iter().map(column).or_first_error();
         Ok(columns?.into_iter().collect::<Option<Vec<_>>>().map(|columns| DMatrix::from_columns(&columns)))
     }
 }
 
-/// Fits the free parameters by Gauss–Newton steps, shortened where they do not reduce the residual: recorded less simulated force, record after record,
-/// counted in simulations of all records.
+/// Fits the free parameters by Gauss–Newton steps, shortened where they do not reduce the residual: recorded
+/// less simulated force, record after record, counted in simulations of all records.
 ///
-/// # Errors  as [`simulate_record`]; a loop that is unstable at the start values; parameters that these records cannot distinguish.
+/// # Errors  as [`simulate_record`]; a loop that is unstable at the start values; parameters that these
+///   records cannot distinguish.
 pub fn output_error(
     machine: &Machine,
     start: &ParameterValues,
@@ -54,8 +58,10 @@ pub fn output_error(
     records: &[&MotionRecord],
     control: &Control,
 ) -> Result<ForceFit, InverseError> {
-    let y =
-        DVector::from_iterator(records.iter().map(|r| r.samples()).sum(), records.iter().flat_map(|r| r.load.samples().iter().copied()));
+    let y = DVector::from_iterator(
+        records.iter().map(|r| r.samples()).sum(),
+        records.iter().flat_map(|r| r.load.samples().iter().copied()),
+    );
     let simulated = Loop { machine, free, records, control };
     let found = STOP
         .fit(&simulated, &y, start, &coordinates(machine, free, &vec![false; free.len()]))
@@ -65,10 +71,16 @@ pub fn output_error(
 }
 
 /// Simulates the force of the records, one after another; `None` if stopped.
-fn simulated(machine: &Machine, values: &[f64], records: &[&MotionRecord], control: &Control) -> Result<Option<DVector<f64>>, MotionError> {
+fn simulated(
+    machine: &Machine,
+    values: &[f64],
+    records: &[&MotionRecord],
+    control: &Control,
+) -> Result<Option<DVector<f64>>, MotionError> {
     let mut all = Vec::new();
     for record in records {
-        let (trace, _) = simulate_record(machine, values, record, &SimulationSettings::default(), &|| !control.stopped())?;
+        let (trace, _) =
+            simulate_record(machine, values, record, &SimulationSettings::default(), &|| !control.stopped())?;
         if let Some((time_s, error)) = trace.unstable {
             return Err(MotionError::Input(format!(
                 "record {}: the simulated loop is unstable, {error:.3e} from its command at {time_s:.4} s; start from other parameters",
@@ -78,13 +90,15 @@ fn simulated(machine: &Machine, values: &[f64], records: &[&MotionRecord], contr
         if !trace.complete {
             return Ok(None);
         }
-        let every = (record.step_s / machine.drive.as_ref().map_or(record.step_s, |d| d.velocity.period_s)).round() as usize;
+        let every = (record.step_s / machine.drive.as_ref().map_or(record.step_s, |d| d.velocity.period_s))
+            .round() as usize;
         all.extend((0..record.samples()).map(|i| trace.samples.get(i * every).map_or(f64::NAN, |s| s.force)));
     }
     Ok(Some(DVector::from_vec(all)))
 }
 
-/// Returns the gap of each record at the given parameters; `None` for a simulation that did not run to its end.
+/// Returns the gap of each record at the given parameters; `None` for a simulation that did not run to its
+/// end.
 ///
 /// # Errors  as [`simulate_record`].
 pub fn simulated_gaps(
@@ -93,7 +107,9 @@ pub fn simulated_gaps(
     records: &[&MotionRecord],
     control: &Control,
 ) -> Result<Vec<Option<RecordGap>>, MotionError> {
-    let each =
-        |record: &&MotionRecord| Ok(simulate_record(machine, values, record, &SimulationSettings::default(), &|| !control.stopped())?.1);
+    let each = |record: &&MotionRecord| {
+        Ok(simulate_record(machine, values, record, &SimulationSettings::default(), &|| !control.stopped())?
+            .1)
+    };
     records.par_iter().map(each).or_first_error()
 }

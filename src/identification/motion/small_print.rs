@@ -1,8 +1,9 @@
-//! Small deviations from the described friction and force that most axes have, and the delay of the force: tolerances of the fit of motion records.
+//! Small deviations from the described friction and force that most axes have, and the delay of the force:
+//! tolerances of the fit of motion records.
 
 use super::nuisance_prior::{
-    DELAY_SAMPLES, FRICTION_ALONG_TRAVEL, LOW_SPEED_RISE, LOW_SPEEDS, REVERSAL, RIPPLE, RIPPLE_HALF_WAVES, TRAVEL_HALF_WAVES,
-    half_wave_share,
+    DELAY_SAMPLES, FRICTION_ALONG_TRAVEL, LOW_SPEED_RISE, LOW_SPEEDS, REVERSAL, RIPPLE, RIPPLE_HALF_WAVES,
+    TRAVEL_HALF_WAVES, half_wave_share,
 };
 use dynamics::inverse_dynamics::{MotionSignal, Rigid};
 use machine::{Machine, Operating, Value};
@@ -26,7 +27,8 @@ pub enum SmallPrint {
 
 impl SmallPrint {
     /// Kinds whose size the records estimate.
-    pub const SIZED: [SmallPrint; 3] = [SmallPrint::Ripple, SmallPrint::FrictionAlongTravel, SmallPrint::LowSpeedRise];
+    pub const SIZED: [SmallPrint; 3] =
+        [SmallPrint::Ripple, SmallPrint::FrictionAlongTravel, SmallPrint::LowSpeedRise];
 
     /// Whether the records estimate its size; otherwise its value has a normal prior of the stated size.
     pub fn is_sized(self) -> bool {
@@ -54,7 +56,8 @@ impl SmallPrint {
 pub(super) struct Tolerance {
     /// Kind.
     pub kind: SmallPrint,
-    /// Stated size of the kind: standard deviation of the delay (s), root mean square of the ripple, or standard deviation of friction (N or N·m).
+    /// Stated size of the kind: standard deviation of the delay (s), root mean square of the ripple, or
+    /// standard deviation of friction (N or N·m).
     pub stated: f64,
     /// Change of the force (N or N·m) and of extra channels, in the layout of the prediction.
     pub force: Vec<f64>,
@@ -66,12 +69,18 @@ pub(super) const SIZE_SD: f64 = 2.0;
 const COLUMNS_PER_SAMPLE: f64 = 0.04;
 
 /// Returns the tolerances that the machine does not describe by parameters of its own.
-pub(super) fn tolerances(rigid: &Rigid, machine: &Machine, values: &[f64], motions: &[&MotionSignal]) -> Vec<Tolerance> {
+pub(super) fn tolerances(
+    rigid: &Rigid,
+    machine: &Machine,
+    values: &[f64],
+    motions: &[&MotionSignal],
+) -> Vec<Tolerance> {
     let used: usize = motions.iter().map(|m| m.is_moving.iter().filter(|x| **x).count()).sum();
     let squares: f64 = motions.iter().flat_map(|m| &m.load).map(|f| f * f).sum();
     let level = (squares / used.max(1) as f64).sqrt();
     let fastest = motions.iter().flat_map(|m| &m.velocity_m_s).fold(0.0_f64, |f, v| f.max(v.abs()));
-    let sliding = rigid.steady(machine, values, 1e-9 * fastest) - rigid.steady(machine, values, -1e-9 * fastest);
+    let sliding =
+        rigid.steady(machine, values, 1e-9 * fastest) - rigid.steady(machine, values, -1e-9 * fastest);
     let dry = 0.5 * sliding.abs();
     let (low, high) = extremes(motions.iter().flat_map(|m| &m.position_m));
     let mut found: Vec<Tolerance> = Vec::new();
@@ -95,14 +104,17 @@ pub(super) fn tolerances(rigid: &Rigid, machine: &Machine, values: &[f64], motio
         let slope = central_differences(&rigid.force(machine, values, m));
         slope.into_iter().map(|d| d * delay_s / m.step_s).collect()
     });
-    let along = |m: &MotionSignal, force: Vec<f64>| -> Vec<f64> { force.iter().zip(m.direction()).map(|(f, s)| f * s).collect() };
+    let along = |m: &MotionSignal, force: Vec<f64>| -> Vec<f64> {
+        force.iter().zip(m.direction()).map(|(f, s)| f * s).collect()
+    };
     let below = |m: &MotionSignal, share: f64, size: f64| -> Vec<f64> {
         along(m, m.velocity_m_s.iter().map(|v| size * (-(v / (share * fastest)).powi(2)).exp()).collect())
     };
     let reversal = REVERSAL.1 * dry;
     add(SmallPrint::Reversal, reversal, &|m| below(m, REVERSAL.0, reversal));
     let wave = |m: &MotionSignal, n: u32, size: f64| -> Vec<f64> {
-        let phase = |x: &f64| std::f64::consts::PI * f64::from(n) * (x - low) / (high - low).max(f64::MIN_POSITIVE);
+        let phase =
+            |x: &f64| std::f64::consts::PI * f64::from(n) * (x - low) / (high - low).max(f64::MIN_POSITIVE);
         m.position_m.iter().map(|x| size * phase(x).cos()).collect()
     };
     let count = RIPPLE_HALF_WAVES.min((COLUMNS_PER_SAMPLE * used as f64) as u32);
@@ -122,7 +134,8 @@ pub(super) fn tolerances(rigid: &Rigid, machine: &Machine, values: &[f64], motio
 
 /// Whether the machine describes a kind of tolerance by its own parameters.
 fn is_described(kind: SmallPrint, machine: &Machine, values: &[f64]) -> bool {
-    let is_set = |value: &Value| value.depends_on().next().is_some() || value.at(values, &Operating::default()) != 0.0;
+    let is_set =
+        |value: &Value| value.depends_on().next().is_some() || value.at(values, &Operating::default()) != 0.0;
     let drive = machine.drive.as_ref();
     let any = |of: &dyn Fn(&machine::Friction) -> bool| machine.joints.iter().any(|j| of(&j.friction));
     match kind {

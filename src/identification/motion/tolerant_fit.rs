@@ -1,4 +1,5 @@
-//! Parameters of a force fit next to the small print of friction and force, and whether they depend on what the machine lacks.
+//! Parameters of a force fit next to the small print of friction and force, and whether they depend on what
+//! the machine lacks.
 
 use super::discrepancy::systematic_share;
 use super::force_fit::{ForceFit, channels};
@@ -17,7 +18,8 @@ pub struct TolerantFit {
     pub estimates: Vec<Estimate>,
     /// Estimated sizes of the tolerances.
     pub sizes: Vec<ToleranceSize>,
-    /// Share of the squared residual, parameters and tolerances fitted, that smooth functions of speed and acceleration explain.
+    /// Share of the squared residual, parameters and tolerances fitted, that smooth functions of speed and
+    /// acceleration explain.
     pub systematic_share: f64,
 }
 
@@ -49,13 +51,21 @@ impl TolerantFit {
 
 /// Corrects a fit for the tolerances of friction, force and delay.
 ///
-/// Parameters keep their least-squares values and have no intervals where the records have too few samples for the noise of the residual.
-pub fn estimate_with_tolerances(rigid: &Rigid, machine: &Machine, fit: ForceFit, motions: &[&MotionSignal]) -> TolerantFit {
+/// Parameters keep their least-squares values and have no intervals where the records have too few samples
+/// for the noise of the residual.
+pub fn estimate_with_tolerances(
+    rigid: &Rigid,
+    machine: &Machine,
+    fit: ForceFit,
+    motions: &[&MotionSignal],
+) -> TolerantFit {
     let free = fit.free.clone();
     let inside = fit.inside(machine, &free);
     let small_print = tolerances(rigid, machine, &fit.values, motions);
     let channels = channels(motions);
-    let Some(found) = marginal(&fit.derivatives.select_columns(&inside), &fit.residual, &small_print, &channels) else {
+    let Some(found) =
+        marginal(&fit.derivatives.select_columns(&inside), &fit.residual, &small_print, &channels)
+    else {
         let estimates = fit.estimates_with(machine, &free, &inside, None);
         return TolerantFit { fit, estimates, sizes: Vec::new(), systematic_share: 0.0 };
     };

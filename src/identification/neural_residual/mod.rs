@@ -1,4 +1,5 @@
-//! A small neural network on the residual of a model: the share of a gap that can be learnt from command and model output.
+//! A small neural network on the residual of a model: the share of a gap that can be learnt from command and
+//! model output.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -11,7 +12,8 @@ use optimizer::{LeastSquares, NormalEquations, least_squares_within};
 
 /// Number of neurons in the hidden layer.
 pub const HIDDEN: usize = 10;
-/// Number of weights and thresholds: two inputs and a threshold per neuron, one output weight per neuron, and an output threshold.
+/// Number of weights and thresholds: two inputs and a threshold per neuron, one output weight per neuron, and
+/// an output threshold.
 pub const WEIGHTS: usize = 4 * HIDDEN + 1;
 
 /// Largest magnitude of a weight, for inputs and outputs of unit variance (1).
@@ -40,12 +42,14 @@ pub struct Example {
 /// d = Σ v_j·f(w_1j·x₁ + w_2j·x₂ − a_j) − b,     f(x) = 1/(1 + e^{−x})
 /// ```
 ///
-/// The inputs x₁, x₂ are command and modelled position, whitened: uncorrelated and of unit variance. This is a linear transformation of the
-/// first layer's weights. Without it the difference of the inputs, which carries the information, is too small to be learnt.
+/// The inputs x₁, x₂ are command and modelled position, whitened: uncorrelated and of unit variance. This is
+/// a linear transformation of the first layer's weights. Without it the difference of the inputs, which
+/// carries the information, is too small to be learnt.
 ///
 /// # Units      m in, m out
 /// # Source     hybrid multi-domain, Eq. 21–25
-/// # Deviation  trained by Levenberg–Marquardt from several initial weights, where the paper uses 2,000 steps of gradient descent; weight decay
+/// # Deviation  trained by Levenberg–Marquardt from several initial weights, where the paper uses 2,000 steps
+///   of gradient descent; weight decay
 #[derive(Debug, Clone, PartialEq)]
 pub struct NeuralResidual {
     mean: [f64; 2],
@@ -73,7 +77,9 @@ pub enum NetworkError {
     #[error("{0} examples are fewer than the {WEIGHTS} weights of the network; record longer")]
     TooFew(usize),
     /// An input or the deviation does not vary.
-    #[error("{0} does not vary in the examples, so there is nothing to learn; record a motion in which it varies")]
+    #[error(
+        "{0} does not vary in the examples, so there is nothing to learn; record a motion in which it varies"
+    )]
     Constant(&'static str),
 }
 
@@ -118,7 +124,8 @@ impl LeastSquares for Training<'_> {
 
     fn chi_square(&self, place: &[f64]) -> f64 {
         let weights = Self::weights(place);
-        let misfit: f64 = self.inputs.iter().zip(self.targets).map(|(x, d)| (output(&weights, *x, None) - d).powi(2)).sum();
+        let misfit: f64 =
+            self.inputs.iter().zip(self.targets).map(|(x, d)| (output(&weights, *x, None) - d).powi(2)).sum();
         misfit + DECAY * self.targets.len() as f64 * weights.iter().map(|w| w * w).sum::<f64>()
     }
 
@@ -146,7 +153,12 @@ impl NeuralResidual {
     /// Trains on examples from several initial weights and keeps the best network.
     ///
     /// # Errors  fewer examples than weights; command, modelled position or deviation that does not vary.
-    pub fn train(examples: &[Example], seed: u64, starts: usize, stop: &Arc<AtomicBool>) -> Result<Trained, NetworkError> {
+    pub fn train(
+        examples: &[Example],
+        seed: u64,
+        starts: usize,
+        stop: &Arc<AtomicBool>,
+    ) -> Result<Trained, NetworkError> {
         let count = examples.len();
         if count < WEIGHTS {
             return Err(NetworkError::TooFew(count));
@@ -154,26 +166,36 @@ impl NeuralResidual {
         let mean_of = |of: &dyn Fn(&Example) -> f64| examples.iter().map(of).sum::<f64>() / count as f64;
         let mean = [mean_of(&|e| e.command), mean_of(&|e| e.modelled)];
         let moment = |a: &dyn Fn(&Example) -> f64, b: &dyn Fn(&Example) -> f64| mean_of(&|e| a(e) * b(e));
-        let (x, lag) = (|e: &Example| e.command - mean[0], |e: &Example| (e.modelled - mean[1]) - (e.command - mean[0]));
+        let (x, lag) =
+            (|e: &Example| e.command - mean[0], |e: &Example| (e.modelled - mean[1]) - (e.command - mean[0]));
         // Gram–Schmidt on the command and on the lag of the model behind it.
         let variance = moment(&x, &x);
         let share = moment(&x, &lag) / variance;
         let rest = moment(&lag, &lag) - share * share * variance;
         let scale = mean_of(&|e| e.deviation * e.deviation).sqrt();
-        for (name, size) in [("the command", variance), ("the modelled lag", rest), ("the deviation", scale)] {
+        for (name, size) in [("the command", variance), ("the modelled lag", rest), ("the deviation", scale)]
+        {
             if !(size > 0.0 && size.is_finite()) {
                 return Err(NetworkError::Constant(name));
             }
         }
         let (a, b) = (1.0 / variance.sqrt(), 1.0 / rest.sqrt());
-        let mut network = NeuralResidual { mean, whitening: [[a, 0.0], [-(1.0 + share) * b, b]], scale, weights: vec![0.0; WEIGHTS] };
+        let mut network = NeuralResidual {
+            mean,
+            whitening: [[a, 0.0], [-(1.0 + share) * b, b]],
+            scale,
+            weights: vec![0.0; WEIGHTS],
+        };
         let inputs: Vec<[f64; 2]> = examples.iter().map(|e| network.inputs(e.command, e.modelled)).collect();
         let targets: Vec<f64> = examples.iter().map(|e| e.deviation / scale).collect();
         let training = Training { inputs: &inputs, targets: &targets };
         let train = |at: usize| {
             let mut generator = Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_add(at as u64));
-            let place: Vec<f64> =
-                (0..WEIGHTS).map(|_| 0.5 + 0.5 * MAX_INITIAL_WEIGHT / MAX_WEIGHT * (2.0 * generator.random::<f64>() - 1.0)).collect();
+            let place: Vec<f64> = (0..WEIGHTS)
+                .map(|_| {
+                    0.5 + 0.5 * MAX_INITIAL_WEIGHT / MAX_WEIGHT * (2.0 * generator.random::<f64>() - 1.0)
+                })
+                .collect();
             least_squares_within(&training, &place, &[], (ITERATIONS, 1e-5), stop)
         };
         let trained: Vec<_> = (0..starts.max(1)).into_par_iter().map(train).collect();
@@ -182,7 +204,8 @@ impl NeuralResidual {
         if let Some(best) = best {
             network.weights = Training::weights(&best.place);
         }
-        let squares: f64 = examples.iter().map(|e| (network.deviation(e.command, e.modelled) - e.deviation).powi(2)).sum();
+        let squares: f64 =
+            examples.iter().map(|e| (network.deviation(e.command, e.modelled) - e.deviation).powi(2)).sum();
         Ok(Trained { residual_m: (squares / count as f64).sqrt(), network, evaluations })
     }
 
@@ -212,7 +235,8 @@ mod tests {
             .collect()
     }
 
-    /// Learns at two speeds a deviation that depends on position and direction, and predicts it at a third. Training is reproducible.
+    /// Learns at two speeds a deviation that depends on position and direction, and predicts it at a third.
+    /// Training is reproducible.
     #[test]
     fn recover_a_deviation_at_a_speed_without_training_data() {
         let truth = |x: f64, v: f64| 4e-5 * x + 3e-6 * (v / 0.02).tanh();
@@ -222,9 +246,16 @@ mod tests {
         let trained = NeuralResidual::train(&training, 1, 3, &stop).unwrap();
         assert_eq!(trained, NeuralResidual::train(&training, 1, 3, &stop).unwrap());
         let other = examples(12.0, truth);
-        let rms = |of: &dyn Fn(&Example) -> f64| (other.iter().map(|e| of(e).powi(2)).sum::<f64>() / other.len() as f64).sqrt();
-        let (before, after) = (rms(&|e| e.deviation), rms(&|e| e.deviation - trained.network.deviation(e.command, e.modelled)));
-        assert!(after < 0.1 * before && trained.residual_m < 0.05 * before, "{before:e} {after:e} {:e}", trained.residual_m);
+        let rms = |of: &dyn Fn(&Example) -> f64| {
+            (other.iter().map(|e| of(e).powi(2)).sum::<f64>() / other.len() as f64).sqrt()
+        };
+        let (before, after) =
+            (rms(&|e| e.deviation), rms(&|e| e.deviation - trained.network.deviation(e.command, e.modelled)));
+        assert!(
+            after < 0.1 * before && trained.residual_m < 0.05 * before,
+            "{before:e} {after:e} {:e}",
+            trained.residual_m
+        );
     }
 
     #[test]
@@ -249,6 +280,9 @@ mod tests {
         let all = examples(6.0, |x, _| x);
         assert_eq!(NeuralResidual::train(&all[..40], 0, 1, &stop).unwrap_err(), NetworkError::TooFew(40));
         let flat = examples(6.0, |_, _| 0.0);
-        assert_eq!(NeuralResidual::train(&flat, 0, 1, &stop).unwrap_err(), NetworkError::Constant("the deviation"));
+        assert_eq!(
+            NeuralResidual::train(&flat, 0, 1, &stop).unwrap_err(),
+            NetworkError::Constant("the deviation")
+        );
     }
 }

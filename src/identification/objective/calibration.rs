@@ -25,7 +25,9 @@ impl FrfObjective<'_> {
     #[must_use]
     pub fn calibrated(mut self, known: &[Channel]) -> Self {
         for ((response, excitation), own) in self.channels.iter().zip(&mut self.calibration) {
-            if let Some(channel) = known.iter().find(|c| (c.response, c.excitation) == (*response, *excitation)) {
+            if let Some(channel) =
+                known.iter().find(|c| (c.response, c.excitation) == (*response, *excitation))
+            {
                 *own = (channel.log_gain, channel.delay_s);
             }
         }
@@ -34,11 +36,8 @@ impl FrfObjective<'_> {
 
     /// Returns gain and delay of each channel at given coordinates.
     pub fn channels_at(&self, place: &Place) -> Vec<Channel> {
-        let of = |((response, excitation), (log_gain, delay_s)): (&(usize, Excitation), (f64, f64))| Channel {
-            response: *response,
-            excitation: *excitation,
-            log_gain,
-            delay_s,
+        let of = |((response, excitation), (log_gain, delay_s)): (&(usize, Excitation), (f64, f64))| {
+            Channel { response: *response, excitation: *excitation, log_gain, delay_s }
         };
         self.channels.iter().zip(self.decode(place).channels).map(of).collect()
     }
@@ -72,11 +71,17 @@ impl FrfObjective<'_> {
     /// Returns the fitted nut positions: stated position (m) and shift (m) at given coordinates.
     pub fn nuts_at(&self, place: &Place) -> Vec<(f64, f64)> {
         let stated = |at: usize| self.records.iter().find(|r| r.nut == at).and_then(|r| r.operating.nut_m);
-        self.decode(place).nut_shift_m.into_iter().enumerate().filter_map(|(at, shift_m)| Some((stated(at)?, shift_m))).collect()
+        self.decode(place)
+            .nut_shift_m
+            .into_iter()
+            .enumerate()
+            .filter_map(|(at, shift_m)| Some((stated(at)?, shift_m)))
+            .collect()
     }
 
     /// Whether any of its coordinates has a prior.
     pub fn has_priors(&self) -> bool {
-        self.nuts + self.free_channels() > 0 || self.free.iter().any(|i| self.machine.parameters[*i].prior.is_some())
+        self.nuts + self.free_channels() > 0
+            || self.free.iter().any(|i| self.machine.parameters[*i].prior.is_some())
     }
 }

@@ -7,7 +7,8 @@ use num_complex::Complex64;
 use super::ObjectiveError;
 use super::setup::point_named;
 use dynamics::model::{
-    ABREAST, AssembledModel, Complexes, Frequencies, FrequencyGrid, LANES, Reals, RodModel, Sensitivity, Structure, Workspace,
+    ABREAST, AssembledModel, Complexes, Frequencies, FrequencyGrid, LANES, Reals, RodModel, Sensitivity,
+    Structure, Workspace,
 };
 use dynamics::motion::ServoImpedance;
 use machine::{Drive, Machine, Operating, ParameterValues, PointMotion};
@@ -51,7 +52,8 @@ impl Excitation {
     ) -> Result<(Structure, Option<ClosedLoop>), ObjectiveError> {
         match self {
             Excitation::Point(point) => Ok((Structure::new(machine, response, point, rods)?, None)),
-            Excitation::Command => ClosedLoop::new(machine, source, response, rods).map(|(structure, closed)| (structure, Some(closed))),
+            Excitation::Command => ClosedLoop::new(machine, source, response, rods)
+                .map(|(structure, closed)| (structure, Some(closed))),
         }
     }
 
@@ -64,10 +66,17 @@ impl Excitation {
     }
 }
 
-/// Returns whether each parameter belongs to the loops and FRFs depend on it: none where no FRF has the command as its excitation.
+/// Returns whether each parameter belongs to the loops and FRFs depend on it: none where no FRF has the
+/// command as its excitation.
 pub(crate) fn loop_parameters(machine: &Machine, set: &MeasurementSet, frfs: &[usize]) -> Vec<bool> {
-    let command = |index: &usize| matches!(Excitation::named(machine, "", &set.frfs[*index].excitation), Ok(Excitation::Command));
-    if frfs.iter().any(command) { machine.closed_loop_parameters() } else { vec![false; machine.parameters.len()] }
+    let command = |index: &usize| {
+        matches!(Excitation::named(machine, "", &set.frfs[*index].excitation), Ok(Excitation::Command))
+    };
+    if frfs.iter().any(command) {
+        machine.closed_loop_parameters()
+    } else {
+        vec![false; machine.parameters.len()]
+    }
 }
 
 fn require_drive<'m>(machine: &'m Machine, source: &str) -> Result<&'m Drive, ObjectiveError> {
@@ -79,11 +88,13 @@ fn require_drive<'m>(machine: &'m Machine, source: &str) -> Result<&'m Drive, Ob
     })
 }
 
-/// The parts of a machine that a closed-loop FRF needs beside the receptance from the driven point to the response.
+/// The parts of a machine that a closed-loop FRF needs beside the receptance from the driven point to the
+/// response.
 pub(super) struct ClosedLoop {
     /// Points (index) that the loops read, and their receptances under a force on the driven point.
     encoders: Vec<(usize, Arc<Structure>)>,
-    /// Reading of the response per unit of its coordinate: lead/2π for a rotation in a drive that positions in m, else 1.
+    /// Reading of the response per unit of its coordinate: lead/2π for a rotation in a drive that positions
+    /// in m, else 1.
     travel: f64,
 }
 
@@ -98,14 +109,24 @@ impl ClosedLoop {
     /// Compiles the receptances from the driven point to the response, and to the encoders.
     ///
     /// # Errors  the machine has no loops; a point is fixed.
-    pub(super) fn new(machine: &Machine, source: &str, response: usize, rods: RodModel) -> Result<(Structure, Self), ObjectiveError> {
+    pub(super) fn new(
+        machine: &Machine,
+        source: &str,
+        response: usize,
+        rods: RodModel,
+    ) -> Result<(Structure, Self), ObjectiveError> {
         let drive = require_drive(machine, source)?;
         let mut points = vec![drive.position.encoder.at, drive.velocity.encoder.at, drive.on];
         points.sort_unstable();
         points.dedup();
-        let encoders = points.into_iter().map(|at| Ok((at, Arc::new(Structure::new(machine, at, drive.on, rods)?))));
+        let encoders =
+            points.into_iter().map(|at| Ok((at, Arc::new(Structure::new(machine, at, drive.on, rods)?))));
         let encoders = encoders.collect::<Result<_, ObjectiveError>>()?;
-        let travel = if machine.points[response].motion == PointMotion::Rotation { drive.position.encoder.travel } else { 1.0 };
+        let travel = if machine.points[response].motion == PointMotion::Rotation {
+            drive.position.encoder.travel
+        } else {
+            1.0
+        };
         Ok((Structure::new(machine, response, drive.on, rods)?, ClosedLoop { encoders, travel }))
     }
 
@@ -134,7 +155,13 @@ impl ClosedLoop {
     }
 
     /// Computes the closed-loop response of one group of frequencies.
-    fn follow(&self, servo: &ServoImpedance, omega_rad_s: Reals, response: Complexes, encoders: &[Complexes]) -> Complexes {
+    fn follow(
+        &self,
+        servo: &ServoImpedance,
+        omega_rad_s: Reals,
+        response: Complexes,
+        encoders: &[Complexes],
+    ) -> Complexes {
         let (omegas, response) = (omega_rad_s.to_array(), response.lanes());
         Complexes::each(|lane| {
             let open = |point| self.encoder(point).map_or(Complex64::ZERO, |at| encoders[at].lanes()[lane]);
@@ -164,7 +191,8 @@ pub(super) struct Evaluation<'e> {
 }
 
 impl<'o> Loops<'o> {
-    /// Computes the impedance of the loops, and updates the receptances of their encoders; `None` for an FRF of force.
+    /// Computes the impedance of the loops, and updates the receptances of their encoders; `None` for an FRF
+    /// of force.
     ///
     /// `columns` holds the column of each free parameter, for derivatives.
     pub(super) fn new(
@@ -192,7 +220,8 @@ impl<'o> Loops<'o> {
         Some(Loops { closed, servo: servo(at.values)?, by_drive: by_drive.collect() })
     }
 
-    /// Returns the closed-loop responses on some groups of a frequency grid from the receptances of the response, in `followed`.
+    /// Returns the closed-loop responses on some groups of a frequency grid from the receptances of the
+    /// response, in `followed`.
     pub(super) fn close<'f>(
         &self,
         grid: &FrequencyGrid,
@@ -202,8 +231,10 @@ impl<'o> Loops<'o> {
         followed: &'f mut [Complexes; ABREAST],
     ) -> &'f [Complexes] {
         let omegas = &grid.omega_rad_s()[groups.clone()];
-        let open: Vec<Vec<Complexes>> =
-            encoders.iter_mut().map(|of| of.network.receptances_on(grid, groups.clone(), &mut of.work).to_vec()).collect();
+        let open: Vec<Vec<Complexes>> = encoders
+            .iter_mut()
+            .map(|of| of.network.receptances_on(grid, groups.clone(), &mut of.work).to_vec())
+            .collect();
         for (w, ((followed, response), omega)) in followed.iter_mut().zip(response).zip(omegas).enumerate() {
             let here: Vec<Complexes> = open.iter().map(|of| of[w]).collect();
             *followed = self.closed.follow(&self.servo, *omega, *response, &here);
@@ -211,8 +242,8 @@ impl<'o> Loops<'o> {
         &followed[..omegas.len()]
     }
 
-    /// As [`Loops::close`], also of the derivatives: those of the receptances, column c of group w at c·groups + w, become those of the closed
-    /// loop.
+    /// As [`Loops::close`], also of the derivatives: those of the receptances, column c of group w at
+    /// c·groups + w, become those of the closed loop.
     ///
     /// ```text
     /// T = W·H_r/N,  N = 1 + Σ Z_a·H_a,        dT = T·(dH_r/H_r − Σ (Z_a/N)·dH_a)
@@ -234,11 +265,13 @@ impl<'o> Loops<'o> {
             let followed = self.closed.follow(&self.servo, *omega, receptance, &here);
             let (by_response, shares) = (receptance.inverse(), self.shares(*omega, &here));
             for (column, slope) in row[w..].iter_mut().step_by(abreast).enumerate() {
-                let by_encoders = encoders.iter().zip(&shares).map(|(of, share)| of.row[column * abreast + w] * *share);
+                let by_encoders =
+                    encoders.iter().zip(&shares).map(|(of, share)| of.row[column * abreast + w] * *share);
                 *slope = by_encoders.fold(*slope * by_response, |sum, by| sum - by) * followed;
             }
             for (column, width, sides) in &self.by_drive {
-                let [low, high] = sides.each_ref().map(|servo| self.closed.follow(servo, *omega, receptance, &here));
+                let [low, high] =
+                    sides.each_ref().map(|servo| self.closed.follow(servo, *omega, receptance, &here));
                 row[column * abreast + w] += (high - low) * (1.0 / width);
             }
             response[w] = followed;

@@ -28,7 +28,8 @@ pub struct FrfGap {
     pub lines: usize,
 }
 
-/// Width of the unit interval of a nut position, or of a channel's gain or delay, in prior standard deviations (1).
+/// Width of the unit interval of a nut position, or of a channel's gain or delay, in prior standard
+/// deviations (1).
 pub(super) const SPAN: f64 = 20.0;
 
 /// Working memory of one evaluation.
@@ -41,9 +42,11 @@ pub(super) struct FrfScratch {
     pub(super) encoders: Vec<EncoderScratch>,
 }
 
-/// Misfit between predicted and measured FRFs as a function of free parameters, an unknown gain and nuisance parameters.
+/// Misfit between predicted and measured FRFs as a function of free parameters, an unknown gain and nuisance
+/// parameters.
 ///
-/// # Source  r = ln(H_measured/H_predicted): relative in magnitude, absolute in phase; variance of its components by Bendat and Piersol
+/// # Source  r = ln(H_measured/H_predicted): relative in magnitude, absolute in phase; variance of its
+///   components by Bendat and Piersol
 /// from the coherence, see [`Frf::component_sd`](measurement::Frf::component_sd).
 pub struct FrfObjective<'m> {
     pub(super) machine: &'m Machine,
@@ -67,7 +70,8 @@ pub struct FrfObjective<'m> {
     pub own_count: usize,
     pub(super) base: ParameterValues,
     pools: Vec<Mutex<Vec<FrfScratch>>>,
-    /// The objectives of a global search: on thinned lines, and on these with equal weights and tolerances held.
+    /// The objectives of a global search: on thinned lines, and on these with equal weights and tolerances
+    /// held.
     pub(super) thin: OnceLock<Box<FrfObjective<'m>>>,
     pub(super) coarse: OnceLock<Box<FrfObjective<'m>>>,
 }
@@ -75,18 +79,27 @@ pub struct FrfObjective<'m> {
 impl<'m> FrfObjective<'m> {
     /// Builds the objective of the FRFs to fit; `frozen` parameters keep their start values.
     ///
-    /// # Errors  there is no FRF to fit; one names points that the machine lacks, or lies outside the screw; two do not overlap in frequency.
-    pub fn new(machine: &'m Machine, fit: &FitSet<'_>, settings: FrfSettings, frozen: &[String]) -> Result<Self, ObjectiveError> {
+    /// # Errors  there is no FRF to fit; one names points that the machine lacks, or lies outside the screw;
+    ///   two do not overlap in frequency.
+    pub fn new(
+        machine: &'m Machine,
+        fit: &FitSet<'_>,
+        settings: FrfSettings,
+        frozen: &[String],
+    ) -> Result<Self, ObjectiveError> {
         if fit.frfs().is_empty() {
             let path = &fit.set().path;
-            return Err(ObjectiveError::Data(format!("{path}: the selection to fit contains no FRF; name other positions or records")));
+            return Err(ObjectiveError::Data(format!(
+                "{path}: the selection to fit contains no FRF; name other positions or records"
+            )));
         }
         let of_drive = loop_parameters(machine, fit.set(), fit.frfs());
         let free = free_parameters(machine, frozen, &of_drive, |rule| rule != FitRule::Never)?;
         Self::for_frfs(machine, fit.set(), fit.frfs(), settings, free)
     }
 
-    /// As [`FrfObjective::new`] for held-out FRFs: for their likelihood with a fit to other data, or for simulated records, with which
+    /// As [`FrfObjective::new`] for held-out FRFs: for their likelihood with a fit to other data, or for
+    /// simulated records, with which
     /// [`FrfObjective::shifted`] replaces them. They enter no fit.
     ///
     /// # Errors  as [`FrfObjective::new`].
@@ -107,7 +120,11 @@ impl<'m> FrfObjective<'m> {
     /// Builds the objective of the held-out FRFs, to predict them.
     ///
     /// # Errors  as [`FrfObjective::new`], except that no FRF is needed.
-    pub fn held_out(machine: &'m Machine, held_out: &HoldOutSet<'_>, settings: FrfSettings) -> Result<Self, ObjectiveError> {
+    pub fn held_out(
+        machine: &'m Machine,
+        held_out: &HoldOutSet<'_>,
+        settings: FrfSettings,
+    ) -> Result<Self, ObjectiveError> {
         Self::for_frfs(machine, held_out.set(), held_out.frfs(), settings, Vec::new())
     }
 
@@ -133,7 +150,8 @@ impl<'m> FrfObjective<'m> {
             let structure = match channels.iter().position(|c| *c == (response, excitation)) {
                 Some(at) => at,
                 None => {
-                    let (structure, of_loop) = excitation.structure(machine, &frf.source, response, settings.rods)?;
+                    let (structure, of_loop) =
+                        excitation.structure(machine, &frf.source, response, settings.rods)?;
                     structures.push(Arc::new(structure));
                     channels.push((response, excitation));
                     closed.push(of_loop.map(Arc::new));
@@ -158,7 +176,11 @@ impl<'m> FrfObjective<'m> {
                     let fault = "states an exponential window, which suits the decay after a blow, not the response to a command; write exponential_window_s = 0 in its [[frf]]";
                     return Err(ObjectiveError::Data(format!("{}: {fault}", frf.source)));
                 }
-                ClosedLoop::check(machine, &frf.source, record.frequencies_hz().last().copied().unwrap_or(0.0))?;
+                ClosedLoop::check(
+                    machine,
+                    &frf.source,
+                    record.frequencies_hz().last().copied().unwrap_or(0.0),
+                )?;
             }
             records.push(record);
         }
@@ -192,20 +214,28 @@ impl<'m> FrfObjective<'m> {
 
     /// Precomputes the rods of records that neither free parameters nor nut positions change.
     pub(super) fn with_precomputed_rods(&self, mut records: Vec<FrfRecord>) -> Vec<FrfRecord> {
-        let decoded = |u: f64| self.decode(&vec![u; self.free.len() + 1 + self.nuts + 2 * self.free_channels()]);
+        let decoded =
+            |u: f64| self.decode(&vec![u; self.free.len() + 1 + self.nuts + 2 * self.free_channels()]);
         let cases = [0.3, 0.7].map(decoded);
         for at in 0..records.len() {
             let (before, here) = records.split_at_mut(at);
             let record = &mut here[0];
             // Channels of one position have the same rods.
-            let same =
-                |other: &&FrfRecord| other.group == record.group && other.nut == record.nut && other.omega_rad_s == record.omega_rad_s;
+            let same = |other: &&FrfRecord| {
+                other.group == record.group
+                    && other.nut == record.nut
+                    && other.omega_rad_s == record.omega_rad_s
+            };
             if let Some(other) = before.iter().find(same) {
                 record.lines = Arc::clone(&other.lines);
                 continue;
             }
             let places = cases.each_ref().map(|here| (&here.parameters[..], here.operating(record)));
-            keep_rods(Arc::make_mut(&mut record.lines), (self.machine, &self.structures[record.structure]), places);
+            keep_rods(
+                Arc::make_mut(&mut record.lines),
+                (self.machine, &self.structures[record.structure]),
+                places,
+            );
         }
         records
     }
@@ -243,7 +273,8 @@ impl<'m> FrfObjective<'m> {
         parameters
     }
 
-    /// Returns ln of the gain at given coordinates: that of the set if it is known, otherwise that of its coordinate.
+    /// Returns ln of the gain at given coordinates: that of the set if it is known, otherwise that of its
+    /// coordinate.
     pub(super) fn log_gain(&self, place: &[f64]) -> f64 {
         match self.gain {
             Gain::Known(gain) => gain.ln(),
@@ -254,7 +285,8 @@ impl<'m> FrfObjective<'m> {
         }
     }
 
-    /// Converts unit-cube coordinates to physical values; coordinates after the free parameters may be absent.
+    /// Converts unit-cube coordinates to physical values; coordinates after the free parameters may be
+    /// absent.
     pub(super) fn decode(&self, place: &[f64]) -> Decoded {
         let first = self.free.len() + usize::from(self.estimates_gain());
         let span = |at: usize, sd: f64| place.get(first + at).map_or(0.0, |u| (u - 0.5) * SPAN * sd);
@@ -282,7 +314,11 @@ impl<'m> FrfObjective<'m> {
 
     /// Returns the number of channels with fitted gain and delay.
     pub(super) fn free_channels(&self) -> usize {
-        if self.settings.channel_sd.0.max(self.settings.channel_sd.1) > 0.0 { self.structures.len() } else { 0 }
+        if self.settings.channel_sd.0.max(self.settings.channel_sd.1) > 0.0 {
+            self.structures.len()
+        } else {
+            0
+        }
     }
 
     /// Returns the loops of a channel at given values; `None` for an FRF of force.
@@ -293,7 +329,12 @@ impl<'m> FrfObjective<'m> {
         encoders: &mut [EncoderScratch],
         columns: &[Option<usize>],
     ) -> Option<Loops<'_>> {
-        let at = Evaluation { machine: self.machine, of_drive: &self.of_drive, values: &here.parameters, operating };
+        let at = Evaluation {
+            machine: self.machine,
+            of_drive: &self.of_drive,
+            values: &here.parameters,
+            operating,
+        };
         Loops::new(self.closed[channel].as_deref(), &at, encoders, columns)
     }
 
@@ -315,8 +356,15 @@ impl<'m> FrfObjective<'m> {
 
     /// Calls `each(line, residuals)` for every four lines of a record, from a multiple of four on.
     ///
-    /// The residuals are r = ln(measured/predicted), without the gain of the set. Past the last line those of the last line repeat.
-    pub(super) fn visit(&self, record: &FrfRecord, here: &Decoded, lines: std::ops::Range<usize>, mut each: impl FnMut(usize, Complexes)) {
+    /// The residuals are r = ln(measured/predicted), without the gain of the set. Past the last line those of
+    /// the last line repeat.
+    pub(super) fn visit(
+        &self,
+        record: &FrfRecord,
+        here: &Decoded,
+        lines: std::ops::Range<usize>,
+        mut each: impl FnMut(usize, Complexes),
+    ) {
         let operating = here.operating(record);
         let mut scratch = self.borrow(record.structure);
         scratch.network.update(self.machine, &here.parameters, &operating);
@@ -326,11 +374,14 @@ impl<'m> FrfObjective<'m> {
         let mut followed = [Complexes::ZERO; ABREAST];
         for from in groups.clone().step_by(ABREAST) {
             let some = from..groups.end.min(from + ABREAST);
-            let mut predicted = scratch.network.receptances_on(&record.lines, some.clone(), &mut scratch.work);
+            let mut predicted =
+                scratch.network.receptances_on(&record.lines, some.clone(), &mut scratch.work);
             if let Some(loops) = &loops {
-                predicted = loops.close(&record.lines, some.clone(), &mut scratch.encoders, predicted, &mut followed);
+                predicted =
+                    loops.close(&record.lines, some.clone(), &mut scratch.encoders, predicted, &mut followed);
             }
-            for ((at, predicted), omega) in some.clone().zip(predicted).zip(&record.lines.omega_rad_s()[some]) {
+            for ((at, predicted), omega) in some.clone().zip(predicted).zip(&record.lines.omega_rad_s()[some])
+            {
                 let residual = record.measured(at * LANES) - predicted.ln() - log_factor(factor, *omega);
                 each(at * LANES, wrapped(residual));
             }
@@ -348,12 +399,14 @@ impl<'m> FrfObjective<'m> {
         Decoded { parameters, log_gain: gain.ln(), nut_shift_m: Vec::new(), channels }
     }
 
-    /// Returns the residuals of all records at coordinates of free parameters, gain, nut positions and channels.
+    /// Returns the residuals of all records at coordinates of free parameters, gain, nut positions and
+    /// channels.
     pub fn residuals_at(&self, place: &Place) -> Vec<Vec<Complex64>> {
         self.residuals_of(&self.decode(place))
     }
 
-    /// Returns the objective with shifted residuals and the same lines and weights: the data of a different machine.
+    /// Returns the objective with shifted residuals and the same lines and weights: the data of a different
+    /// machine.
     #[must_use]
     pub fn shifted(&self, by: &[Vec<Complex64>]) -> FrfObjective<'m> {
         let mut other = self.resampled(&[]);
@@ -379,7 +432,8 @@ impl<'m> FrfObjective<'m> {
 
     /// Returns the gap of each record at given parameters and gain.
     ///
-    /// # Source  this project's definition of the gap between a measured and a predicted FRF: root mean square of the error of ln H, per component.
+    /// # Source  this project's definition of the gap between a measured and a predicted FRF: root mean
+    ///   square of the error of ln H, per component.
     pub fn gaps(&self, parameters: &ParameterValues, gain: f64) -> Vec<FrfGap> {
         self.gaps_of(self.residuals(parameters, gain))
     }
@@ -397,7 +451,8 @@ impl<'m> FrfObjective<'m> {
                 let noise: Option<Vec<f64>> = record.stated_sd.iter().copied().collect();
                 FrfGap {
                     frf: record.frf,
-                    gap: (residuals.iter().map(|r| 0.5 * r.norm_sqr()).sum::<f64>() / residuals.len() as f64).sqrt(),
+                    gap: (residuals.iter().map(|r| 0.5 * r.norm_sqr()).sum::<f64>() / residuals.len() as f64)
+                        .sqrt(),
                     noise_floor: noise.and_then(root_mean_square),
                     lines: residuals.len(),
                 }
@@ -410,7 +465,8 @@ impl<'m> FrfObjective<'m> {
     /// Missing tolerances, nut positions and channels are as stated; an unknown gain has its best value.
     pub fn extended(&self, place: &[f64]) -> Place {
         let mut extended = place.to_vec();
-        let stated = |i: &usize| self.machine.parameters[*i].to_unit(self.machine.parameters[*i].search_start());
+        let stated =
+            |i: &usize| self.machine.parameters[*i].to_unit(self.machine.parameters[*i].search_start());
         extended.extend(self.free.iter().skip(place.len()).map(stated));
         if self.estimates_gain() {
             let gain = self.best_gain(&self.parameters_of(place));
@@ -422,20 +478,28 @@ impl<'m> FrfObjective<'m> {
 
     /// Returns the variance inflation of the estimates by correlation of neighbouring lines, 1 + 2·Σρ.
     ///
-    /// The sum runs over the lags up to the first insignificant one. The result is 1 for noise alone, and large where model error dominates.
+    /// The sum runs over the lags up to the first insignificant one. The result is 1 for noise alone, and
+    /// large where model error dominates.
     ///
-    /// # Source  effective sample size of an autocorrelated series; Bayley and Hammersley, J. R. Stat. Soc. Suppl. 8 (1946) 184–197.
+    /// # Source  effective sample size of an autocorrelated series; Bayley and Hammersley, J. R. Stat. Soc.
+    ///   Suppl. 8 (1946) 184–197.
     pub fn correlation_factor(&self, place: &Place) -> f64 {
         let residuals = self.residuals_of(&self.decode(place));
-        let weighted =
-            |record: &FrfRecord, r: &[Complex64]| -> Vec<Complex64> { r.iter().zip(&record.weight).map(|(r, w)| r * w.sqrt()).collect() };
-        let series: Vec<Vec<Complex64>> = self.records.iter().zip(&residuals).map(|(record, r)| weighted(record, r)).collect();
+        let weighted = |record: &FrfRecord, r: &[Complex64]| -> Vec<Complex64> {
+            r.iter().zip(&record.weight).map(|(r, w)| r * w.sqrt()).collect()
+        };
+        let series: Vec<Vec<Complex64>> =
+            self.records.iter().zip(&residuals).map(|(record, r)| weighted(record, r)).collect();
         let total: f64 = series.iter().flatten().map(Complex64::norm_sqr).sum();
         let count = 2.0 * series.iter().map(Vec::len).sum::<usize>() as f64;
         let longest = series.iter().map(Vec::len).max().unwrap_or(0) / 10;
         let mut sum = 0.0;
         for lag in 1..=longest {
-            let products: f64 = series.iter().flat_map(|s| s.iter().zip(s.iter().skip(lag))).map(|(a, b)| (a * b.conj()).re).sum();
+            let products: f64 = series
+                .iter()
+                .flat_map(|s| s.iter().zip(s.iter().skip(lag)))
+                .map(|(a, b)| (a * b.conj()).re)
+                .sum();
             let correlation = products / total;
             if !(correlation > 2.0 / count.sqrt()) {
                 break;
@@ -445,7 +509,8 @@ impl<'m> FrfObjective<'m> {
         1.0 + 2.0 * sum
     }
 
-    /// Returns a bootstrap sample: the lines of each record count `counts[record][line]` times, or once where no count is given.
+    /// Returns a bootstrap sample: the lines of each record count `counts[record][line]` times, or once where
+    /// no count is given.
     #[must_use]
     pub fn resampled(&self, counts: &[Vec<f64>]) -> FrfObjective<'m> {
         let mut records = self.records.clone();
@@ -453,7 +518,8 @@ impl<'m> FrfObjective<'m> {
             record.weight.iter_mut().zip(counts).for_each(|(w, c)| *w *= c);
         }
         let pools = self.structures.iter().map(|_| Mutex::new(Vec::new())).collect();
-        let (structures, channels, calibration) = (self.structures.clone(), self.channels.clone(), self.calibration.clone());
+        let (structures, channels, calibration) =
+            (self.structures.clone(), self.channels.clone(), self.calibration.clone());
         let (free, base) = (self.free.clone(), self.base.clone());
         FrfObjective {
             structures,
@@ -471,7 +537,8 @@ impl<'m> FrfObjective<'m> {
         }
     }
 
-    /// Returns the number of lines of each record, and its group: the FRFs of one position, or of one record without a position.
+    /// Returns the number of lines of each record, and its group: the FRFs of one position, or of one record
+    /// without a position.
     pub fn blocks(&self) -> Vec<(usize, usize)> {
         self.records.iter().map(|r| (r.omega_rad_s.len(), r.group)).collect()
     }

@@ -27,9 +27,15 @@ pub struct ModeSettings {
 }
 
 impl Default for ModeSettings {
-    /// σ_f² = (0.29·resolution/f)² + (1 %)² and σ_lnA = 0.13: rounding and model error, from the scatter of the published bench.
+    /// σ_f² = (0.29·resolution/f)² + (1 %)² and σ_lnA = 0.13: rounding and model error, from the scatter of
+    /// the published bench.
     fn default() -> Self {
-        ModeSettings { objective: Objective::LeastSquares, frequency_model_error: 0.01, amplitude_sd: 0.13, rods: RodModel::Exact }
+        ModeSettings {
+            objective: Objective::LeastSquares,
+            frequency_model_error: 0.01,
+            amplitude_sd: 0.13,
+            rods: RodModel::Exact,
+        }
     }
 }
 

@@ -22,7 +22,8 @@ struct Columns {
 }
 
 impl ModeObjective<'_> {
-    /// Returns [`ModeObjective::residuals_at`] and their derivatives with respect to the coordinates: one row per residual.
+    /// Returns [`ModeObjective::residuals_at`] and their derivatives with respect to the coordinates: one row
+    /// per residual.
     pub fn linearised_at(&self, place: &Place) -> (Vec<f64>, DMatrix<f64>) {
         self.linearised_of(place)
     }
@@ -32,7 +33,8 @@ impl ModeObjective<'_> {
         let parameters = self.parameters_of(place).0;
         let mut of = vec![None; parameters.len()];
         self.free.iter().enumerate().for_each(|(column, index)| of[*index] = Some(column));
-        let slopes = self.free.iter().map(|&index| self.machine.parameters[index].unit_slope(parameters[index]));
+        let slopes =
+            self.free.iter().map(|&index| self.machine.parameters[index].unit_slope(parameters[index]));
         let gain_column = self.estimates_gain().then_some(self.free.len());
         let unit = slopes.chain(gain_column.map(|_| (GAIN_RANGE.1 / GAIN_RANGE.0).ln())).collect();
         let columns = Columns { of, gain: gain_column, unit };
@@ -46,31 +48,51 @@ impl ModeObjective<'_> {
             }
             self.residuals(&scratch.predictions, gain)
         });
-        let mut data = DMatrix::from_fn(rows.len(), columns.unit.len(), |row, column| rows[row][column] * columns.unit[column]);
+        let mut data = DMatrix::from_fn(rows.len(), columns.unit.len(), |row, column| {
+            rows[row][column] * columns.unit[column]
+        });
         if let Some(whitening) = &self.whitening {
             data = whitening * data;
         }
         let prior_slope = |index: usize| Some(self.machine.parameters[index].prior?.slope(parameters[index]));
-        let priors = self.free.iter().enumerate().filter_map(|(column, &index)| Some((column, prior_slope(index)? * columns.unit[column])));
+        let priors = self
+            .free
+            .iter()
+            .enumerate()
+            .filter_map(|(column, &index)| Some((column, prior_slope(index)? * columns.unit[column])));
         let priors: Vec<(usize, f64)> = priors.collect();
         let mut slopes = data.resize_vertically(rows.len() + priors.len(), 0.0);
         (rows.len()..).zip(priors).for_each(|(row, (column, slope))| slopes[(row, column)] = slope);
         (self.with_priors(residuals, &parameters), slopes)
     }
 
-    /// Computes the rows of a predicted position, in the order of its residuals: frequencies, amplitudes, modes that one side lacks.
-    fn rows_of(&self, at: usize, scratch: &mut ModeScratch, (gain, columns): (f64, &Columns)) -> Vec<Vec<f64>> {
+    /// Computes the rows of a predicted position, in the order of its residuals: frequencies, amplitudes,
+    /// modes that one side lacks.
+    fn rows_of(
+        &self,
+        at: usize,
+        scratch: &mut ModeScratch,
+        (gain, columns): (f64, &Columns),
+    ) -> Vec<Vec<f64>> {
         let ModeScratch { network, work, parameters, predictions, .. } = scratch;
         let (deviations, operating) = (&predictions[at].deviations, &self.positions[at].operating);
         let predicted: Vec<Peak> = deviations.iter().filter_map(|d| d.predicted).collect();
         let sensitivity = network.sensitivity(self.machine, parameters, operating, &columns.of, None);
-        let of_peaks = network.peak_slopes(&predicted, self.search.omega_power, (&sensitivity, columns.unit.len()), work);
+        let of_peaks = network.peak_slopes(
+            &predicted,
+            self.search.omega_power,
+            (&sensitivity, columns.unit.len()),
+            work,
+        );
         let zero = || vec![0.0; columns.unit.len()];
         let mut of_peaks = of_peaks.into_iter();
         let (mut frequencies, mut amplitudes, mut lacking) = (Vec::new(), Vec::new(), zero());
         let all = deviations.iter().map(Deviation::lacking).sum::<f64>().sqrt();
         for d in deviations {
-            let amplitude = d.observed.and_then(|o| o.amplitude).filter(|_| self.settings.objective != Objective::Frequencies);
+            let amplitude = d
+                .observed
+                .and_then(|o| o.amplitude)
+                .filter(|_| self.settings.objective != Objective::Frequencies);
             let Some((peak, slopes)) = d.predicted.and_then(|peak| Some((peak, of_peaks.next()?))) else {
                 frequencies.push(zero());
                 amplitudes.extend(amplitude.map(|_| zero()));
@@ -78,7 +100,8 @@ impl ModeObjective<'_> {
             };
             let ramp = self.visibility_slopes(d, &peak, &slopes);
             if d.lacking() > 0.0 {
-                let by_visibility = 0.5 * self.missing() / all * if d.observed.is_some() { -1.0 } else { 1.0 };
+                let by_visibility =
+                    0.5 * self.missing() / all * if d.observed.is_some() { -1.0 } else { 1.0 };
                 lacking.iter_mut().zip(&ramp).for_each(|(sum, slope)| *sum += by_visibility * slope);
             }
             // The residual of a pair is √visibility·e.
@@ -88,8 +111,14 @@ impl ModeObjective<'_> {
                 slopes.zip(&ramp).map(|(slope, ramp)| seen * slope + by_ramp * ramp).collect()
             };
             if let Some(measured_hz) = d.observed.and_then(|o| o.frequency_hz) {
-                let (ratio, sd) = (peak.frequency_hz / measured_hz, self.settings.frequency_sd(self.resolution_hz, measured_hz));
-                frequencies.push(row((ratio - 1.0) / sd, &mut slopes.log_frequency.iter().map(|slope| ratio / sd * slope)));
+                let (ratio, sd) = (
+                    peak.frequency_hz / measured_hz,
+                    self.settings.frequency_sd(self.resolution_hz, measured_hz),
+                );
+                frequencies.push(row(
+                    (ratio - 1.0) / sd,
+                    &mut slopes.log_frequency.iter().map(|slope| ratio / sd * slope),
+                ));
             }
             if let Some(amplitude) = amplitude {
                 let (e, sd) = ((gain * peak.amplitude / amplitude).ln(), self.settings.amplitude_sd);
@@ -107,17 +136,31 @@ impl ModeObjective<'_> {
         }
         let [of_lone, of_pair] = self.candidate_slopes(peak);
         let [by_prominence, by_frequency] = if d.observed.is_some() { of_pair } else { of_lone };
-        slopes.log_prominence.iter().zip(&slopes.log_frequency).map(|(p, f)| by_prominence * p + by_frequency * f).collect()
+        slopes
+            .log_prominence
+            .iter()
+            .zip(&slopes.log_frequency)
+            .map(|(p, f)| by_prominence * p + by_frequency * f)
+            .collect()
     }
 
     /// Computes d ln(recorded amplitude) of a peak, with the measuring chain and the gain.
-    fn log_amplitude_slopes(&self, peak: &Peak, slopes: &PeakSlopes, at: (&[f64], &Operating), columns: &Columns) -> Vec<f64> {
+    fn log_amplitude_slopes(
+        &self,
+        peak: &Peak,
+        slopes: &PeakSlopes,
+        at: (&[f64], &Operating),
+        columns: &Columns,
+    ) -> Vec<f64> {
         let (chain, (parameters, operating)) = (&self.machine.chain, at);
         let (gain, _, power) = chain.at(parameters, operating);
         let log_omega = omega_rad_s(peak.frequency_hz).ln();
-        let mut row: Vec<f64> = slopes.log_amplitude.iter().zip(&slopes.log_frequency).map(|(a, f)| a + power * f).collect();
+        let mut row: Vec<f64> =
+            slopes.log_amplitude.iter().zip(&slopes.log_frequency).map(|(a, f)| a + power * f).collect();
         let mut add = |value: &Value, by: f64| {
-            value.gradient(parameters, operating, |p, d| columns.of[p].into_iter().for_each(|column| row[column] += by * d));
+            value.gradient(parameters, operating, |p, d| {
+                columns.of[p].into_iter().for_each(|column| row[column] += by * d)
+            });
         };
         add(&chain.gain, 1.0 / gain);
         add(&chain.power, log_omega);

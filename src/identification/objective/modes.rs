@@ -49,7 +49,8 @@ pub(super) struct PositionData {
     index: usize,
     pub(super) operating: Operating,
     observed: Vec<ModeObservation>,
-    /// Frequency (Hz) of each order to pair with peaks; `None` for one known from other positions about which this one states nothing.
+    /// Frequency (Hz) of each order to pair with peaks; `None` for one known from other positions about which
+    /// this one states nothing.
     sought: Vec<Option<f64>>,
     /// Index in `observed` of each order sought.
     observation: Vec<Option<usize>>,
@@ -57,7 +58,8 @@ pub(super) struct PositionData {
     lines: FrequencyGrid,
 }
 
-/// Misfit between predicted peaks and measured modes of some positions as a function of a machine's free parameters.
+/// Misfit between predicted peaks and measured modes of some positions as a function of a machine's free
+/// parameters.
 pub struct ModeObjective<'m> {
     pub(super) machine: &'m Machine,
     structure: Arc<Structure>,
@@ -81,7 +83,12 @@ impl<'m> ModeObjective<'m> {
     /// Builds the objective of the positions to fit; `frozen` parameters keep their start values.
     ///
     /// # Errors  the set has no modes there, names points that the machine lacks, or lies outside the screw.
-    pub fn new(machine: &'m Machine, fit: &FitSet<'_>, settings: ModeSettings, frozen: &[String]) -> Result<Self, ObjectiveError> {
+    pub fn new(
+        machine: &'m Machine,
+        fit: &FitSet<'_>,
+        settings: ModeSettings,
+        frozen: &[String],
+    ) -> Result<Self, ObjectiveError> {
         if fit.positions().is_empty() {
             return Err(ObjectiveError::Data(format!(
                 "{}: no position to fit is given; name some in split.fit or as positions",
@@ -90,12 +97,15 @@ impl<'m> ModeObjective<'m> {
         }
         let objective = Self::for_positions(machine, fit.set(), fit.positions(), settings, frozen, None)?;
         if objective.positions.iter().all(|p| p.observed.is_empty()) {
-            return Err(ObjectiveError::Data("no mode was observed at the positions to fit; name other positions".into()));
+            return Err(ObjectiveError::Data(
+                "no mode was observed at the positions to fit; name other positions".into(),
+            ));
         }
         Ok(objective)
     }
 
-    /// As [`ModeObjective::new`], and frees the parameters that modes hardly determine; they follow those of `first`.
+    /// As [`ModeObjective::new`], and frees the parameters that modes hardly determine; they follow those of
+    /// `first`.
     ///
     /// # Errors  as [`ModeObjective::new`].
     pub fn with_all_free(
@@ -112,7 +122,8 @@ impl<'m> ModeObjective<'m> {
         Ok(objective)
     }
 
-    /// Returns the objective with correlated residuals. Each column is their change by one standard deviation of a nuisance parameter.
+    /// Returns the objective with correlated residuals. Each column is their change by one standard deviation
+    /// of a nuisance parameter.
     #[must_use]
     pub fn correlated(mut self, columns: &[Vec<f64>]) -> Self {
         let rows = columns.first().map_or(0, Vec::len);
@@ -122,7 +133,8 @@ impl<'m> ModeObjective<'m> {
         self
     }
 
-    /// Builds the objective of the held-out positions, to predict them. Its band includes that of the fit, if given.
+    /// Builds the objective of the held-out positions, to predict them. Its band includes that of the fit, if
+    /// given.
     ///
     /// # Errors  as [`ModeObjective::new`].
     pub fn held_out(
@@ -131,7 +143,8 @@ impl<'m> ModeObjective<'m> {
         settings: ModeSettings,
         fit_band_hz: Option<(f64, f64)>,
     ) -> Result<Self, ObjectiveError> {
-        let objective = Self::for_positions(machine, held_out.set(), held_out.positions(), settings, &[], fit_band_hz)?;
+        let objective =
+            Self::for_positions(machine, held_out.set(), held_out.positions(), settings, &[], fit_band_hz)?;
         if !objective.band_hz.0.is_finite() {
             return Err(ObjectiveError::Data(format!(
                 "{}: no mode was observed at the held-out positions; there is nothing to compare",
@@ -149,17 +162,25 @@ impl<'m> ModeObjective<'m> {
         frozen: &[String],
         wider: Option<(f64, f64)>,
     ) -> Result<Self, ObjectiveError> {
-        let table = set
-            .modes
-            .as_ref()
-            .ok_or_else(|| ObjectiveError::Data(format!("{}: the set has no modes; write modes = \"…\" in its manifest", set.path)))?;
-        let named = |name: &Option<String>, key: &str| point_named(machine, &set.path, key, name.as_deref().unwrap_or_default());
+        let table = set.modes.as_ref().ok_or_else(|| {
+            ObjectiveError::Data(format!(
+                "{}: the set has no modes; write modes = \"…\" in its manifest",
+                set.path
+            ))
+        })?;
+        let named = |name: &Option<String>, key: &str| {
+            point_named(machine, &set.path, key, name.as_deref().unwrap_or_default())
+        };
         let named_excitation = set.excitation.as_deref().unwrap_or_default();
         if Excitation::named(machine, &set.path, named_excitation)? == Excitation::Command {
             let fault = "peaks of a closed-loop FRF are no natural frequencies of the machine; give the FRF itself as [[frf]]";
-            return Err(ObjectiveError::Data(format!("{}: excitation = \"{named_excitation}\": {fault}", set.path)));
+            return Err(ObjectiveError::Data(format!(
+                "{}: excitation = \"{named_excitation}\": {fault}",
+                set.path
+            )));
         }
-        let (response, excitation) = (named(&set.response, "response")?, named(&set.excitation, "excitation")?);
+        let (response, excitation) =
+            (named(&set.response, "response")?, named(&set.excitation, "excitation")?);
         let structure = Arc::new(Structure::new(machine, response, excitation, settings.rods)?);
         // Orders observed at any of these positions: held-out data must not influence the fit.
         let rows = || positions.iter().flat_map(|index| &table.positions[*index]);
@@ -170,16 +191,28 @@ impl<'m> ModeObjective<'m> {
         let mut data = Vec::new();
         for &index in positions {
             let operating = Operating::at(set.positions[index].nut_m);
-            machine.check_operating(&format!("{}: position {}", set.path, set.positions[index].name), &operating)?;
+            machine.check_operating(
+                &format!("{}: position {}", set.path, set.positions[index].name),
+                &operating,
+            )?;
             let stated = &table.positions[index];
-            let observed: Vec<ModeObservation> = stated.iter().filter(|m| m.frequency_hz.is_some()).copied().collect();
+            let observed: Vec<ModeObservation> =
+                stated.iter().filter(|m| m.frequency_hz.is_some()).copied().collect();
             let unstated = |order: &u32| stated.iter().all(|m| m.order != *order);
             let seen = observed.iter().enumerate().map(|(at, m)| (m.order, m.frequency_hz, Some(at)));
-            let mut orders: Vec<_> = seen.chain(known.iter().copied().filter(unstated).map(|order| (order, None, None))).collect();
+            let mut orders: Vec<_> =
+                seen.chain(known.iter().copied().filter(unstated).map(|order| (order, None, None))).collect();
             orders.sort_by_key(|(order, _, _)| *order);
             let sought = orders.iter().map(|(_, frequency_hz, _)| *frequency_hz).collect();
             let observation = orders.into_iter().map(|(_, _, at)| at).collect();
-            data.push(PositionData { index, operating, observed, sought, observation, lines: FrequencyGrid::new(&[]) });
+            data.push(PositionData {
+                index,
+                operating,
+                observed,
+                sought,
+                observation,
+                lines: FrequencyGrid::new(&[]),
+            });
         }
         // The band follows from these positions alone: held-out data must not influence the fit.
         let all = || {
@@ -219,7 +252,11 @@ impl<'m> ModeObjective<'m> {
         let places = [0.3, 0.7].map(|u| self.parameters_of(&vec![u; self.free.len()]));
         for position in &mut self.positions {
             position.lines = self.search.start_grid();
-            keep_rods(&mut position.lines, (self.machine, &self.structure), places.each_ref().map(|p| (&p[..], position.operating)));
+            keep_rods(
+                &mut position.lines,
+                (self.machine, &self.structure),
+                places.each_ref().map(|p| (&p[..], position.operating)),
+            );
         }
     }
 
@@ -292,7 +329,9 @@ impl<'m> ModeObjective<'m> {
         peaks_into(network, (self.search, &p.lines), work, peaks);
         // The measuring chain changes the amplitude. The shift of the peak by the order of ζ² is neglected.
         let chain = self.machine.chain.at(parameters, &p.operating);
-        peaks.iter_mut().for_each(|peak| peak.amplitude *= Chain::log_factor(chain, omega_rad_s(peak.frequency_hz)).re.exp());
+        peaks.iter_mut().for_each(|peak| {
+            peak.amplitude *= Chain::log_factor(chain, omega_rad_s(peak.frequency_hz)).re.exp()
+        });
         candidates.clear();
         candidates.extend(peaks.iter().map(|peak| self.candidate(peak)));
         pair_into(&p.sought, candidates, least, pairs);
@@ -330,7 +369,8 @@ impl<'m> ModeObjective<'m> {
             return AmplitudeFit { gain: 1.0, count: 0 };
         }
         let ratios = predictions.iter().flat_map(|p| &p.deviations);
-        let ratios = ratios.filter_map(|d| Some((d.observed?.amplitude?, d.predicted?.amplitude, d.visibility)));
+        let ratios =
+            ratios.filter_map(|d| Some((d.observed?.amplitude?, d.predicted?.amplitude, d.visibility)));
         let (mut count, mut log_sum, mut present, mut sum, mut square) = (0, 0.0, 0.0, 0.0, 0.0);
         for (measured, predicted, share) in ratios {
             count += 1;
@@ -349,7 +389,8 @@ impl<'m> ModeObjective<'m> {
         AmplitudeFit { gain, count }
     }
 
-    /// Returns the weighted residuals in a fixed order: for each position frequencies, amplitudes, and one residual for modes that one side lacks.
+    /// Returns the weighted residuals in a fixed order: for each position frequencies, amplitudes, and one
+    /// residual for modes that one side lacks.
     pub fn residuals(&self, predictions: &[PositionPrediction], gain: f64) -> Vec<f64> {
         let mut residuals = Vec::new();
         self.each_residual(predictions, gain, |residual| residuals.push(residual));
@@ -358,18 +399,22 @@ impl<'m> ModeObjective<'m> {
 
     fn each_residual(&self, predictions: &[PositionPrediction], gain: f64, mut each: impl FnMut(f64)) {
         for deviations in predictions.iter().map(|p| &p.deviations) {
-            let observed = || deviations.iter().filter_map(|d| Some((d.observed?, d.predicted, d.visibility.sqrt())));
+            let observed =
+                || deviations.iter().filter_map(|d| Some((d.observed?, d.predicted, d.visibility.sqrt())));
             for (observed, predicted, present) in observed() {
                 each(predicted.map_or(0.0, |peak| {
                     let measured_hz = observed.frequency_hz.unwrap_or(peak.frequency_hz);
-                    present * (peak.frequency_hz / measured_hz - 1.0) / self.settings.frequency_sd(self.resolution_hz, measured_hz)
+                    present * (peak.frequency_hz / measured_hz - 1.0)
+                        / self.settings.frequency_sd(self.resolution_hz, measured_hz)
                 }));
             }
             if self.settings.objective != Objective::Frequencies {
                 for (amplitude, predicted, present) in
                     observed().filter_map(|(o, predicted, present)| Some((o.amplitude?, predicted, present)))
                 {
-                    each(predicted.map_or(0.0, |peak| present * (gain * peak.amplitude / amplitude).ln() / self.settings.amplitude_sd));
+                    each(predicted.map_or(0.0, |peak| {
+                        present * (gain * peak.amplitude / amplitude).ln() / self.settings.amplitude_sd
+                    }));
                 }
             }
             each(self.missing() * f64::sqrt(deviations.iter().map(Deviation::lacking).sum()));
@@ -405,7 +450,8 @@ impl<'m> ModeObjective<'m> {
         }
     }
 
-    /// Returns all weighted residuals at [`ModeObjective::extended`] coordinates, with those of the priors last.
+    /// Returns all weighted residuals at [`ModeObjective::extended`] coordinates, with those of the priors
+    /// last.
     pub fn residuals_at(&self, place: &Place) -> Vec<f64> {
         self.residuals_of(place)
     }
@@ -428,7 +474,9 @@ impl<'m> ModeObjective<'m> {
     /// Returns the number of rows of each position in [`ModeObjective::residuals`].
     pub fn rows(&self) -> Vec<usize> {
         let counts_amplitudes = self.settings.objective != Objective::Frequencies;
-        let amplitudes = |p: &PositionData| p.observed.iter().filter(|m| counts_amplitudes && m.amplitude.is_some()).count();
+        let amplitudes = |p: &PositionData| {
+            p.observed.iter().filter(|m| counts_amplitudes && m.amplitude.is_some()).count()
+        };
         self.positions.iter().map(|p| p.observed.len() + amplitudes(p) + 1).collect()
     }
 
@@ -437,7 +485,8 @@ impl<'m> ModeObjective<'m> {
         self.settings.objective != Objective::Eq26
     }
 
-    /// Returns the objective at given coordinates, always finite. Above `limit` any value above it may be returned.
+    /// Returns the objective at given coordinates, always finite. Above `limit` any value above it may be
+    /// returned.
     pub fn cost_at(&self, place: &[f64], limit: f64) -> f64 {
         self.with_scratch(|scratch| {
             self.parameters_into(place, &mut scratch.parameters);
@@ -447,7 +496,8 @@ impl<'m> ModeObjective<'m> {
 
     /// Evaluates position by position and stops above the limit.
     ///
-    /// With the gain at its best for the positions so far, a sum of squares can only rise with each further one. Eq. 26 has no such bound.
+    /// With the gain at its best for the positions so far, a sum of squares can only rise with each further
+    /// one. Eq. 26 has no such bound.
     fn cost_at_most(&self, scratch: &mut ModeScratch, limit: f64) -> f64 {
         let may_end = limit < f64::INFINITY && self.settings.objective != Objective::Eq26;
         let mut cost = 0.0;
@@ -477,8 +527,11 @@ impl<'m> ModeObjective<'m> {
                 for deviation in predictions.iter().flat_map(|p| &p.deviations) {
                     sum += match (deviation.observed, deviation.pair()) {
                         (Some(observed), Some((_, peak))) => {
-                            let frequency = observed.frequency_hz.map_or(0.0, |f| peak.frequency_hz / f - 1.0);
-                            let amplitude = observed.amplitude.map_or(0.0, |a| (gain * peak.amplitude / a - 1.0).clamp(-1e3, 1e3));
+                            let frequency =
+                                observed.frequency_hz.map_or(0.0, |f| peak.frequency_hz / f - 1.0);
+                            let amplitude = observed
+                                .amplitude
+                                .map_or(0.0, |a| (gain * peak.amplitude / a - 1.0).clamp(-1e3, 1e3));
                             frequency * frequency + amplitude * amplitude
                         }
                         // Both terms of a mode that is not predicted are 1.

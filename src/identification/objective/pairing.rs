@@ -8,49 +8,67 @@ pub const MISSING: f64 = 0.3;
 /// Least prominence (1) at which a predicted peak should be visible, for measurements that do not state it.
 pub const VISIBLE: f64 = 2.0;
 
-/// Where the band of the measured frequencies ends for a peak that should be visible, relative to its lowest and highest.
+/// Where the band of the measured frequencies ends for a peak that should be visible, relative to its lowest
+/// and highest.
 const BAND_ENDS: (f64, f64) = (0.9, 1.1);
 /// Half width of the ramp of visibility at the ends of the band (1).
 const END_RAMP: f64 = 0.05;
-/// Excess of prominence over 1, in factors of two of that of the least prominent peak read, at which a predicted peak is half a partner of a measured mode.
+/// Excess of prominence over 1, in factors of two of that of the least prominent peak read, at which a
+/// predicted peak is half a partner of a measured mode.
 const HALF_PRESENT: f64 = -3.0;
 
 /// A predicted peak to pair with measured modes.
 ///
-/// Both shares are ramps: a cliff would let costs jump where a peak grows or goes, and fits hide just below it. A jump remains where a ripple is born on the
-/// flank of a peak, whose prominence then counts from the new valley.
+/// Both shares are ramps: a cliff would let costs jump where a peak grows or goes, and fits hide just below
+/// it. A jump remains where a ripple is born on the flank of a peak, whose prominence then counts from the
+/// new valley.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PredictedPeak {
     /// Frequency (Hz).
     pub frequency_hz: f64,
-    /// How far (0 to 1) it should be seen: ½ at the least prominence of a peak that was read, 0 where it stands out half as much, 1 at twice as much.
+    /// How far (0 to 1) it should be seen: ½ at the least prominence of a peak that was read, 0 where it
+    /// stands out half as much, 1 at twice as much.
     pub visibility: f64,
-    /// How far (0 to 1) it can be a mode that was read: 0 where it stands out a sixteenth as much, 1 at a quarter.
+    /// How far (0 to 1) it can be a mode that was read: 0 where it stands out a sixteenth as much, 1 at a
+    /// quarter.
     pub presence: f64,
 }
 
 impl PredictedPeak {
     /// Returns the derivatives of visibility and of presence with ln(prominence) and ln(frequency).
-    pub fn slopes(prominence: f64, frequency_hz: f64, least_prominence: f64, band_hz: (f64, f64)) -> [[f64; 2]; 2] {
+    pub fn slopes(
+        prominence: f64,
+        frequency_hz: f64,
+        least_prominence: f64,
+        band_hz: (f64, f64),
+    ) -> [[f64; 2]; 2] {
         let octaves = ((prominence - 1.0) / (least_prominence - 1.0)).log2();
         let by_prominence = prominence / ((prominence - 1.0) * std::f64::consts::LN_2);
         let [low, high] = [frequency_hz / (BAND_ENDS.0 * band_hz.0), BAND_ENDS.1 * band_hz.1 / frequency_hz];
         let [at_low, at_high] = [low, high].map(|ratio| (ratio - 1.0) / END_RAMP);
         let ends = smooth_step(at_low) * smooth_step(at_high);
-        let by_ends = (step_slope(at_low) * low * smooth_step(at_high) - smooth_step(at_low) * step_slope(at_high) * high) / END_RAMP;
+        let by_ends = (step_slope(at_low) * low * smooth_step(at_high)
+            - smooth_step(at_low) * step_slope(at_high) * high)
+            / END_RAMP;
         [
             [step_slope(octaves) * by_prominence * ends, smooth_step(octaves) * by_ends],
             [step_slope(octaves - HALF_PRESENT) * by_prominence, 0.0],
         ]
     }
 
-    /// Judges a peak by its prominence (1) and frequency (Hz); `least_prominence` and `band_hz` are those of the measurement.
+    /// Judges a peak by its prominence (1) and frequency (Hz); `least_prominence` and `band_hz` are those of
+    /// the measurement.
     pub fn new(prominence: f64, frequency_hz: f64, least_prominence: f64, band_hz: (f64, f64)) -> Self {
         let excess = (prominence - 1.0) / (least_prominence - 1.0);
         let octaves = if excess > 0.0 { excess.log2() } else { f64::NEG_INFINITY };
         let inside = |ratio: f64| smooth_step((ratio - 1.0) / END_RAMP);
-        let ends = inside(frequency_hz / (BAND_ENDS.0 * band_hz.0)) * inside(BAND_ENDS.1 * band_hz.1 / frequency_hz);
-        PredictedPeak { frequency_hz, visibility: smooth_step(octaves) * ends, presence: smooth_step(octaves - HALF_PRESENT) }
+        let ends =
+            inside(frequency_hz / (BAND_ENDS.0 * band_hz.0)) * inside(BAND_ENDS.1 * band_hz.1 / frequency_hz);
+        PredictedPeak {
+            frequency_hz,
+            visibility: smooth_step(octaves) * ends,
+            presence: smooth_step(octaves - HALF_PRESENT),
+        }
     }
 }
 
@@ -61,7 +79,8 @@ pub struct Deviation {
     pub observed: Option<ModeObservation>,
     /// The predicted peak, with its amplitude in the measured quantity, without gain.
     pub predicted: Option<Peak>,
-    /// How far (0 to 1) the predicted peak should be seen; of a pair, how far it can be the mode that was. 0 without a predicted peak.
+    /// How far (0 to 1) the predicted peak should be seen; of a pair, how far it can be the mode that was. 0
+    /// without a predicted peak.
     pub visibility: f64,
 }
 
@@ -105,10 +124,17 @@ pub struct ModePair {
 
 /// Pairs two rising lists of modes with the least sum of squares, in order, so that no two pairs cross.
 ///
-/// The terms are the relative frequency error of a pair, as far as the peak is present, and [`MISSING`] as far as it is not; [`MISSING`] for a measured
-/// mode without a partner; and the same for a predicted peak without one, as far as it is visible. `sought` holds the frequency (Hz) of each order, or
-/// `None` for an order about which this position states nothing: it takes a peak for nothing, which may have been there or not. `least` is working memory.
-pub(super) fn pair_into(sought: &[Option<f64>], predicted: &[PredictedPeak], least: &mut Vec<f64>, pairs: &mut Vec<ModePair>) {
+/// The terms are the relative frequency error of a pair, as far as the peak is present, and [`MISSING`] as
+/// far as it is not; [`MISSING`] for a measured mode without a partner; and the same for a predicted peak
+/// without one, as far as it is visible. `sought` holds the frequency (Hz) of each order, or `None` for an
+/// order about which this position states nothing: it takes a peak for nothing, which may have been there or
+/// not. `least` is working memory.
+pub(super) fn pair_into(
+    sought: &[Option<f64>],
+    predicted: &[PredictedPeak],
+    least: &mut Vec<f64>,
+    pairs: &mut Vec<ModePair>,
+) {
     let missing = MISSING * MISSING;
     let with = |i: usize, j: usize| {
         let PredictedPeak { frequency_hz, presence, .. } = predicted[j];
@@ -170,13 +196,16 @@ mod tests {
     fn pair(measured_hz: &[f64], predicted_hz: &[f64], visibility: &[f64]) -> Vec<ModePair> {
         let sought: Vec<Option<f64>> = measured_hz.iter().map(|f| (*f > 0.0).then_some(*f)).collect();
         let peaks = predicted_hz.iter().zip(visibility);
-        let peaks: Vec<_> = peaks.map(|(&frequency_hz, &visibility)| PredictedPeak { frequency_hz, visibility, presence: 1.0 }).collect();
+        let peaks: Vec<_> = peaks
+            .map(|(&frequency_hz, &visibility)| PredictedPeak { frequency_hz, visibility, presence: 1.0 })
+            .collect();
         let mut pairs = Vec::new();
         pair_into(&sought, &peaks, &mut Vec::new(), &mut pairs);
         pairs
     }
 
-    /// Neither ramp has a cliff: a small step changes it little. Visibility is ½ at the stated limit and at the ends of the band.
+    /// Neither ramp has a cliff: a small step changes it little. Visibility is ½ at the stated limit and at
+    /// the ends of the band.
     #[test]
     fn visibility_and_presence_are_ramps() {
         let band_hz = (20.0, 500.0);
@@ -186,15 +215,26 @@ mod tests {
             assert_eq!([0.0, 0.499, 2.001].map(|excess| at(excess).visibility), [0.0, 0.0, 1.0]);
             assert_eq!([0.0, 0.0624, 0.2501].map(|excess| at(excess).presence), [0.0, 0.0, 1.0]);
             let steps: Vec<_> = (0..4000).map(|k| at(2.5 * f64::from(k) / 4000.0)).collect();
-            assert!(steps.windows(2).all(|w| w[1].visibility >= w[0].visibility && w[1].visibility - w[0].visibility < 0.01), "{least}");
-            assert!(steps.windows(2).all(|w| w[1].presence >= w[0].presence && w[1].presence - w[0].presence < 0.01), "{least}");
+            assert!(
+                steps
+                    .windows(2)
+                    .all(|w| w[1].visibility >= w[0].visibility && w[1].visibility - w[0].visibility < 0.01),
+                "{least}"
+            );
+            assert!(
+                steps
+                    .windows(2)
+                    .all(|w| w[1].presence >= w[0].presence && w[1].presence - w[0].presence < 0.01),
+                "{least}"
+            );
         }
         let at = |frequency_hz: f64| PredictedPeak::new(1e3, frequency_hz, 2.0, band_hz).visibility;
         assert_eq!([at(17.0), at(20.0), at(500.0), at(580.0)], [0.0, 1.0, 1.0, 0.0]);
         assert!((at(18.0) - 0.5).abs() < 1e-9 && (at(550.0) - 0.5).abs() < 1e-9);
     }
 
-    /// A peak without a partner costs nothing where an order without a statement (0) may be it, and as much as elsewhere where none may.
+    /// A peak without a partner costs nothing where an order without a statement (0) may be it, and as much
+    /// as elsewhere where none may.
     #[test]
     fn an_order_without_a_statement_takes_one_peak() {
         let pairs = pair(&[0.0, 402.0], &[90.0, 400.0], &[1.0; 2]);

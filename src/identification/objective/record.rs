@@ -12,7 +12,8 @@ use measurement::{Frf, FrfLine, MeasurementSet};
 use numeric::statistics::median;
 use numeric::unit::{frequency_hz, omega_rad_s};
 
-/// Number of lines summed in one piece. Pieces are added in order, so that sums do not depend on the number of threads.
+/// Number of lines summed in one piece. Pieces are added in order, so that sums do not depend on the number
+/// of threads.
 const PIECE: usize = 256;
 
 /// One FRF prepared for comparison.
@@ -45,8 +46,8 @@ impl FrfRecord {
         &self.noise_sd
     }
 
-    /// Returns the standard deviation of one component of ln H as a line states it, line by line, where known; [`FrfRecord::noise`] is averaged over
-    /// neighbouring lines.
+    /// Returns the standard deviation of one component of ln H as a line states it, line by line, where
+    /// known; [`FrfRecord::noise`] is averaged over neighbouring lines.
     pub fn stated_noise(&self) -> &[Option<f64>] {
         &self.stated_sd
     }
@@ -59,9 +60,9 @@ impl FrfRecord {
 
     /// Returns the record with at most `most` lines, dense where the curve bends and nowhere far apart.
     ///
-    /// A narrow resonance between two evenly spaced lines remains visible. The density follows three measures in equal parts: number of lines,
-    /// logarithm of the frequency, and length of the curve ln H in units of its noise. Each line is weighted by the number of lines it
-    /// represents.
+    /// A narrow resonance between two evenly spaced lines remains visible. The density follows three measures
+    /// in equal parts: number of lines, logarithm of the frequency, and length of the curve ln H in units of
+    /// its noise. Each line is weighted by the number of lines it represents.
     pub(super) fn curvature_sampled(&self, most: usize) -> FrfRecord {
         let count = self.omega_rad_s.len();
         if count <= most.max(2) {
@@ -84,11 +85,13 @@ impl FrfRecord {
             let step: f64 = measures.iter().zip(sums).map(|(measure, sum)| measure[at - 1] / sum).sum();
             cumulative[at] = cumulative[at - 1] + step / measures.len() as f64;
         }
-        let mut chosen: Vec<usize> =
-            (0..most).map(|k| cumulative.partition_point(|a| *a < (k as f64 + 0.5) / most as f64).min(count - 1)).collect();
+        let mut chosen: Vec<usize> = (0..most)
+            .map(|k| cumulative.partition_point(|a| *a < (k as f64 + 0.5) / most as f64).min(count - 1))
+            .collect();
         chosen.dedup();
         // Each chosen line represents those nearest to it.
-        let ends: Vec<usize> = chosen.windows(2).map(|pair| (pair[0] + pair[1]) / 2 + 1).chain([count]).collect();
+        let ends: Vec<usize> =
+            chosen.windows(2).map(|pair| (pair[0] + pair[1]) / 2 + 1).chain([count]).collect();
         let mean = count as f64 / chosen.len() as f64;
         let mut record = self.with(chosen);
         let mut from = 0;
@@ -116,14 +119,17 @@ impl FrfRecord {
         }
     }
 
-    /// Returns ln of the measured receptance at four lines from a line on; past the last line, that of the last.
+    /// Returns ln of the measured receptance at four lines from a line on; past the last line, that of the
+    /// last.
     pub(super) fn measured(&self, line: usize) -> Complexes {
         Complexes::each(|lane| self.log_measured[(line + lane).min(self.log_measured.len() - 1)])
     }
 
     /// Returns the weights of four lines from a line on; past the last line, 0.
     pub(super) fn weights(&self, line: usize) -> Reals {
-        Reals::from(std::array::from_fn::<_, LANES, _>(|lane| self.weight.get(line + lane).copied().unwrap_or(0.0)))
+        Reals::from(std::array::from_fn::<_, LANES, _>(|lane| {
+            self.weight.get(line + lane).copied().unwrap_or(0.0)
+        }))
     }
 
     /// Returns the frequencies of its lines (Hz).
@@ -171,15 +177,20 @@ impl Decoded {
     }
 }
 
-/// Combines gain, delay (s) and power of iω of the measuring chain with ln(gain) and delay (s) of a channel; returns ln(gain), delay, power.
-pub(super) fn factor((gain, delay_s, power): (f64, f64, f64), (log_gain, channel_delay_s): (f64, f64)) -> (f64, f64, f64) {
+/// Combines gain, delay (s) and power of iω of the measuring chain with ln(gain) and delay (s) of a channel;
+/// returns ln(gain), delay, power.
+pub(super) fn factor(
+    (gain, delay_s, power): (f64, f64, f64),
+    (log_gain, channel_delay_s): (f64, f64),
+) -> (f64, f64, f64) {
     (gain.ln() + log_gain, delay_s + channel_delay_s, power)
 }
 
 /// Computes ln(recorded/receptance) of a [`factor`], as [`machine::Chain::log_factor`].
 pub(super) fn log_factor((log_gain, delay_s, power): (f64, f64, f64), omega_rad_s: Reals) -> Complexes {
     let by_power = if power == 0.0 { Reals::ZERO } else { omega_rad_s.ln() * Reals::splat(power) };
-    let phase = omega_rad_s.mul_neg_add(Reals::splat(delay_s), Reals::splat(power * std::f64::consts::FRAC_PI_2));
+    let phase =
+        omega_rad_s.mul_neg_add(Reals::splat(delay_s), Reals::splat(power * std::f64::consts::FRAC_PI_2));
     Complexes::new(by_power + Reals::splat(log_gain), phase)
 }
 
@@ -206,8 +217,10 @@ pub(super) fn record(
     structure: usize,
     settings: FrfSettings,
 ) -> Result<FrfRecord, ObjectiveError> {
-    let in_band = |(_, l): &(usize, &FrfLine)| (settings.band_hz.0..=settings.band_hz.1).contains(&l.frequency_hz);
-    let omegas: Vec<f64> = frf.lines.iter().enumerate().filter(in_band).map(|(_, l)| omega_rad_s(l.frequency_hz)).collect();
+    let in_band =
+        |(_, l): &(usize, &FrfLine)| (settings.band_hz.0..=settings.band_hz.1).contains(&l.frequency_hz);
+    let omegas: Vec<f64> =
+        frf.lines.iter().enumerate().filter(in_band).map(|(_, l)| omega_rad_s(l.frequency_hz)).collect();
     let mut record = FrfRecord {
         frf: index,
         operating,
@@ -226,7 +239,8 @@ pub(super) fn record(
     let stated = noise_sds.iter().any(Option::is_some);
     let mut model_errors = Vec::new();
     for (at, line) in frf.lines.iter().enumerate().filter(in_band) {
-        let model_error = settings.model_error * levels.get(at).map_or(1.0, |level| (level / line.value.norm()).max(1.0));
+        let model_error =
+            settings.model_error * levels.get(at).map_or(1.0, |level| (level / line.value.norm()).max(1.0));
         model_errors.push(model_error);
         let omega = omega_rad_s(line.frequency_hz);
         let noise_sd = noise_sds[at];
@@ -242,7 +256,9 @@ pub(super) fn record(
     }
     // A line without a stated noise has the median noise of its record, not none.
     if let Some(median_sd) = median(record.noise_sd.iter().flatten().copied()) {
-        for ((weight, noise_sd), model_error) in record.weight.iter_mut().zip(&record.noise_sd).zip(&model_errors) {
+        for ((weight, noise_sd), model_error) in
+            record.weight.iter_mut().zip(&record.noise_sd).zip(&model_errors)
+        {
             if noise_sd.is_none() {
                 *weight = 1.0 / (median_sd * median_sd + model_error * model_error);
             }
@@ -258,7 +274,8 @@ pub(super) fn record(
     Ok(record)
 }
 
-/// Computes the geometric mean of |H| over a third of an octave to either side of each line, in the recorded quantity.
+/// Computes the geometric mean of |H| over a third of an octave to either side of each line, in the recorded
+/// quantity.
 fn levels(frf: &Frf) -> Vec<f64> {
     let lines = &frf.lines;
     let (mut from, mut to, mut sum) = (0, 0, 0.0);
@@ -278,7 +295,8 @@ fn levels(frf: &Frf) -> Vec<f64> {
         .collect()
 }
 
-/// Checks that all FRFs fitted together overlap in frequency: otherwise one carries no information on the other.
+/// Checks that all FRFs fitted together overlap in frequency: otherwise one carries no information on the
+/// other.
 pub(super) fn check_overlap(set: &MeasurementSet, records: &[FrfRecord]) -> Result<(), ObjectiveError> {
     let ends = |r: &FrfRecord| (r.omega_rad_s[0], r.omega_rad_s[r.omega_rad_s.len() - 1]);
     for (at, a) in records.iter().enumerate() {

@@ -1,4 +1,5 @@
-//! Objectives with redrawn data and priors: their minima are draws of the parameters that data and priors leave possible.
+//! Objectives with redrawn data and priors: their minima are draws of the parameters that data and priors
+//! leave possible.
 
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
@@ -20,17 +21,23 @@ pub struct RedrawnFrfs<'m> {
 }
 
 impl<'m> FrfObjective<'m> {
-    /// Draws each line of the FRFs from its weight, the centre of each prior from the prior, and the centre of each range evenly over the range.
+    /// Draws each line of the FRFs from its weight, the centre of each prior from the prior, and the centre
+    /// of each range evenly over the range.
     pub fn redrawn(&self, generator: &mut impl Rng) -> RedrawnFrfs<'m> {
         let mut line = |weight: &f64| {
             let sd = if *weight > 0.0 { 1.0 / weight.sqrt() } else { 0.0 };
             Complex64::new(sd * normal(generator), sd * normal(generator))
         };
-        let by: Vec<Vec<Complex64>> = self.records.iter().map(|record| record.weight.iter().map(&mut line).collect()).collect();
+        let by: Vec<Vec<Complex64>> =
+            self.records.iter().map(|record| record.weight.iter().map(&mut line).collect()).collect();
         let dimension = LeastSquares::dimension(self);
         let here = self.decode(&vec![0.5; dimension]);
         let mut with_prior = vec![false; dimension];
-        let priors = self.priors(&here).map(|term| with_prior[term.column] = true).map(|()| normal(generator)).collect();
+        let priors = self
+            .priors(&here)
+            .map(|term| with_prior[term.column] = true)
+            .map(|()| normal(generator))
+            .collect();
         let ranges = with_prior.into_iter().map(|stated| (!stated).then(|| generator.random())).collect();
         RedrawnFrfs { objective: self.shifted(&by), priors, ranges }
     }
@@ -43,8 +50,11 @@ impl LeastSquares for RedrawnFrfs<'_> {
 
     fn chi_square(&self, place: &[f64]) -> f64 {
         let here = self.objective.decode(place);
-        let priors = self.objective.priors(&here).zip(&self.priors).map(|(term, by)| by * (2.0 * term.deviation + by));
-        LeastSquares::chi_square(&self.objective, place) + priors.sum::<f64>() + range_squares(&self.ranges, place)
+        let priors =
+            self.objective.priors(&here).zip(&self.priors).map(|(term, by)| by * (2.0 * term.deviation + by));
+        LeastSquares::chi_square(&self.objective, place)
+            + priors.sum::<f64>()
+            + range_squares(&self.ranges, place)
     }
 
     fn normal(&self, place: &[f64]) -> NormalEquations {
@@ -72,16 +82,23 @@ pub struct RedrawnModes<'o, 'm> {
 }
 
 impl<'m> ModeObjective<'m> {
-    /// Returns columns of changes of the residuals in the units in which correlated residuals are independent.
+    /// Returns columns of changes of the residuals in the units in which correlated residuals are
+    /// independent.
     pub fn whitened(&self, columns: &[Vec<f64>]) -> DMatrix<f64> {
         let rows = self.rows().iter().sum();
         let changes = DMatrix::from_fn(rows, columns.len(), |row, column| columns[column][row]);
         self.whitening.as_ref().map_or_else(|| changes.clone(), |whitening| whitening * &changes)
     }
 
-    /// Draws each residual with the standard deviation `data_sd` in its own units, each tolerance and the centre of each prior from its prior, and the
-    /// centre of each range evenly over the range. `whitened` is that of the columns to which the residuals are correlated.
-    pub fn redrawn<'o>(&'o self, data_sd: f64, whitened: &'o DMatrix<f64>, generator: &mut impl Rng) -> RedrawnModes<'o, 'm> {
+    /// Draws each residual with the standard deviation `data_sd` in its own units, each tolerance and the
+    /// centre of each prior from its prior, and the centre of each range evenly over the range. `whitened` is
+    /// that of the columns to which the residuals are correlated.
+    pub fn redrawn<'o>(
+        &'o self,
+        data_sd: f64,
+        whitened: &'o DMatrix<f64>,
+        generator: &mut impl Rng,
+    ) -> RedrawnModes<'o, 'm> {
         let noise = DVector::from_fn(whitened.nrows(), |_, _| data_sd * normal(generator));
         let noise = self.whitening.as_ref().map_or_else(|| noise.clone(), |whitening| whitening * &noise);
         let tolerances = DVector::from_fn(whitened.ncols(), |_, _| normal(generator));
@@ -90,18 +107,32 @@ impl<'m> ModeObjective<'m> {
         let gain = self.estimates_gain().then_some(false);
         let priors = self.free.iter().filter(|i| stated(i)).map(|_| normal(generator));
         let all: Vec<f64> = shift.iter().copied().chain(priors).collect();
-        let ranges = self.free.iter().map(stated).chain(gain).map(|stated| (!stated).then(|| generator.random())).collect();
-        RedrawnModes { squares: ModeSquares::new(self, None).shifted(all), ranges, tolerances, shift, whitened }
+        let ranges = self
+            .free
+            .iter()
+            .map(stated)
+            .chain(gain)
+            .map(|stated| (!stated).then(|| generator.random()))
+            .collect();
+        RedrawnModes {
+            squares: ModeSquares::new(self, None).shifted(all),
+            ranges,
+            tolerances,
+            shift,
+            whitened,
+        }
     }
 }
 
 impl RedrawnModes<'_, '_> {
     /// Returns the deviations of the tolerances that belong to a minimum, in prior standard deviations.
     ///
-    /// They minimise |r + C·t + ε|² + |t − t₀|², with the residuals r, their noise ε, and t₀ drawn from the prior.
+    /// They minimise |r + C·t + ε|² + |t − t₀|², with the residuals r, their noise ε, and t₀ drawn from the
+    /// prior.
     pub fn tolerances_at(&self, objective: &ModeObjective<'_>, place: &Place) -> Vec<f64> {
         let residuals = objective.residuals_at(place);
-        let left = DVector::from_iterator(self.shift.len(), residuals.iter().take(self.shift.len()).copied()) + &self.shift;
+        let left = DVector::from_iterator(self.shift.len(), residuals.iter().take(self.shift.len()).copied())
+            + &self.shift;
         (&self.tolerances - self.whitened.transpose() * left).data.into()
     }
 }

@@ -12,7 +12,8 @@ use dynamics::model::{ABREAST, Complexes, Frequencies, LANES, Reals};
 use machine::Value;
 use optimizer::{LeastSquares, NormalEquations};
 
-/// A mode objective with weighted residuals, as in a bootstrap sample; without weights each residual counts once.
+/// A mode objective with weighted residuals, as in a bootstrap sample; without weights each residual counts
+/// once.
 pub struct ModeSquares<'o, 'm> {
     objective: &'o ModeObjective<'m>,
     /// Weight of the square of each residual.
@@ -77,7 +78,8 @@ struct Columns {
     unit: Vec<f64>,
 }
 
-/// Prior of a coordinate: its deviation in prior standard deviations, and the derivative of that with respect to the coordinate.
+/// Prior of a coordinate: its deviation in prior standard deviations, and the derivative of that with respect
+/// to the coordinate.
 pub(super) struct PriorTerm {
     pub(super) column: usize,
     pub(super) deviation: f64,
@@ -92,7 +94,9 @@ fn standardised(deviation: f64, sd: f64) -> f64 {
 /// Computes Re Σ a*·b, lane by lane.
 #[inline]
 fn product(a: &[Complexes], b: &[Complexes]) -> Reals {
-    let (re, im) = a.iter().zip(b).fold((Reals::ZERO, Reals::ZERO), |(re, im), (a, b)| (a.re.mul_add(b.re, re), a.im.mul_add(b.im, im)));
+    let (re, im) = a.iter().zip(b).fold((Reals::ZERO, Reals::ZERO), |(re, im), (a, b)| {
+        (a.re.mul_add(b.re, re), a.im.mul_add(b.im, im))
+    });
     re + im
 }
 
@@ -109,7 +113,8 @@ impl FrfObjective<'_> {
 
     /// Returns the first of the two columns of a channel with tolerances of gain and delay.
     fn channel_column(&self, channel: usize) -> Option<usize> {
-        (channel < self.free_channels()).then(|| self.free.len() + usize::from(self.estimates_gain()) + self.nuts + 2 * channel)
+        (channel < self.free_channels())
+            .then(|| self.free.len() + usize::from(self.estimates_gain()) + self.nuts + 2 * channel)
     }
 
     /// Returns the columns of the machine's parameters and of the data's own nuisance parameters.
@@ -120,15 +125,21 @@ impl FrfObjective<'_> {
             of[parameter] = Some(column);
             *slope = self.machine.parameters[parameter].unit_slope(here.parameters[parameter]);
         }
-        (0..self.nuts).filter_map(|nut| self.nut_column(nut)).for_each(|column| unit[column] = SPAN * self.settings.nut_sd_m);
+        (0..self.nuts)
+            .filter_map(|nut| self.nut_column(nut))
+            .for_each(|column| unit[column] = SPAN * self.settings.nut_sd_m);
         Columns { of, unit }
     }
 
-    /// Returns the columns on which a record depends: all parameters, the gain, and the record's own nut position and channel.
+    /// Returns the columns on which a record depends: all parameters, the gain, and the record's own nut
+    /// position and channel.
     fn columns_of(&self, record: &FrfRecord) -> Vec<usize> {
         let shared = 0..self.free.len() + usize::from(self.estimates_gain());
         let channel = self.channel_column(record.structure);
-        shared.chain(self.nut_column(record.nut)).chain(channel.into_iter().flat_map(|column| [column, column + 1])).collect()
+        shared
+            .chain(self.nut_column(record.nut))
+            .chain(channel.into_iter().flat_map(|column| [column, column + 1]))
+            .collect()
     }
 
     /// Returns the priors of free parameters, nut positions, and gains and delays of channels.
@@ -140,18 +151,27 @@ impl FrfObjective<'_> {
             let slope = parameter.unit_slope(value) * prior.slope(value);
             Some(PriorTerm { column, deviation: prior.deviation(parameter.start, value), slope })
         });
-        let channels = here
-            .channels
-            .iter()
-            .take(self.free_channels())
-            .flat_map(move |(log_gain, delay_s)| [standardised(*log_gain, gain_sd), standardised(*delay_s, delay_sd_s)]);
+        let channels =
+            here.channels.iter().take(self.free_channels()).flat_map(move |(log_gain, delay_s)| {
+                [standardised(*log_gain, gain_sd), standardised(*delay_s, delay_sd_s)]
+            });
         let own = here.nut_shift_m.iter().map(move |shift_m| shift_m / nut_sd_m).chain(channels);
         let first = self.free.len() + usize::from(self.estimates_gain());
-        parameters.chain(own.enumerate().map(move |(at, deviation)| PriorTerm { column: first + at, deviation, slope: SPAN }))
+        parameters.chain(own.enumerate().map(move |(at, deviation)| PriorTerm {
+            column: first + at,
+            deviation,
+            slope: SPAN,
+        }))
     }
 
     /// Computes the normal equations of some lines of a record, in unit-cube coordinates.
-    fn piece(&self, record: &FrfRecord, here: &Decoded, columns: &Columns, lines: std::ops::Range<usize>) -> NormalEquations {
+    fn piece(
+        &self,
+        record: &FrfRecord,
+        here: &Decoded,
+        columns: &Columns,
+        lines: std::ops::Range<usize>,
+    ) -> NormalEquations {
         let own = self.columns_of(record);
         let dimension = own.len();
         let mut chi_square = Reals::ZERO;
@@ -164,7 +184,11 @@ impl FrfObjective<'_> {
             let mut sums = information.iter_mut();
             for (row, (a, slope)) in slopes.chunks_exact(abreast).zip(&mut gradient).enumerate() {
                 *slope += product(a, residuals);
-                slopes.chunks_exact(abreast).take(row + 1).zip(&mut sums).for_each(|(b, sum)| *sum += product(a, b));
+                slopes
+                    .chunks_exact(abreast)
+                    .take(row + 1)
+                    .zip(&mut sums)
+                    .for_each(|(b, sum)| *sum += product(a, b));
             }
         });
         let mut normal = NormalEquations::zero(columns.unit.len());
@@ -172,15 +196,19 @@ impl FrfObjective<'_> {
         own.iter().zip(gradient).for_each(|(column, sum)| normal.gradient[*column] = sum.reduce_add());
         let mut sums = information.into_iter();
         for (at, row) in own.iter().enumerate() {
-            own[..=at].iter().zip(&mut sums).for_each(|(column, sum)| normal.information[(*row, *column)] = sum.reduce_add());
+            own[..=at]
+                .iter()
+                .zip(&mut sums)
+                .for_each(|(column, sum)| normal.information[(*row, *column)] = sum.reduce_add());
         }
         normal
     }
 
     /// Calls `each(line, residuals, slopes)` for groups of lines of a record.
     ///
-    /// Residuals come group by group. `slopes` holds their derivatives with respect to the record's own coordinates
-    /// ([`FrfObjective::columns_of`]), column c of group w at c·groups + w. Both are multiplied by the square root of the weight, which is 0 past the last line.
+    /// Residuals come group by group. `slopes` holds their derivatives with respect to the record's own
+    /// coordinates ([`FrfObjective::columns_of`]), column c of group w at c·groups + w. Both are multiplied
+    /// by the square root of the weight, which is 0 past the last line.
     fn weighted_rows(
         &self,
         record: &FrfRecord,
@@ -199,23 +227,31 @@ impl FrfObjective<'_> {
         scratch.network.update(self.machine, parameters, &operating);
         let sensitivity = scratch.network.sensitivity(self.machine, parameters, &operating, columns, nut);
         let loops = self.loops(record.structure, (here, operating), &mut scratch.encoders, columns);
-        let by_encoders: Vec<_> =
-            scratch.encoders.iter().map(|of| of.network.sensitivity(self.machine, parameters, &operating, columns, nut)).collect();
+        let by_encoders: Vec<_> = scratch
+            .encoders
+            .iter()
+            .map(|of| of.network.sensitivity(self.machine, parameters, &operating, columns, nut))
+            .collect();
         let chain = self.machine.chain.at(parameters, &operating);
         // Derivatives of the chain's ln(gain), delay and power with respect to the coordinates.
         let mut chain_slopes: Vec<(usize, (f64, f64, f64))> = Vec::new();
         let numbers = &self.machine.chain;
         let mut push = |value: &Value, slope: &dyn Fn(f64, f64) -> (f64, f64, f64)| {
-            value.gradient(parameters, &operating, |p, d| chain_slopes.extend(columns[p].map(|c| (c, slope(d, unit[c])))));
+            value.gradient(parameters, &operating, |p, d| {
+                chain_slopes.extend(columns[p].map(|c| (c, slope(d, unit[c]))))
+            });
         };
         push(&numbers.gain, &|d, unit| (d / chain.0 * unit, 0.0, 0.0));
         push(&numbers.delay, &|d, unit| (0.0, d * unit, 0.0));
         push(&numbers.power, &|d, unit| (0.0, 0.0, d * unit));
         // Derivatives with respect to the gain of the set and the channel's gain and delay.
-        chain_slopes.extend(self.gain_column().map(|column| (column, ((GAIN_RANGE.1 / GAIN_RANGE.0).ln(), 0.0, 0.0))));
+        chain_slopes.extend(
+            self.gain_column().map(|column| (column, ((GAIN_RANGE.1 / GAIN_RANGE.0).ln(), 0.0, 0.0))),
+        );
         if let Some(column) = self.channel_column(record.structure).and_then(of_own) {
             let (gain, delay_s) = self.settings.channel_sd;
-            chain_slopes.extend([(column, (SPAN * gain, 0.0, 0.0)), (column + 1, (0.0, SPAN * delay_s, 0.0))]);
+            chain_slopes
+                .extend([(column, (SPAN * gain, 0.0, 0.0)), (column + 1, (0.0, SPAN * delay_s, 0.0))]);
         }
         let factor = factor(chain, here.channel(record));
         let log_gain = Complexes::real(Reals::splat(here.log_gain));
@@ -223,15 +259,23 @@ impl FrfObjective<'_> {
         let groups = lines.start / LANES..lines.end.div_ceil(LANES);
         for from in groups.clone().step_by(ABREAST) {
             let some = from..groups.end.min(from + ABREAST);
-            let (omegas, at) = (&record.lines.omega_rad_s()[some.clone()], Frequencies::of(&record.lines, some));
+            let (omegas, at) =
+                (&record.lines.omega_rad_s()[some.clone()], Frequencies::of(&record.lines, some));
             let abreast = omegas.len();
             scratch.row.clear();
             scratch.row.resize(dimension * abreast, Complexes::ZERO);
-            let mut predicted = scratch.network.gradient(at, &sensitivity, &mut scratch.work, &mut scratch.row);
+            let mut predicted =
+                scratch.network.gradient(at, &sensitivity, &mut scratch.work, &mut scratch.row);
             if let Some(loops) = &loops {
                 followed[..abreast].copy_from_slice(predicted);
                 let open = encoder_gradients(&mut scratch.encoders, at, &by_encoders, dimension);
-                loops.close_with_slopes(omegas, &scratch.encoders, &open, &mut followed[..abreast], &mut scratch.row);
+                loops.close_with_slopes(
+                    omegas,
+                    &scratch.encoders,
+                    &open,
+                    &mut followed[..abreast],
+                    &mut scratch.row,
+                );
                 predicted = &followed[..abreast];
             }
             for (w, (predicted, omega)) in predicted.iter().zip(omegas).enumerate() {
@@ -252,7 +296,8 @@ impl FrfObjective<'_> {
         self.give_back(record.structure, scratch);
     }
 
-    /// Returns all terms whose squares sum to χ²: weighted residuals, real and imaginary parts in turn, then the priors.
+    /// Returns all terms whose squares sum to χ²: weighted residuals, real and imaginary parts in turn, then
+    /// the priors.
     pub fn rows(&self, place: &Place) -> DVector<f64> {
         let here = self.decode(place);
         let priors = self.priors(&here).map(|k| k.deviation);
@@ -286,11 +331,9 @@ impl FrfObjective<'_> {
     /// Returns the weighted residuals of all lines, without priors.
     pub fn weighted_residuals(&self, place: &Place) -> DVector<f64> {
         let residuals = self.residuals_at(place);
-        let parts = self
-            .records
-            .iter()
-            .zip(&residuals)
-            .flat_map(|(record, r)| r.iter().zip(&record.weight).flat_map(|(r, weight)| [weight.sqrt() * r.re, weight.sqrt() * r.im]));
+        let parts = self.records.iter().zip(&residuals).flat_map(|(record, r)| {
+            r.iter().zip(&record.weight).flat_map(|(r, weight)| [weight.sqrt() * r.re, weight.sqrt() * r.im])
+        });
         DVector::from_iterator(2 * residuals.iter().map(Vec::len).sum::<usize>(), parts)
     }
 }
@@ -307,11 +350,14 @@ impl LeastSquares for FrfObjective<'_> {
             .map(|(record, lines)| {
                 let record = &self.records[*record];
                 let (mut sum, gain) = (Reals::ZERO, Complexes::real(Reals::splat(here.log_gain)));
-                self.visit(record, &here, lines.clone(), |line, r| sum += record.weights(line) * (r - gain).norm_sqr());
+                self.visit(record, &here, lines.clone(), |line, r| {
+                    sum += record.weights(line) * (r - gain).norm_sqr()
+                });
                 sum.reduce_add()
             })
             .collect();
-        let chi_square = sums.iter().sum::<f64>() + self.priors(&here).map(|k| k.deviation * k.deviation).sum::<f64>();
+        let chi_square =
+            sums.iter().sum::<f64>() + self.priors(&here).map(|k| k.deviation * k.deviation).sum::<f64>();
         if chi_square.is_finite() { chi_square } else { f64::MAX }
     }
 

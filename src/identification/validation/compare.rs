@@ -42,7 +42,9 @@ pub fn leave_one_out(
 ) -> Result<Vec<ObjectiveScore>, ObjectiveError> {
     let parts = fit.leave_one_out(false);
     if parts.len() < 2 {
-        return Err(ObjectiveError::Data("leave-one-out needs at least two positions to fit; name more positions".into()));
+        return Err(ObjectiveError::Data(
+            "leave-one-out needs at least two positions to fit; name more positions".into(),
+        ));
     }
     let mut scores = Vec::new();
     for &objective in objectives {
@@ -62,13 +64,11 @@ pub fn leave_one_out(
                     frequency.push(error.unwrap_or(MISSING));
                 }
                 if found.gain.count > 0 && objective != Objective::Frequencies {
-                    amplitude.extend(
-                        prediction
-                            .deviations
-                            .iter()
-                            .filter_map(|d| d.pair())
-                            .filter_map(|(observed, peak)| Some((found.gain.gain * peak.amplitude / observed.amplitude?).ln())),
-                    );
+                    amplitude.extend(prediction.deviations.iter().filter_map(|d| d.pair()).filter_map(
+                        |(observed, peak)| {
+                            Some((found.gain.gain * peak.amplitude / observed.amplitude?).ln())
+                        },
+                    ));
                 }
             }
         }

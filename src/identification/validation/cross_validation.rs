@@ -1,4 +1,5 @@
-//! Cross-validation of a set without held-out data: each position (or record) is predicted by a fit without it.
+//! Cross-validation of a set without held-out data: each position (or record) is predicted by a fit without
+//! it.
 
 use crate::objective::{FrfGap, ObjectiveError, PositionPrediction};
 use crate::{Identification, IdentificationSettings, identify};
@@ -15,9 +16,11 @@ pub struct CrossValidation {
     pub frfs: Vec<FrfGap>,
 }
 
-/// Leaves out one position after another, fits the others and predicts it. FRFs without a position are left out record by record.
+/// Leaves out one position after another, fits the others and predicts it. FRFs without a position are left
+/// out record by record.
 ///
-/// Each fit starts from the best fit of all data. `None` for fewer than two positions (or records), or if stopped.
+/// Each fit starts from the best fit of all data. `None` for fewer than two positions (or records), or if
+/// stopped.
 ///
 /// # Errors  as [`identify`].
 pub fn cross_validation(
@@ -31,7 +34,13 @@ pub fn cross_validation(
     if parts.len() < 2 {
         return Ok(None);
     }
-    let plan = IdentificationSettings { near: Some(found.place.clone()), repeats: 1, bootstrap: 0, profile: false, ..plan.clone() };
+    let plan = IdentificationSettings {
+        near: Some(found.place.clone()),
+        repeats: 1,
+        bootstrap: 0,
+        profile: false,
+        ..plan.clone()
+    };
     let mut all = CrossValidation::default();
     for (kept, rest) in parts {
         let part = identify(machine, &kept, &rest, &plan, control)?;

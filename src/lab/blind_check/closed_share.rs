@@ -10,7 +10,8 @@ use machine::Machine;
 use measurement::{MotionRecord, read_set};
 use study::{Sources, Study, StudyError, StudyResult};
 
-/// Computes the closed share 1 − after²/before² of the squared gap, with the channel weights of the diagnosis.
+/// Computes the closed share 1 − after²/before² of the squared gap, with the channel weights of the
+/// diagnosis.
 ///
 /// It is absent where the document has no parameter values, or where the gap before is 0.
 ///
@@ -26,10 +27,13 @@ pub fn closed_share(folder: &Path, case: &str, of: &DiagnosisAnswer) -> StudyRes
     })?;
     let noisy = read_set(&path(CASES))?;
     let made = |quiet: &MotionRecord| -> StudyResult<MotionSignal> {
-        // With an exact encoder a settling axis creeps for long: the standstills are those of the noisy record.
-        let motion = |record: &MotionRecord| MotionSignal::new(record, Preprocessing::default_for(record.step_s));
+        // With an exact encoder a settling axis creeps for long: the standstills are those of the noisy
+        // record.
+        let motion =
+            |record: &MotionRecord| MotionSignal::new(record, Preprocessing::default_for(record.step_s));
         let same = noisy.motions.iter().find(|record| record.name == quiet.name);
-        let same = same.ok_or_else(|| StudyError::input(path(CASES), format!("no record is called {}", quiet.name)))?;
+        let same = same
+            .ok_or_else(|| StudyError::input(path(CASES), format!("no record is called {}", quiet.name)))?;
         Ok(motion(quiet)?.with_rests_of(&motion(same)?, quiet)?)
     };
     let made: StudyResult<Vec<MotionSignal>> = study.measurements().motions.iter().map(made).collect();
@@ -42,10 +46,13 @@ pub fn closed_share(folder: &Path, case: &str, of: &DiagnosisAnswer) -> StudyRes
     }
     let gap = |machine: &Machine, values: &BTreeMap<String, f64>| {
         let values = machine.values_of(values)?;
-        gap_of(&motions.iter().map(|motion| part(&rigid, machine, &values, motion)).collect::<Vec<MotionPart>>())
+        gap_of(
+            &motions.iter().map(|motion| part(&rigid, machine, &values, motion)).collect::<Vec<MotionPart>>(),
+        )
     };
     let before = gap(described, &of.described).filter(|before| *before > 0.0);
-    let after =
-        described.with_chosen(of.chosen.effects(), &study.config().effects).and_then(|machine| gap(&machine, &of.chosen.parameters));
+    let after = described
+        .with_chosen(of.chosen.effects(), &study.config().effects)
+        .and_then(|machine| gap(&machine, &of.chosen.parameters));
     Ok(before.zip(after).map(|(before, after)| 1.0 - (after / before).powi(2)))
 }

@@ -45,8 +45,8 @@ struct DiagnosisRunner<'r> {
     limit: Duration,
 }
 
-/// Diagnoses all cases of a folder with a program, the command `jointid`; results go to `place` inside the folder.
-/// After a stop the answers given before it are returned.
+/// Diagnoses all cases of a folder with a program, the command `jointid`; results go to `place` inside the
+/// folder. After a stop the answers given before it are returned.
 ///
 /// # Errors  the program cannot be run, or a result cannot be written.
 pub fn diagnose_cases(
@@ -56,10 +56,19 @@ pub fn diagnose_cases(
     request: &BlindCheckRequest,
     control: &Control,
 ) -> StudyResult<CaseAnswers> {
-    let bytes = read_file(&program.file, MOST_TABLE_BYTES).map_err(|e| StudyError::input(program.file.display(), e.to_string()))?;
-    let cases: Vec<&SealedCase> = seal.cases.iter().filter(|case| request.only.is_empty() || request.only.contains(&case.name)).collect();
+    let bytes = read_file(&program.file, MOST_TABLE_BYTES)
+        .map_err(|e| StudyError::input(program.file.display(), e.to_string()))?;
+    let cases: Vec<&SealedCase> = seal
+        .cases
+        .iter()
+        .filter(|case| request.only.is_empty() || request.only.contains(&case.name))
+        .collect();
     if let Some(unknown) = request.only.iter().find(|name| !cases.iter().any(|case| case.name == **name)) {
-        return Err(StudyError::setting("case", unknown, format!("{} has no such case; list its folder {CASES}", folder.display())));
+        return Err(StudyError::setting(
+            "case",
+            unknown,
+            format!("{} has no such case; list its folder {CASES}", folder.display()),
+        ));
     }
     let kept = folder.join(place).join("diagnoses");
     if kept.is_symlink() {
@@ -81,7 +90,9 @@ pub fn diagnose_cases(
     };
     let step = control.steps("diagnose", cases.len());
     let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build();
-    let pool = pool.map_err(|e| StudyError::impossible(format!("{jobs} threads cannot be started ({e}); ask for fewer jobs")))?;
+    let pool = pool.map_err(|e| {
+        StudyError::impossible(format!("{jobs} threads cannot be started ({e}); ask for fewer jobs"))
+    })?;
     let answers = pool.install(|| {
         let ask = |case: &SealedCase| -> StudyResult<Option<(String, Answer)>> {
             let answer = runner.answer(case, control)?;
@@ -114,7 +125,8 @@ impl DiagnosisRunner<'_> {
     }
 
     fn arguments(&self, case: &SealedCase) -> Vec<String> {
-        let mut words = vec!["diagnose".to_string(), "--config".into(), format!("{}/machine.toml", case.name)];
+        let mut words =
+            vec!["diagnose".to_string(), "--config".into(), format!("{}/machine.toml", case.name)];
         words.extend(["--measurements".into(), case.name.clone()]);
         if !case.freeze.is_empty() {
             words.extend(["--freeze".into(), case.freeze.join(",")]);
@@ -148,7 +160,11 @@ impl DiagnosisRunner<'_> {
         };
         let ((stdout, printed), (stderr, errors)) = (file("out")?, file("err")?);
         let begun = Instant::now();
-        let (name, first) = self.program.command.split_first().ok_or_else(|| StudyError::impossible("the program has no command"))?;
+        let (name, first) = self
+            .program
+            .command
+            .split_first()
+            .ok_or_else(|| StudyError::impossible("the program has no command"))?;
         let mut child = Command::new(name)
             .args(first)
             .args(self.arguments(case))
@@ -161,7 +177,9 @@ impl DiagnosisRunner<'_> {
             .map_err(|e| StudyError::input(self.program.file.display(), format!("cannot be started: {e}")))?;
         let ended = self.wait(&mut child, begun, control)?;
         let seconds = begun.elapsed().as_secs_f64();
-        let text = |path: &Path| fs::read(path).map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default();
+        let text = |path: &Path| {
+            fs::read(path).map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default()
+        };
         let (document, mut words) = (text(&printed), text(&errors));
         let _ = (fs::remove_file(&printed), fs::remove_file(&errors));
         let Some(exit_code) = ended else {

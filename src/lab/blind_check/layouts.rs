@@ -24,7 +24,8 @@ pub enum Layouts {
 impl Layouts {
     /// Returns the layouts of a name: that of a layout of either arm, or `all`.
     pub fn named(name: &str) -> Option<Self> {
-        let of_either = || [Arm::Frf, Arm::Motion].into_iter().flat_map(Self::names).find(|known| *known == name);
+        let of_either =
+            || [Arm::Frf, Arm::Motion].into_iter().flat_map(Self::names).find(|known| *known == name);
         if name == "all" { Some(Layouts::All) } else { of_either().map(Layouts::One) }
     }
 

@@ -13,7 +13,9 @@ use crate::withheld::{CASES, Generator, QUIET, Seal, SealedCase, folder_digest};
 use long_work::Control;
 use numeric::parallel::OrFirstError;
 use reference_simulator::motion::MotionLayout;
-use reference_simulator::{Counts, Label, Layout, Plan, SimulatorError, generate_one, labels_json, motion, write_case};
+use reference_simulator::{
+    Counts, Label, Layout, Plan, SimulatorError, generate_one, labels_json, motion, write_case,
+};
 use report::{OutputFolder, to_json};
 use study::{StudyError, StudyResult};
 
@@ -37,7 +39,9 @@ impl CasePlan {
     pub fn new(arm: &str, layouts: Option<Layouts>, counts: &Counts, seed: u64) -> Self {
         match (arm, layouts) {
             ("motion", None) => Self::Motion(motion::Plan::from_counts(counts, seed)),
-            ("motion", Some(layouts)) => Self::Motion(motion::Plan::on_layouts(counts, seed, MotionLayout::named(layouts.name()))),
+            ("motion", Some(layouts)) => {
+                Self::Motion(motion::Plan::on_layouts(counts, seed, MotionLayout::named(layouts.name())))
+            }
             (_, None) => Self::Frf(Plan::from_counts(counts, seed)),
             (_, Some(layouts)) => Self::Frf(Plan::on_layouts(counts, seed, Layout::named(layouts.name()))),
         }
@@ -59,7 +63,9 @@ pub fn make_cases(folder: &Path, generator: &Generator, control: &Control) -> St
     let aside = folder.join("cases.partial");
     let whose = to_json(generator)?;
     let stated = aside.join("generator.json");
-    if let Some(link) = [aside.clone(), folder.join(CASES), folder.join(QUIET)].iter().find(|path| path.is_symlink()) {
+    if let Some(link) =
+        [aside.clone(), folder.join(CASES), folder.join(QUIET)].iter().find(|path| path.is_symlink())
+    {
         return Err(StudyError::input(link.display(), "is a link; remove it"));
     }
     if read_text(&stated, MOST_DOCUMENT_BYTES).is_ok_and(|text| text != whose) {
@@ -67,7 +73,12 @@ pub fn make_cases(folder: &Path, generator: &Generator, control: &Control) -> St
     }
     let out = OutputFolder::prepare(&aside)?;
     out.write("generator.json", whose.as_bytes())?;
-    let plan = CasePlan::new(&generator.arm, generator.layout.as_deref().and_then(Layouts::named), &generator.counts, generator.seed);
+    let plan = CasePlan::new(
+        &generator.arm,
+        generator.layout.as_deref().and_then(Layouts::named),
+        &generator.counts,
+        generator.seed,
+    );
     let step = control.steps("make cases", generator.cases);
     let made: Vec<Option<Made>> = (0..generator.cases)
         .into_par_iter()
@@ -98,7 +109,8 @@ pub fn make_cases(folder: &Path, generator: &Generator, control: &Control) -> St
     let sealed = OutputFolder::prepare(folder)?;
     for part in [CASES, QUIET].into_iter().filter(|part| aside.join(part).exists()) {
         let moved = fs::rename(aside.join(part), folder.join(part));
-        moved.map_err(|e| StudyError::input(aside.display(), format!("cannot be moved to its place: {e}")))?;
+        moved
+            .map_err(|e| StudyError::input(aside.display(), format!("cannot be moved to its place: {e}")))?;
     }
     let seal_text = to_json(&seal)?;
     sealed.write_all([("labels.json", &labels), ("seal.json", &seal_text)])?;
@@ -107,24 +119,34 @@ pub fn make_cases(folder: &Path, generator: &Generator, control: &Control) -> St
 }
 
 /// Makes one case of the plan, and its second measurement if it has one.
-fn one(out: &OutputFolder, aside: &Path, generator: &Generator, plan: &CasePlan, index: usize) -> StudyResult<Made> {
+fn one(
+    out: &OutputFolder,
+    aside: &Path,
+    generator: &Generator,
+    plan: &CasePlan,
+    index: usize,
+) -> StudyResult<Made> {
     let kept = format!("made/{index}.json");
-    if let Some(made) = read_text(&aside.join(&kept), MOST_DOCUMENT_BYTES).ok().and_then(|text| serde_json::from_str(&text).ok()) {
+    if let Some(made) = read_text(&aside.join(&kept), MOST_DOCUMENT_BYTES)
+        .ok()
+        .and_then(|text| serde_json::from_str(&text).ok())
+    {
         return Ok(made);
     }
     let mut folders = Vec::new();
     type Write<'w> = &'w dyn Fn(&Path) -> Result<(), SimulatorError>;
-    let mut seal = |name: &str, freeze: &[String], write: Write<'_>, quiet: Option<Write<'_>>| -> StudyResult<()> {
-        let written = |part: &str, write: Write<'_>| {
-            let path = aside.join(part).join(name);
-            write(&path).map_err(StudyError::impossible)?;
-            folder_digest(&path).map_err(StudyError::impossible)
+    let mut seal =
+        |name: &str, freeze: &[String], write: Write<'_>, quiet: Option<Write<'_>>| -> StudyResult<()> {
+            let written = |part: &str, write: Write<'_>| {
+                let path = aside.join(part).join(name);
+                write(&path).map_err(StudyError::impossible)?;
+                folder_digest(&path).map_err(StudyError::impossible)
+            };
+            let sha256 = written(CASES, write)?;
+            let quiet_sha256 = quiet.map(|write| written(QUIET, write)).transpose()?;
+            folders.push(SealedCase { name: name.into(), sha256, freeze: freeze.to_vec(), quiet_sha256 });
+            Ok(())
         };
-        let sha256 = written(CASES, write)?;
-        let quiet_sha256 = quiet.map(|write| written(QUIET, write)).transpose()?;
-        folders.push(SealedCase { name: name.into(), sha256, freeze: freeze.to_vec(), quiet_sha256 });
-        Ok(())
-    };
     let seed = generator.seed;
     let label = match plan {
         CasePlan::Frf(plan) => {
@@ -134,17 +156,25 @@ fn one(out: &OutputFolder, aside: &Path, generator: &Generator, plan: &CasePlan,
             };
             made.map(|(case, label)| {
                 let mut both = std::iter::once(&case).chain(case.follow_up.as_deref());
-                both.try_for_each(|case| seal(&case.name, &case.freeze, &|path| write_case(path, case), None)).map(|()| label)
+                both.try_for_each(|case| seal(&case.name, &case.freeze, &|path| write_case(path, case), None))
+                    .map(|()| label)
             })
         }
-        CasePlan::Motion(plan) => motion::generate_one(seed, plan, index).map_err(|e| e.to_string()).map(|(case, label)| {
-            let mut both = std::iter::once(&case).chain(case.follow_up.as_deref());
-            both.try_for_each(|case| {
-                // All cases have noise-free records, so that their presence reveals nothing.
-                seal(&case.name, &case.freeze, &|path| motion::write_case(path, case), Some(&|path| motion::write_quiet(path, case)))
+        CasePlan::Motion(plan) => {
+            motion::generate_one(seed, plan, index).map_err(|e| e.to_string()).map(|(case, label)| {
+                let mut both = std::iter::once(&case).chain(case.follow_up.as_deref());
+                both.try_for_each(|case| {
+                    // All cases have noise-free records, so that their presence reveals nothing.
+                    seal(
+                        &case.name,
+                        &case.freeze,
+                        &|path| motion::write_case(path, case),
+                        Some(&|path| motion::write_quiet(path, case)),
+                    )
+                })
+                .map(|()| label)
             })
-            .map(|()| label)
-        }),
+        }
     };
     let made = match label {
         Ok(label) => Made::Case(Box::new(label?), folders),

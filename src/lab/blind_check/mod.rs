@@ -1,4 +1,5 @@
-//! The blind check of the diagnosis: cases are made and sealed, diagnosed by the public command, and only then scored against their labels.
+//! The blind check of the diagnosis: cases are made and sealed, diagnosed by the public command, and only
+//! then scored against their labels.
 
 mod check;
 mod closed_share;

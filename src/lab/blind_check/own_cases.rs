@@ -1,8 +1,8 @@
 //! Cases made by the models under test.
 //!
-//! Machines and strengths are those of the independent cases. The cases are null cases and single effects of the library.
-//! Nuisance parameters are drawn from the diagnosis' own priors: the tolerances that the case states, journals, nuts that hold a screw over a
-//! length, and errors of positions and channels.
+//! Machines and strengths are those of the independent cases. The cases are null cases and single effects of
+//! the library. Nuisance parameters are drawn from the diagnosis' own priors: the tolerances that the case
+//! states, journals, nuts that hold a screw over a length, and errors of positions and channels.
 //!
 //! Scores on data of the diagnosis' own model are optimistic. These cases quantify by how much.
 
@@ -47,9 +47,11 @@ pub fn own_case(seed: u64, plan: &Plan, index: usize) -> StudyResult<(Case, Labe
     let (mut case, mut label) = generate_one(seed, plan, index).map_err(StudyError::impossible)?;
     case.follow_up = None;
     let mut draw = Draw::new(seed).branch(0x006f_776e).branch(index as u64);
-    let config = read_machine_text("machine.toml", &case.description.to_toml(), &[], &[]).map_err(StudyError::impossible)?;
+    let config = read_machine_text("machine.toml", &case.description.to_toml(), &[], &[])
+        .map_err(StudyError::impossible)?;
     let nuts_m: Vec<f64> = case.positions.iter().map(|p| p.nut_m).collect();
-    let described = config.machine.without_guide_tolerance().with_tolerances(&nuts_m).map_err(StudyError::impossible)?;
+    let described =
+        config.machine.without_guide_tolerance().with_tolerances(&nuts_m).map_err(StudyError::impossible)?;
     let seed = draw.index(1 << 32) as u64;
     let mut truth = Truth::new(&described, &case, &label, seed);
     label.kind = match label.kind {
@@ -70,7 +72,8 @@ pub fn own_case(seed: u64, plan: &Plan, index: usize) -> StudyResult<(Case, Labe
         let added = described.parameters.len()..patched.parameters.len();
         let with = truth.with(&patched, described.parameters.len(), seed);
         let reached;
-        (truth, reached) = scale_to_strength(&gauge, with, added.clone(), &effect.id, wanted, &case, &mut draw)?;
+        (truth, reached) =
+            scale_to_strength(&gauge, with, added.clone(), &effect.id, wanted, &case, &mut draw)?;
         let values = added.map(|at| (truth.machine.parameters[at].id.clone(), truth.values[at])).collect();
         label.places = vec![place(effect, &label)];
         label.effects = vec![effect.id.clone()];
@@ -126,14 +129,16 @@ impl Truth {
         let mut channels: Vec<(Channel, [f64; 2])> = Vec::new();
         for record in &case.records {
             if !channels.iter().any(|(channel, _)| *channel == record.channel) {
-                channels.push((record.channel, [spread.gain * normal(random), spread.delay_s * normal(random)]));
+                channels
+                    .push((record.channel, [spread.gain * normal(random), spread.delay_s * normal(random)]));
             }
         }
         let none = Truth { machine: Machine::default(), values, spread, nut_error_m, channels };
         none.with(described, described.parameters.len(), seed)
     }
 
-    /// Replaces the machine by one whose first `shared` parameters are those of this one; the seed determines the journals.
+    /// Replaces the machine by one whose first `shared` parameters are those of this one; the seed determines
+    /// the journals.
     fn with(&self, machine: &Machine, shared: usize, seed: u64) -> Self {
         let machine = sample_discrepancy(machine, &mut Xoshiro256PlusPlus::seed_from_u64(!seed));
         let added_values = machine.parameters[shared..].iter().map(|p| p.start);
@@ -145,10 +150,17 @@ impl Truth {
     fn responses(&self, case: &Case, nth: usize) -> StudyResult<Vec<Vec<Complex64>>> {
         let mut out = Vec::with_capacity(case.records.len());
         for record in &case.records {
-            let point =
-                |name: &str| self.machine.point(name).ok_or_else(|| StudyError::impossible(format!("the machine has no point «{name}»")));
-            let (response, excitation) = (point(record.channel.response.name())?, point(record.channel.excitation.name())?);
-            let structure = Arc::new(Structure::new(&self.machine, response, excitation, RodModel::Exact).map_err(StudyError::impossible)?);
+            let point = |name: &str| {
+                self.machine
+                    .point(name)
+                    .ok_or_else(|| StudyError::impossible(format!("the machine has no point «{name}»")))
+            };
+            let (response, excitation) =
+                (point(record.channel.response.name())?, point(record.channel.excitation.name())?);
+            let structure = Arc::new(
+                Structure::new(&self.machine, response, excitation, RodModel::Exact)
+                    .map_err(StudyError::impossible)?,
+            );
             let (mut model, mut work) = (structure.empty_model(), structure.workspace());
             let nut_m = case
                 .positions
@@ -159,11 +171,16 @@ impl Truth {
             let operating = Operating::at(nut_m);
             model.update(&self.machine, &self.values, &operating);
             let chain = self.machine.chain.at(&self.values, &operating);
-            let [gain, delay_s] = self.channels.iter().find(|(channel, _)| *channel == record.channel).map_or([0.0; 2], |(_, own)| *own);
+            let [gain, delay_s] = self
+                .channels
+                .iter()
+                .find(|(channel, _)| *channel == record.channel)
+                .map_or([0.0; 2], |(_, own)| *own);
             let lines = record.lines.iter().step_by(nth).map(|line| {
                 let omega = omega_rad_s(line.frequency_hz);
                 let own = Complex64::new(gain, -omega * delay_s);
-                let recorded = (Chain::log_factor(chain, omega) + own).exp() * case.quantity.factor(line.frequency_hz);
+                let recorded =
+                    (Chain::log_factor(chain, omega) + own).exp() * case.quantity.factor(line.frequency_hz);
                 model.receptance(omega, &mut work) * recorded
             });
             out.push(lines.collect());
@@ -172,28 +189,40 @@ impl Truth {
     }
 }
 
-/// Selects the effect of the label if it is in the library and applies to the machine, else any effect that applies.
-fn select_effect<'e>(machine: &Machine, library: &'e [Effect], label: &Label, draw: &mut Draw) -> StudyResult<&'e Effect> {
-    let possible: Vec<&Effect> =
-        library.iter().filter(|effect| effect.data.contains(&Data::Frf) && machine.with_effect(effect).is_ok()).collect();
+/// Selects the effect of the label if it is in the library and applies to the machine, else any effect that
+/// applies.
+fn select_effect<'e>(
+    machine: &Machine,
+    library: &'e [Effect],
+    label: &Label,
+    draw: &mut Draw,
+) -> StudyResult<&'e Effect> {
+    let possible: Vec<&Effect> = library
+        .iter()
+        .filter(|effect| effect.data.contains(&Data::Frf) && machine.with_effect(effect).is_ok())
+        .collect();
     let same = possible.iter().find(|effect| label.effects.first() == Some(&effect.id));
     same.or_else(|| possible.get(draw.index(possible.len())))
         .copied()
         .ok_or_else(|| StudyError::impossible("no effect of the library applies to the machine"))
 }
 
-/// Returns the location of an effect: that of the label, or the parts it needs. An effect without needs belongs to the measurement.
+/// Returns the location of an effect: that of the label, or the parts it needs. An effect without needs
+/// belongs to the measurement.
 fn place(effect: &Effect, label: &Label) -> Place {
     let same = label.effects.first() == Some(&effect.id);
     label.places.first().filter(|_| same).cloned().unwrap_or_else(|| {
-        let accepted = if effect.needs.is_empty() { vec!["measurement".to_string()] } else { effect.needs.clone() };
+        let accepted =
+            if effect.needs.is_empty() { vec!["measurement".to_string()] } else { effect.needs.clone() };
         Place { interface: accepted[0].clone(), accepted }
     })
 }
 
-/// Draws an effect's values, the parameters `added` of a truth, in their ranges, and scales them to the wanted non-centrality.
+/// Draws an effect's values, the parameters `added` of a truth, in their ranges, and scales them to the
+/// wanted non-centrality.
 ///
-/// The values are scaled towards the start, where the effect vanishes. Returns the truth and its non-centrality.
+/// The values are scaled towards the start, where the effect vanishes. Returns the truth and its
+/// non-centrality.
 fn scale_to_strength(
     gauge: &NoncentralityGauge,
     with: Truth,
@@ -206,13 +235,15 @@ fn scale_to_strength(
     let parameters = with.machine.parameters[added.clone()].to_vec();
     let at = |places: &[f64]| -> Truth {
         let mut truth = with.clone();
-        for ((value, parameter), place) in truth.values[added.clone()].iter_mut().zip(&parameters).zip(places) {
+        for ((value, parameter), place) in truth.values[added.clone()].iter_mut().zip(&parameters).zip(places)
+        {
             *value = parameter.from_unit(*place);
         }
         truth
     };
     let strength = |truth: &Truth| gauge.noncentrality(truth, case);
-    // The effect vanishes at its start, or far below its range if it starts at a usual size (a servo impedance).
+    // The effect vanishes at its start, or far below its range if it starts at a usual size (a servo
+    // impedance).
     let mut least: Vec<f64> = parameters.iter().map(|p| p.to_unit(p.start)).collect();
     if strength(&at(&least))? > wanted {
         least = vec![-1.0; parameters.len()];
@@ -246,7 +277,9 @@ fn scale_to_strength(
             (low, high) = if value < wanted { (middle, high) } else { (low, middle) };
         }
     }
-    Err(StudyError::impossible(format!("{id}: no amplitude drawn has a non-centrality of {wanted}; {reached:.1} is the largest met")))
+    Err(StudyError::impossible(format!(
+        "{id}: no amplitude drawn has a non-centrality of {wanted}; {reached:.1} is the largest met"
+    )))
 }
 
 /// Computes the standard deviation of each component of ln H.
@@ -255,7 +288,8 @@ fn component_sd(coherence: f64, averages: usize) -> f64 {
     ((1.0 - coherence) / (2.0 * averages as f64 * coherence)).sqrt()
 }
 
-/// Measures the non-centrality of a change: its squared residual after a fit of joints and nuisance parameters, in units of noise.
+/// Measures the non-centrality of a change: its squared residual after a fit of joints and nuisance
+/// parameters, in units of noise.
 struct NoncentralityGauge {
     nth: usize,
     base: Vec<Vec<Complex64>>,
@@ -274,29 +308,35 @@ impl NoncentralityGauge {
             let sd = component_sd(coherence, case.averages).hypot(REPEATABILITY);
             if coherence >= 0.8 { (nth as f64).sqrt() / sd } else { 0.0 }
         };
-        let weights: Vec<Vec<f64>> =
-            case.records.iter().map(|record| record.lines.iter().step_by(nth).map(|line| weight(line.coherence)).collect()).collect();
+        let weights: Vec<Vec<f64>> = case
+            .records
+            .iter()
+            .map(|record| record.lines.iter().step_by(nth).map(|line| weight(line.coherence)).collect())
+            .collect();
         let mut columns = Vec::new();
         for (copy, step) in perturbed(truth, described) {
             columns.push(DVector::from_vec(whitened(&copy.responses(case, nth)?, &base, &weights)) / step);
         }
         let rows = columns.first().map_or(0, DVector::len);
-        let columns = if columns.is_empty() { DMatrix::zeros(rows, 0) } else { DMatrix::from_columns(&columns) };
+        let columns =
+            if columns.is_empty() { DMatrix::zeros(rows, 0) } else { DMatrix::from_columns(&columns) };
         let normal = columns.transpose() * &columns + DMatrix::identity(columns.ncols(), columns.ncols());
-        let normal =
-            Cholesky::new(normal).ok_or_else(|| StudyError::impossible("the normal matrix of the machine's parameters is singular"))?;
+        let normal = Cholesky::new(normal).ok_or_else(|| {
+            StudyError::impossible("the normal matrix of the machine's parameters is singular")
+        })?;
         Ok(Self { nth, base, weights, columns, normal })
     }
 
     fn noncentrality(&self, truth: &Truth, case: &Case) -> StudyResult<f64> {
-        let change = DVector::from_vec(whitened(&truth.responses(case, self.nth)?, &self.base, &self.weights));
+        let change =
+            DVector::from_vec(whitened(&truth.responses(case, self.nth)?, &self.base, &self.weights));
         let explained = &self.columns * self.normal.solve(&(self.columns.transpose() * &change));
         Ok(change.dot(&(&change - explained)).max(0.0))
     }
 }
 
-/// Returns one copy of the truth per uncertain quantity, and its step in standard deviations. That of a joint is one decade, as in the ranges of
-/// machine descriptions.
+/// Returns one copy of the truth per uncertain quantity, and its step in standard deviations. That of a joint
+/// is one decade, as in the ranges of machine descriptions.
 fn perturbed(truth: &Truth, described: &Machine) -> Vec<(Truth, f64)> {
     let mut out = Vec::new();
     let mut add = |step: f64, change: &dyn Fn(&mut Truth)| {

@@ -37,7 +37,8 @@ pub struct Program {
     pub file: PathBuf,
 }
 
-/// Cases of a blind check, and how each is diagnosed. A choice that is absent accepts that of cases already in the folder.
+/// Cases of a blind check, and how each is diagnosed. A choice that is absent accepts that of cases already
+/// in the folder.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BlindCheckRequest {
     /// Kind of data; FRFs by default.
@@ -46,7 +47,8 @@ pub struct BlindCheckRequest {
     pub cases: Option<CaseCount>,
     /// Seed of the cases and of every diagnosis; 1 by default.
     pub seed: Option<u64>,
-    /// Layouts of the machines; those of the catalogue by default, so that the cases of a seed stay what they were.
+    /// Layouts of the machines; those of the catalogue by default, so that the cases of a seed stay what they
+    /// were.
     pub layout: Option<Layouts>,
     /// Origin of the cases; independent by default.
     pub truth: Option<CaseOrigin>,
@@ -77,28 +79,43 @@ impl Default for BlindCheckRequest {
 }
 
 /// Arguments of a diagnosis that its case determines.
-const OF_THE_CASE: [&str; 8] = ["--config", "--measurements", "--freeze", "--seed", "--json", "--out", "--positions", "--hold-out"];
+const OF_THE_CASE: [&str; 8] =
+    ["--config", "--measurements", "--freeze", "--seed", "--json", "--out", "--positions", "--hold-out"];
 
 impl BlindCheckRequest {
     /// Checks the request.
     ///
-    /// # Errors  an additional argument that the case determines, a combination or a number of cases that does not exist, no diagnosis in parallel.
+    /// # Errors  an additional argument that the case determines, a combination or a number of cases that
+    ///   does not exist, no diagnosis in parallel.
     pub(crate) fn check(&self) -> StudyResult<()> {
-        if let Some(word) = self.ablation.iter().find(|word| OF_THE_CASE.iter().any(|own| word.split('=').next() == Some(own))) {
-            return Err(StudyError::setting("ablation", "", format!("{word} is given by the case; leave it out")));
+        if let Some(word) = self
+            .ablation
+            .iter()
+            .find(|word| OF_THE_CASE.iter().any(|own| word.split('=').next() == Some(own)))
+        {
+            return Err(StudyError::setting(
+                "ablation",
+                "",
+                format!("{word} is given by the case; leave it out"),
+            ));
         }
         if self.jobs == Some(0) {
             return Err(StudyError::setting("jobs", 0, "write a number of diagnoses from 1"));
         }
         if self.arm == Some(Arm::Motion) && self.truth == Some(CaseOrigin::Own) {
-            let fault = "the models' own cases are hammer tests only; choose the arm of FRFs, or leave the truth out";
+            let fault =
+                "the models' own cases are hammer tests only; choose the arm of FRFs, or leave the truth out";
             return Err(StudyError::setting("truth", "own", fault));
         }
         let names = Layouts::names(self.arm.unwrap_or(Arm::Frf));
         if let Some(Layouts::One(name)) = self.layout
             && !names.contains(&name)
         {
-            let fault = format!("is no layout of the arm {}; write all or one of {}", self.arm_name(), names.join(", "));
+            let fault = format!(
+                "is no layout of the arm {}; write all or one of {}",
+                self.arm_name(),
+                names.join(", ")
+            );
             return Err(StudyError::setting("layout", name, fault));
         }
         self.planned().map(|_| ())
@@ -133,14 +150,20 @@ impl BlindCheckRequest {
             None | Some(Arm::Frf) => [Counts::QUICK, Counts::FULL],
             Some(Arm::Motion) => [motion::QUICK, motion::FULL],
         };
-        let [quick, full] = counts.map(|counts| (counts, CasePlan::new(self.arm_name(), self.layout, &counts, self.case_seed()).len()));
+        let [quick, full] = counts.map(|counts| {
+            (counts, CasePlan::new(self.arm_name(), self.layout, &counts, self.case_seed()).len())
+        });
         match self.cases.unwrap_or(CaseCount::Quick) {
             CaseCount::Quick => Ok(quick),
             CaseCount::Full => Ok(full),
-            CaseCount::Count(0) => Err(StudyError::setting("cases", 0, "write quick, full or a number of cases from 1")),
+            CaseCount::Count(0) => {
+                Err(StudyError::setting("cases", 0, "write quick, full or a number of cases from 1"))
+            }
             CaseCount::Count(count) if count <= quick.1 => Ok((quick.0, count)),
             CaseCount::Count(count) if count <= full.1 => Ok((full.0, count)),
-            CaseCount::Count(count) => Err(StudyError::setting("cases", count, format!("the full plan has {}; write full", full.1))),
+            CaseCount::Count(count) => {
+                Err(StudyError::setting("cases", count, format!("the full plan has {}; write full", full.1)))
+            }
         }
     }
 }

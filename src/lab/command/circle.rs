@@ -19,7 +19,13 @@ pub struct CircleArguments {
     #[arg(long, alias = "beside-set", value_name = "KEY=VALUE")]
     pub second_axis_set: Vec<String>,
     /// Angular speeds (rad/min), comma-separated
-    #[arg(long, value_name = "W", value_delimiter = ',', default_value = "60,80,100,120", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "W",
+        value_delimiter = ',',
+        default_value = "60,80,100,120",
+        allow_negative_numbers = true
+    )]
     pub speed_rad_min: Vec<f64>,
     /// Radius (m)
     #[arg(long, value_name = "M", default_value_t = 0.05, allow_negative_numbers = true)]

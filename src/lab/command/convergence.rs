@@ -34,8 +34,13 @@ pub fn run(given: &ConvergenceArguments) -> CommandResult {
         study = study.fit(names).map_err(shown)?;
     }
     let folder = prepare(&given.output)?;
-    let progress = WorkProgress::searches(given.output.quiet, "convergence", usize::from(given.search.repeats) * (counts.len() + 1));
-    let study = resumable(study, &given.output, folder.as_ref(), &progress, &format!("convergence {counts:?}"))?;
+    let progress = WorkProgress::searches(
+        given.output.quiet,
+        "convergence",
+        usize::from(given.search.repeats) * (counts.len() + 1),
+    );
+    let study =
+        resumable(study, &given.output, folder.as_ref(), &progress, &format!("convergence {counts:?}"))?;
     let document = on_threads(given.search.threads, || convergence(&study, &counts));
     progress.end();
     let document = document?.map_err(shown)?;

@@ -57,7 +57,8 @@ pub fn run(given: &HybridArguments) -> CommandResult {
 }
 
 impl HybridArguments {
-    /// Returns the sources of the second axis: the machine of the first with further overrides, and its own measurement set.
+    /// Returns the sources of the second axis: the machine of the first with further overrides, and its own
+    /// measurement set.
     fn second_axis_sources(&self) -> Option<Sources> {
         let measurements = self.second_axis.clone()?;
         let set = self.sources.set.iter().chain(&self.second_axis_set).cloned().collect();

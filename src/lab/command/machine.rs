@@ -63,6 +63,8 @@ pub fn run(given: &MachineArguments) -> CommandResult {
     let request = ServoMachineRequest { out: given.out.clone(), effects, seed: given.seed };
     let sets = write_servo_machine(&request).map_err(shown)?;
     let (sines, circles) = (sets.sines.display(), sets.circles.display());
-    print_out(&format!("{sines}: F1000 … F6000, sines of 0.1 m\n{circles}: circle-60 … circle-120 of two axes, radius 0.05 m\n"))?;
+    print_out(&format!(
+        "{sines}: F1000 … F6000, sines of 0.1 m\n{circles}: circle-60 … circle-120 of two axes, radius 0.05 m\n"
+    ))?;
     Ok(Outcome::Done)
 }

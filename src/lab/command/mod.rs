@@ -75,7 +75,9 @@ enum Command {
     #[command(after_help = "Example:\n  jointid lab schema withheld")]
     Schema(cli::schema::SchemaArguments),
     /// Print shell completions of the program jointid-lab
-    #[command(after_help = "Example:\n  jointid lab completions bash > ~/.local/share/bash-completion/completions/jointid-lab")]
+    #[command(
+        after_help = "Example:\n  jointid lab completions bash > ~/.local/share/bash-completion/completions/jointid-lab"
+    )]
     Completions(CompletionsArguments),
     /// Write man pages
     #[command(after_help = "Example:\n  jointid lab man --out ~/.local/share/man/man1")]
@@ -94,7 +96,8 @@ fn command() -> clap::Command {
     grouped(Arguments::command(), &COMMANDS)
 }
 
-/// Runs the command of this process. After the word `jointid` the words are those of the product, which the blind check runs as a process of its own.
+/// Runs the command of this process. After the word `jointid` the words are those of the product, which the
+/// blind check runs as a process of its own.
 pub fn run() -> ExitCode {
     let mut words = std::env::args_os().peekable();
     let own = words.next().unwrap_or_default();
@@ -111,7 +114,9 @@ pub fn run() -> ExitCode {
         Command::Sensitivity(given) => sensitivity::run(&given),
         Command::Gain(given) => gain::run(&given),
         Command::Circle(given) => circle::run(&given),
-        Command::Schema(given) => cli::schema::run(&given, &crate::document::SCHEMAS, crate::document::schema),
+        Command::Schema(given) => {
+            cli::schema::run(&given, &crate::document::SCHEMAS, crate::document::schema)
+        }
         Command::Completions(given) => manual::completions(&given, command()),
         Command::Man(given) => manual::man(&given, command()),
     };
@@ -130,7 +135,10 @@ mod tests {
             ids
         };
         let listed = COMMANDS.iter().flat_map(|(_, ids)| ids.iter().map(ToString::to_string)).collect();
-        assert_eq!(sorted(listed), sorted(root.get_subcommands().map(|sub| sub.get_name().to_string()).collect()));
+        assert_eq!(
+            sorted(listed),
+            sorted(root.get_subcommands().map(|sub| sub.get_name().to_string()).collect())
+        );
         for sub in root.get_subcommands() {
             let about = sub.get_about().unwrap().to_string();
             assert!(about.chars().count() <= 65, "{}: {about}", sub.get_name());

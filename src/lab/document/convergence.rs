@@ -43,10 +43,13 @@ pub struct ConvergenceDocument {
 pub fn convergence_text(title: &str, document: &ConvergenceDocument) -> String {
     let exact = document.rows.iter().find(|row| row.lumps.is_none());
     let label = |row: &ConvergenceRow| row.lumps.map_or_else(|| "exact".to_string(), |n| n.to_string());
-    let relative = |x: f64, reference: Option<&f64>| reference.map_or_else(|| "–".into(), |r| format!("{:+.1e}", x / r - 1.0));
+    let relative = |x: f64, reference: Option<&f64>| {
+        reference.map_or_else(|| "–".into(), |r| format!("{:+.1e}", x / r - 1.0))
+    };
     let frequencies = document.rows.iter().map(|row| {
         let cells = row.frequencies_hz.iter().enumerate().flat_map(|(at, f)| {
-            let difference = exact.filter(|_| row.lumps.is_some()).map(|e| relative(*f, e.frequencies_hz.get(at)));
+            let difference =
+                exact.filter(|_| row.lumps.is_some()).map(|e| relative(*f, e.frequencies_hz.get(at)));
             [format!("{f:.3}"), difference.unwrap_or_default()]
         });
         std::iter::once(label(row)).chain(cells).collect()
@@ -55,10 +58,16 @@ pub fn convergence_text(title: &str, document: &ConvergenceDocument) -> String {
     let header = |cells: Vec<String>| [vec!["lumps".to_string()], cells].concat();
     let heads = header((1..=orders).flat_map(|k| [format!("order {k}"), "difference".into()]).collect());
     let mut text = format!("{title}\n\n");
-    text += &wrapped("natural frequencies at the start values (Hz), and their relative differences from the exact rod");
+    text += &wrapped(
+        "natural frequencies at the start values (Hz), and their relative differences from the exact rod",
+    );
     text += &columns(&heads, frequencies);
-    let fitted: Vec<String> = exact.or(document.rows.last()).map(|row| row.fitted.clone()).unwrap_or_default();
-    text += &format!("\nparameters identified on {}: differences from the exact rod in %\n", document.fit_positions.join(", "));
+    let fitted: Vec<String> =
+        exact.or(document.rows.last()).map(|row| row.fitted.clone()).unwrap_or_default();
+    text += &format!(
+        "\nparameters identified on {}: differences from the exact rod in %\n",
+        document.fit_positions.join(", ")
+    );
     let lumped = document.rows.iter().filter(|row| row.lumps.is_some());
     let values = lumped.map(|row| {
         let cell = |id: &String| match (row.parameters.get(id), exact.and_then(|e| e.parameters.get(id))) {
@@ -72,11 +81,14 @@ pub fn convergence_text(title: &str, document: &ConvergenceDocument) -> String {
         std::iter::once("exact".to_string()).chain(fitted.iter().map(cell)).collect()
     });
     text += &columns(&header(fitted.clone()), values.chain(reference));
-    let names: Vec<String> = exact.map(|row| row.held_out_errors.keys().cloned().collect()).unwrap_or_default();
+    let names: Vec<String> =
+        exact.map(|row| row.held_out_errors.keys().cloned().collect()).unwrap_or_default();
     if !names.is_empty() {
         text += "\nheld-out errors (Tian et al., Eq. 27) in %\n";
         let errors = document.rows.iter().map(|row| {
-            let cell = |name: &String| row.held_out_errors.get(name).map_or_else(|| "–".into(), |e| format!("{:.2}", 100.0 * e));
+            let cell = |name: &String| {
+                row.held_out_errors.get(name).map_or_else(|| "–".into(), |e| format!("{:.2}", 100.0 * e))
+            };
             std::iter::once(label(row)).chain(names.iter().map(cell)).collect()
         });
         text += &columns(&header(names.clone()), errors);

@@ -18,7 +18,8 @@ const fn printed(largest_um: f64, rmse_um: f64, relative_percent: f64) -> Printe
     PrintedErrors { largest_um, rmse_um, relative_percent }
 }
 
-/// Tab. 3 of «Hybrid Multi-Domain Analytical and Data-Driven Modeling» (2019): record, feed (mm/min), errors of the analytical and of the hybrid model.
+/// Tab. 3 of «Hybrid Multi-Domain Analytical and Data-Driven Modeling» (2019): record, feed (mm/min), errors
+/// of the analytical and of the hybrid model.
 pub const PRINTED_SINES: [(&str, f64, PrintedErrors, PrintedErrors); 6] = [
     ("F1000", 1000.0, printed(7.99, 2.91, 4.2), printed(5.22, 1.87, 2.7)),
     ("F2000", 2000.0, printed(7.52, 2.83, 4.0), printed(5.16, 2.33, 2.0)),
@@ -27,7 +28,8 @@ pub const PRINTED_SINES: [(&str, f64, PrintedErrors, PrintedErrors); 6] = [
     ("F5000", 5000.0, printed(10.2, 4.89, 1.1), printed(4.55, 1.64, 0.5)),
     ("F6000", 6000.0, printed(12.38, 6.21, 1.2), printed(6.79, 2.63, 0.6)),
 ];
-/// Tab. 4 of the same paper: record, angular speed (rad/min), largest contour errors (µm) of the analytical and of the hybrid model.
+/// Tab. 4 of the same paper: record, angular speed (rad/min), largest contour errors (µm) of the analytical
+/// and of the hybrid model.
 pub const PRINTED_CIRCLES: [(&str, f64, f64, f64); 4] = [
     ("circle-60", 60.0, 7.19, 6.57),
     ("circle-80", 80.0, 8.62, 5.34),
@@ -40,19 +42,28 @@ pub fn hybrid_text(document: &HybridDocument) -> String {
     let um = |x: f64| format!("{:.2}", 1e6 * x);
     let physics = document.records.values().any(|r| r.physics.is_some());
     let sine = |name: &str| PRINTED_SINES.iter().find(|p| p.0 == name);
-    let circle =
-        |name: &str| PRINTED_CIRCLES.iter().find(|p| p.0 == name).map_or_else(String::new, |(_, _, a, h)| format!("{a:.2} / {h:.2}"));
-    let mut heads: Vec<String> = ["record", "role", "model RMSE µm", "with network"].map(String::from).to_vec();
+    let circle = |name: &str| {
+        PRINTED_CIRCLES
+            .iter()
+            .find(|p| p.0 == name)
+            .map_or_else(String::new, |(_, _, a, h)| format!("{a:.2} / {h:.2}"))
+    };
+    let mut heads: Vec<String> =
+        ["record", "role", "model RMSE µm", "with network"].map(String::from).to_vec();
     if physics {
         heads.push("with physics".into());
     }
     heads.push("paper".into());
     let cells = |(name, r): (&String, &HybridRow)| {
-        let mut cells = vec![name.clone(), r.role.replace('_', " "), um(r.analytical.rmse_m), um(r.hybrid.rmse_m)];
+        let mut cells =
+            vec![name.clone(), r.role.replace('_', " "), um(r.analytical.rmse_m), um(r.hybrid.rmse_m)];
         if physics {
             cells.push(r.physics.map_or_else(|| "–".into(), |p| um(p.rmse_m)));
         }
-        cells.push(sine(name).map_or_else(String::new, |(_, _, a, h)| format!("{:.2} / {:.2}", a.rmse_um, h.rmse_um)));
+        cells.push(
+            sine(name)
+                .map_or_else(String::new, |(_, _, a, h)| format!("{:.2} / {:.2}", a.rmse_um, h.rmse_um)),
+        );
         cells
     };
     let mut text = format!("travel of «{}», predicted from the command\n", document.point);
@@ -64,11 +75,14 @@ pub fn hybrid_text(document: &HybridDocument) -> String {
     }
     text += &columns(&heads, document.records.iter().map(cells));
     let heads: Vec<String> =
-        ["record", "model MAE µm", "with network", "paper", "model RE %", "with network", "paper"].map(String::from).to_vec();
+        ["record", "model MAE µm", "with network", "paper", "model RE %", "with network", "paper"]
+            .map(String::from)
+            .to_vec();
     let share = |x: f64| format!("{:.2}", 100.0 * x);
     let cells = |(name, r): (&String, &HybridRow)| {
         let pair = |of: fn(&PrintedErrors) -> f64, digits: usize| {
-            sine(name).map_or_else(String::new, |(_, _, a, h)| format!("{:.digits$} / {:.digits$}", of(a), of(h)))
+            sine(name)
+                .map_or_else(String::new, |(_, _, a, h)| format!("{:.digits$} / {:.digits$}", of(a), of(h)))
         };
         vec![
             name.clone(),
@@ -83,7 +97,10 @@ pub fn hybrid_text(document: &HybridDocument) -> String {
     text += "\nlargest errors (MAE), and over the largest measured tracking error (RE)\n";
     text += &columns(&heads, document.records.iter().map(cells));
     if let Some(ratio) = document.median_ratio {
-        text += &format!("\nheld out, median: with the network the error is {:.0} % of the model's\n", 100.0 * ratio);
+        text += &format!(
+            "\nheld out, median: with the network the error is {:.0} % of the model's\n",
+            100.0 * ratio
+        );
     }
     if let Some(ratio) = document.median_physics_to_hybrid {
         text += &match ratio {
@@ -93,18 +110,29 @@ pub fn hybrid_text(document: &HybridDocument) -> String {
                     100.0 * r
                 )
             }
-            r => format!("the error with physics is {:.0} % of that with the network: an effect is still missing\n", 100.0 * r),
+            r => format!(
+                "the error with physics is {:.0} % of that with the network: an effect is still missing\n",
+                100.0 * r
+            ),
         };
     }
     if !document.contours.is_empty() {
-        let mut heads: Vec<String> = ["circle", "role", "contour error µm", "model error µm", "with network"].map(String::from).to_vec();
+        let mut heads: Vec<String> = ["circle", "role", "contour error µm", "model error µm", "with network"]
+            .map(String::from)
+            .to_vec();
         let physics = document.contours.values().any(|c| c.physics_off_m.is_some());
         if physics {
             heads.push("with physics".into());
         }
         heads.push("paper".into());
         let cells = |(name, c): (&String, &ContourRow)| {
-            let mut cells = vec![name.clone(), c.role.replace('_', " "), um(c.measured_m), um(c.analytical_off_m), um(c.hybrid_off_m)];
+            let mut cells = vec![
+                name.clone(),
+                c.role.replace('_', " "),
+                um(c.measured_m),
+                um(c.analytical_off_m),
+                um(c.hybrid_off_m),
+            ];
             if physics {
                 cells.push(c.physics_off_m.map_or_else(|| "–".into(), um));
             }

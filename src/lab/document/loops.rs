@@ -29,7 +29,12 @@ pub fn circles_text(document: &CirclesDocument) -> String {
     let heads = ["rad/min", "largest contour error µm", "mean µm", "at quadrants µm"].map(String::from);
     let um = |x: f64| format!("{:.3}", 1e6 * x);
     let cells = |r: &CircleRow| {
-        vec![format!("{}", r.speed_rad_min), um(r.largest_m), um(r.mean_m), r.largest_at_quadrants_m.map_or_else(|| "–".into(), um)]
+        vec![
+            format!("{}", r.speed_rad_min),
+            um(r.largest_m),
+            um(r.mean_m),
+            r.largest_at_quadrants_m.map_or_else(|| "–".into(), um),
+        ]
     };
     columns(&heads, document.rows.iter().map(cells))
 }

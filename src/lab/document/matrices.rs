@@ -37,7 +37,10 @@ pub fn matrices_text(document: &MatricesDocument, title: &str) -> String {
             continue;
         }
         for row in matrix {
-            let cells: Vec<String> = row.iter().map(|x| if *x == 0.0 { format!("{:>11}", "0") } else { format!("{x:>11.3e}") }).collect();
+            let cells: Vec<String> = row
+                .iter()
+                .map(|x| if *x == 0.0 { format!("{:>11}", "0") } else { format!("{x:>11.3e}") })
+                .collect();
             let _ = writeln!(text, "{}", cells.join(" "));
         }
     }

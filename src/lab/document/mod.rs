@@ -1,4 +1,5 @@
-//! Result documents of the laboratory, their texts and their JSON Schemas. The documents that the page draws as well are in `report`.
+//! Result documents of the laboratory, their texts and their JSON Schemas. The documents that the page draws
+//! as well are in `report`.
 
 pub mod convergence;
 pub mod hybrid;

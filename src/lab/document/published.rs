@@ -10,7 +10,8 @@ use report::document::Stamp;
 /// Relative difference up to which ours counts as equal to a printed figure (1).
 pub const CLOSE: f64 = 0.02;
 
-/// A published figure with ours: from the equations and numbers as printed, and with the cause of the difference mended.
+/// A published figure with ours: from the equations and numbers as printed, and with the cause of the
+/// difference mended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PublishedFigure {
     /// Publication.
@@ -23,13 +24,15 @@ pub struct PublishedFigure {
     pub unit: String,
     /// Printed value (in `unit`); absent for a curve or a statement without a number.
     pub published: Option<f64>,
-    /// Unit of the last printed digit (in `unit`), or the width of the interval that the rounding of the printed numbers behind it allows, where half of
-    /// it exceeds the limit of 2 %.
+    /// Unit of the last printed digit (in `unit`), or the width of the interval that the rounding of the
+    /// printed numbers behind it allows, where half of it exceeds the limit of 2 %.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resolution: Option<f64>,
-    /// Computed by this program with the equations and numbers as printed (in `unit`); absent where they give no value.
+    /// Computed by this program with the equations and numbers as printed (in `unit`); absent where they give
+    /// no value.
     pub as_printed: Option<f64>,
-    /// Computed by this program with the cause of the difference mended (in `unit`); absent where no cause is known, or none is needed.
+    /// Computed by this program with the cause of the difference mended (in `unit`); absent where no cause is
+    /// known, or none is needed.
     pub mended: Option<f64>,
     /// Relative difference of `mended`, else of `as_printed`, from the printed value (1).
     pub relative_difference: Option<f64>,

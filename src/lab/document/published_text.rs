@@ -15,7 +15,12 @@ pub fn published_text(document: &PublishedDocument) -> String {
             paper = &f.paper;
         }
         text += &wrapped(&format!("  {}: {} ({})", f.place, f.quantity, f.unit));
-        let values = format!("printed {}, as printed {}, mended {}", number(f.published), number(f.as_printed), number(f.mended));
+        let values = format!(
+            "printed {}, as printed {}, mended {}",
+            number(f.published),
+            number(f.as_printed),
+            number(f.mended)
+        );
         let _ = writeln!(text, "    {values}, {}: {}", difference(f), f.verdict.word());
         text += &wrapped(&format!("    {}", f.remark));
     }
@@ -64,7 +69,8 @@ fn counts(document: &PublishedDocument, bullet: &str) -> String {
     let mut papers: Vec<&str> = document.figures.iter().map(|f| f.paper.as_str()).collect();
     papers.dedup();
     let line = |name: &str| {
-        let FigureCount { printed, as_printed, mended, within_rounding } = document.count.get(name).copied().unwrap_or_default();
+        let FigureCount { printed, as_printed, mended, within_rounding } =
+            document.count.get(name).copied().unwrap_or_default();
         let share = if printed > 0 { 100.0 * mended as f64 / printed as f64 } else { 0.0 };
         let both = if printed > 0 { 100.0 * (mended + within_rounding) as f64 / printed as f64 } else { 0.0 };
         let head = if name == "all" { "all papers" } else { name };

@@ -7,7 +7,8 @@ use crate::withheld::WithheldDocument;
 use report::{hybrid, loops};
 
 /// Names of the documents that have a schema, as in their file names.
-pub const SCHEMAS: [&str; 8] = ["matrices", "sensitivity", "gain", "circle", "hybrid", "convergence", "published", "withheld"];
+pub const SCHEMAS: [&str; 8] =
+    ["matrices", "sensitivity", "gain", "circle", "hybrid", "convergence", "published", "withheld"];
 
 /// Returns the schema of a document by name.
 pub fn schema(name: &str) -> Option<Schema> {

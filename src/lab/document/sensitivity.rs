@@ -44,10 +44,15 @@ pub struct SensitivityDocument {
 
 /// Returns sensitivities as a table, under the title of the machine.
 pub fn sensitivity_text(document: &SensitivityDocument, title: &str) -> String {
-    let mut text = format!("{title}\nnatural frequency {}: {:.4} Hz\n\n", document.order, document.frequency_hz);
+    let mut text =
+        format!("{title}\nnatural frequency {}: {:.4} Hz\n\n", document.order, document.frequency_hz);
     let at = |factor: Option<&f64>| factor.map_or_else(String::new, |factor| format!("f at {factor}"));
     let (low, high) = (at(document.factors.first()), at(document.factors.last()));
-    let _ = writeln!(text, "{:<20} {:>11} {:>9} {:>10} {low:>10} {high:>10}", "joint", "stiffness", "energy %", "dlnf/dlnk");
+    let _ = writeln!(
+        text,
+        "{:<20} {:>11} {:>9} {:>10} {low:>10} {high:>10}",
+        "joint", "stiffness", "energy %", "dlnf/dlnk"
+    );
     for row in &document.joints {
         let (energy, elasticity) = (100.0 * row.strain_energy_share, row.elasticity);
         let _ = write!(text, "{:<20} {:>11.4e} {energy:>9.2} {elasticity:>10.4}", row.joint, row.stiffness);

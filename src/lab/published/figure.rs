@@ -8,7 +8,8 @@ use study::{StudyError, StudyResult};
 
 /// Reads a configuration that comes with the program, with overrides.
 pub fn read_published(path: &str, overrides: &[&str]) -> StudyResult<Machine> {
-    let text = embedded_config(path).ok_or_else(|| StudyError::impossible(format!("{path}: does not come with the program")))?;
+    let text = embedded_config(path)
+        .ok_or_else(|| StudyError::impossible(format!("{path}: does not come with the program")))?;
     let overrides: Vec<String> = overrides.iter().map(|o| (*o).to_string()).collect();
     Ok(read_machine_text(path, text, &overrides, &[])?.machine)
 }
@@ -98,17 +99,25 @@ impl Comparison {
     /// Ends the figure with the method, and the cause of a difference.
     pub fn because(self, remark: impl Into<String>) -> PublishedFigure {
         let ours = self.mended.or(self.as_printed);
-        let relative_difference = self.published.zip(ours).map(|((published, _), ours)| ours / published - 1.0);
+        let relative_difference =
+            self.published.zip(ours).map(|((published, _), ours)| ours / published - 1.0);
         let verdict = match (self.published, ours, self.holds) {
             (Some(_), None, _) => FigureVerdict::NotComputed,
-            (Some((published, _)), Some(ours), _) if (ours / published - 1.0).abs() <= CLOSE => FigureVerdict::Within2Percent,
-            (Some((published, resolution)), Some(ours), _) if (ours - published).abs() <= 0.5 * resolution => FigureVerdict::WithinRounding,
+            (Some((published, _)), Some(ours), _) if (ours / published - 1.0).abs() <= CLOSE => {
+                FigureVerdict::Within2Percent
+            }
+            (Some((published, resolution)), Some(ours), _)
+                if (ours - published).abs() <= 0.5 * resolution =>
+            {
+                FigureVerdict::WithinRounding
+            }
             (Some(_), Some(_), _) => FigureVerdict::Differs,
             (None, _, Some(true)) => FigureVerdict::Holds,
             (None, _, Some(false)) => FigureVerdict::DoesNotHold,
             (None, _, None) => FigureVerdict::NotPrinted,
         };
-        let coarse = self.published.filter(|(published, resolution)| 0.5 * resolution > CLOSE * published.abs());
+        let coarse =
+            self.published.filter(|(published, resolution)| 0.5 * resolution > CLOSE * published.abs());
         PublishedFigure {
             paper: self.source.paper.into(),
             place: self.source.place.into(),

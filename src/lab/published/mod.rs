@@ -26,8 +26,8 @@ const CONFIGS: [&str; 7] = [
     vertical::CONFIG,
 ];
 
-/// Computes the figures of the five papers from machines that are built in, as printed and with the cause of a difference mended, and compares
-/// them with the printed ones.
+/// Computes the figures of the five papers from machines that are built in, as printed and with the cause of
+/// a difference mended, and compares them with the printed ones.
 ///
 /// # Errors  a built-in machine does not allow a computation.
 pub fn published() -> StudyResult<PublishedDocument> {
@@ -36,8 +36,11 @@ pub fn published() -> StudyResult<PublishedDocument> {
     figures.extend(servo::figures()?);
     figures.extend(hybrid::figures()?);
     figures.extend(vertical::figures()?);
-    let input = |path: &&str| embedded_config(path).map(|text| Input { path: (*path).into(), sha256: digest(text.as_bytes()) });
-    let stamp = Stamp { seed: 1, ..stamp_files("published", CONFIGS.iter().filter_map(input).collect(), Vec::new()) };
+    let input = |path: &&str| {
+        embedded_config(path).map(|text| Input { path: (*path).into(), sha256: digest(text.as_bytes()) })
+    };
+    let stamp =
+        Stamp { seed: 1, ..stamp_files("published", CONFIGS.iter().filter_map(input).collect(), Vec::new()) };
     let count = count(&figures);
     Ok(PublishedDocument { stamp, figures, count })
 }

@@ -14,32 +14,44 @@ use study::{StudyError, StudyResult};
 /// The machine.
 pub const CONFIG: &str = "configs/servo-axis.toml";
 
-/// Overrides with which the support of the screw is a mass on a spring, as real supports are; the numbers are chosen.
-const SUPPORT_AS_A_MASS: [&str; 4] =
-    ["effects=[\"bed-compliance\"]", "parameter.m_bed.start=400.0", "parameter.k_bed.start=1.91e8", "parameter.c_bed.start=5.5e3"];
+/// Overrides with which the support of the screw is a mass on a spring, as real supports are; the numbers are
+/// chosen.
+const SUPPORT_AS_A_MASS: [&str; 4] = [
+    "effects=[\"bed-compliance\"]",
+    "parameter.m_bed.start=400.0",
+    "parameter.k_bed.start=1.91e8",
+    "parameter.c_bed.start=5.5e3",
+];
 
 fn at(place: &'static str) -> FigureSource {
     FigureSource { paper: "Lumped servo axis", place }
 }
 
-/// Computes the figures of the paper: natural frequencies, damping, deformations and the best gain of the position loop.
+/// Computes the figures of the paper: natural frequencies, damping, deformations and the best gain of the
+/// position loop.
 pub fn figures() -> StudyResult<Vec<PublishedFigure>> {
     let axis = read_published(CONFIG, &[])?;
     let rest = Operating::default();
     let first = first_hz(&axis, &rest)?;
     let zeta = 0.5 * axis.stiffness_proportional_damping_s * std::f64::consts::TAU * first;
     let joints = mode_energy(&axis, &rest, first)?;
-    // Deformations in rad are converted to travel of the nut, so that all springs are comparable. The lead is 20 mm.
+    // Deformations in rad are converted to travel of the nut, so that all springs are comparable. The lead is
+    // 20 mm.
     let travel_m_per_rad = 0.020 / std::f64::consts::TAU;
     let deformation = |name: &str| -> f64 {
         let scale = if ["coupling", "screw-torsion"].contains(&name) { travel_m_per_rad } else { 1.0 };
         joints.get(name).map_or(f64::NAN, |(d, _)| (d * scale).abs())
     };
-    let others = ["coupling", "screw-torsion", "nut", "flange"].into_iter().map(deformation).fold(0.0, f64::max);
+    let others =
+        ["coupling", "screw-torsion", "nut", "flange"].into_iter().map(deformation).fold(0.0, f64::max);
     let ratio = deformation("support") / others;
     let scaled = |factor: f64| -> StudyResult<f64> {
         // k0ᴬ is the series of support and half of the screw; the support changes so that k0ᴬ does.
-        let k_0a = axis.joints.iter().find(|j| j.name == "support").map_or(f64::NAN, |j| j.stiffness.at(&axis.start(), &rest));
+        let k_0a = axis
+            .joints
+            .iter()
+            .find(|j| j.name == "support")
+            .map_or(f64::NAN, |j| j.stiffness.at(&axis.start(), &rest));
         let support = axis.parameter("k_support").map_or(f64::NAN, |i| axis.start()[i]);
         let k = 1.0 / (1.0 / (factor * k_0a) - (1.0 / k_0a - 1.0 / support));
         let scaled = read_published(CONFIG, &[&format!("parameter.k_support.start={k}")])?;
@@ -99,7 +111,12 @@ pub fn figures() -> StudyResult<Vec<PublishedFigure>> {
 fn bode_peaks(axis: &Machine) -> StudyResult<f64> {
     let slide = axis.point("slide").ok_or_else(|| StudyError::impossible("the servo axis has no slide"))?;
     let omegas: Vec<f64> = (100..=240).map(|hz| omega_rad_s(f64::from(hz))).collect();
-    let evaluated = Evaluated { machine: axis, values: &axis.start(), operating: Operating::default(), rods: RodModel::Exact };
+    let evaluated = Evaluated {
+        machine: axis,
+        values: &axis.start(),
+        operating: Operating::default(),
+        rods: RodModel::Exact,
+    };
     let responses = evaluated.response(slide, Excitation::Command, true, &omegas)?;
     Ok(responses.windows(3).filter(|h| h[1].norm() > h[0].norm() && h[1].norm() > h[2].norm()).count() as f64)
 }
@@ -107,9 +124,17 @@ fn bode_peaks(axis: &Machine) -> StudyResult<f64> {
 /// Finds the gain of the position loop with the minimum cost, for the slide and the cycle of `lab gain`.
 fn best_gain(axis: &Machine, request: &GainRequest) -> StudyResult<GainRow> {
     let course = request.travel.course(1e-3, false)?;
-    let cycle = GainCycle { course: &course, rest_s: request.travel.rest_s, point: axis.point("slide").map(|at| (at, 1.0)) };
+    let cycle = GainCycle {
+        course: &course,
+        rest_s: request.travel.rest_s,
+        point: axis.point("slide").map(|at| (at, 1.0)),
+    };
     let settings = SimulationSettings::default();
-    let rows = gain_study(axis, &axis.start(), &request.gains_per_s(), &cycle, &settings, &|| true).map_err(StudyError::impossible)?;
-    let best = rows.into_iter().filter(|r| r.cost.is_some()).min_by(|a, b| a.cost.unwrap_or(0.0).total_cmp(&b.cost.unwrap_or(0.0)));
+    let rows = gain_study(axis, &axis.start(), &request.gains_per_s(), &cycle, &settings, &|| true)
+        .map_err(StudyError::impossible)?;
+    let best = rows
+        .into_iter()
+        .filter(|r| r.cost.is_some())
+        .min_by(|a, b| a.cost.unwrap_or(0.0).total_cmp(&b.cost.unwrap_or(0.0)));
     best.ok_or_else(|| StudyError::impossible("the servo axis is unstable or does not settle at any gain"))
 }

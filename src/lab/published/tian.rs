@@ -1,4 +1,5 @@
-//! Figures of Tian et al., ball-screw bench: predicted frequencies (Tab. 4 and 6–9), overall errors, identified parameters (Tab. 3 and 5).
+//! Figures of Tian et al., ball-screw bench: predicted frequencies (Tab. 4 and 6–9), overall errors,
+//! identified parameters (Tab. 3 and 5).
 
 use std::sync::Arc;
 
@@ -97,7 +98,8 @@ fn with_printed(machine: &Machine, printed: &[(String, f64)]) -> Vec<f64> {
 /// Finds the peaks of the table's receptance, as the paper's h_all-6a6a, up to 1 kHz.
 fn table_peaks(machine: &Machine, values: &[f64], nut_m: f64) -> StudyResult<Vec<Peak>> {
     let table = machine.point("table").ok_or_else(|| StudyError::impossible("the bench has no table"))?;
-    let structure = Arc::new(Structure::new(machine, table, table, RodModel::Exact).map_err(StudyError::impossible)?);
+    let structure =
+        Arc::new(Structure::new(machine, table, table, RodModel::Exact).map_err(StudyError::impossible)?);
     let mut model = structure.empty_model();
     model.update(machine, values, &Operating::at_nut(nut_m));
     let search = PeakSearch { from_hz: 5.0, to_hz: 1000.0, precision: 1e-6, omega_power: 0 };
@@ -116,7 +118,8 @@ impl Bench {
         found.ok_or_else(|| StudyError::impossible(format!("{SET} has no position «{position}»")))
     }
 
-    /// Returns the printed parameters of a fit; `mend` replaces c_n of Tab. 3 by that of the machine as computed.
+    /// Returns the printed parameters of a fit; `mend` replaces c_n of Tab. 3 by that of the machine as
+    /// computed.
     fn printed_parameters(&self, fit: &str, mend: bool) -> Vec<(String, f64)> {
         let positions: Vec<String> = fit.split('+').map(String::from).collect();
         let all = self.set.published.parameters(&positions).into_iter().flatten();
@@ -125,7 +128,11 @@ impl Bench {
     }
 
     fn peaks(&self, machine: &Machine, fit: &str, position: &str, mend: bool) -> StudyResult<Vec<Peak>> {
-        table_peaks(machine, &with_printed(machine, &self.printed_parameters(fit, mend)), self.nut_m(position)?)
+        table_peaks(
+            machine,
+            &with_printed(machine, &self.printed_parameters(fit, mend)),
+            self.nut_m(position)?,
+        )
     }
 
     /// Returns the stiffness (N/m) of the spring between table and ground.
@@ -143,10 +150,13 @@ impl Bench {
         rows.sort_by_key(|row| table(&row.fit_positions.join("+"), &row.position));
         let figure = |row: &&PublishedRow| {
             let fit = row.fit_positions.join("+");
-            let free = nearest_hz(&self.peaks(&self.published, &fit, &row.position, false)?, row.predicted_hz);
+            let free =
+                nearest_hz(&self.peaks(&self.published, &fit, &row.position, false)?, row.predicted_hz);
             let place = table(&fit, &row.position);
-            let name = format!("{}, order {}, parameters of {}", row.position, row.order, fit.replace('+', ", "));
-            let figure = at(place).figure(name, "Hz").printed(row.predicted_hz, PRINTED_TO_HZ).maybe_as_printed(free);
+            let name =
+                format!("{}, order {}, parameters of {}", row.position, row.order, fit.replace('+', ", "));
+            let figure =
+                at(place).figure(name, "Hz").printed(row.predicted_hz, PRINTED_TO_HZ).maybe_as_printed(free);
             let figure = match self.computed_hz(row)? {
                 Some(hz) => figure.mended(hz),
                 None => figure,
@@ -163,15 +173,21 @@ impl Bench {
         rows.iter().map(figure).collect()
     }
 
-    /// Computes the overall errors (Eq. 27): from the printed frequencies, and from ours, rounded to 1 Hz as the paper rounds its own.
+    /// Computes the overall errors (Eq. 27): from the printed frequencies, and from ours, rounded to 1 Hz as
+    /// the paper rounds its own.
     fn overall_errors(&self) -> StudyResult<Vec<PublishedFigure>> {
         let measured = |position: &str, order: u32| -> Option<f64> {
             let at = self.set.positions.iter().position(|p| p.name == position)?;
             self.set.modes.as_ref()?.positions[at].iter().find(|m| m.order == order)?.frequency_hz
         };
         let row = |(fit, position, printed): &(&str, &str, f64)| {
-            let rows: Vec<&PublishedRow> =
-                self.set.published.rows.iter().filter(|r| r.fit_positions.join("+") == *fit && r.position == *position).collect();
+            let rows: Vec<&PublishedRow> = self
+                .set
+                .published
+                .rows
+                .iter()
+                .filter(|r| r.fit_positions.join("+") == *fit && r.position == *position)
+                .collect();
             let over = |predicted: &dyn Fn(&PublishedRow) -> StudyResult<Option<f64>>| -> StudyResult<f64> {
                 let mut errors = Vec::new();
                 for row in &rows {
@@ -183,14 +199,19 @@ impl Bench {
             };
             let arithmetic = over(&|row| Ok(Some(row.predicted_hz)))?;
             let ours = over(&|row| Ok(self.computed_hz(row)?.map(f64::round)))?;
-            // The most that ±0.5 Hz of each predicted frequency change the error: Σ|∂δ/∂f|·0.5 Hz with ∂δ/∂f = (error/δ)/f.
+            // The most that ±0.5 Hz of each predicted frequency change the error: Σ|∂δ/∂f|·0.5 Hz with ∂δ/∂f
+            // = (error/δ)/f.
             let rounding: f64 = rows
                 .iter()
                 .filter_map(|row| Some((row.predicted_hz, measured(position, row.order)?)))
-                .map(|(predicted, measured)| (predicted / measured - 1.0).abs() / arithmetic * 0.5 * PRINTED_TO_HZ / measured)
+                .map(|(predicted, measured)| {
+                    (predicted / measured - 1.0).abs() / arithmetic * 0.5 * PRINTED_TO_HZ / measured
+                })
                 .sum();
             let name = format!("overall error at {position}, parameters of {}", fit.replace('+', ", "));
-            let figure = at(table(fit, position)).figure(name, "%").printed(100.0 * printed, 0.01_f64.max(200.0 * rounding));
+            let figure = at(table(fit, position))
+                .figure(name, "%")
+                .printed(100.0 * printed, 0.01_f64.max(200.0 * rounding));
             Ok(figure.ours_as_printed(100.0 * arithmetic).mended(100.0 * ours).because(format!(
                 "Eq. 27. Printed: from the printed frequencies. Mended: from ours of the rows above, rounded to 1 Hz. An error is a small \
                  difference of rounded numbers: ±0.5 Hz change it by {:.2} %",
@@ -202,8 +223,14 @@ impl Bench {
 
     /// Shows that c_n of Tab. 3 is misprinted: with it order 4 has no peak.
     fn damping(&self) -> StudyResult<Vec<PublishedFigure>> {
-        let predicted: Vec<f64> =
-            self.set.published.rows.iter().filter(|r| r.fit_positions.len() == 3 && r.position == "l2").map(|r| r.predicted_hz).collect();
+        let predicted: Vec<f64> = self
+            .set
+            .published
+            .rows
+            .iter()
+            .filter(|r| r.fit_positions.len() == 3 && r.position == "l2")
+            .map(|r| r.predicted_hz)
+            .collect();
         let orders = |mend: bool| -> StudyResult<f64> {
             let peaks = self.peaks(&self.computed, "l1+l3+l5", "l2", mend)?;
             let near = |hz: &&f64| nearest_hz(&peaks, **hz).is_some_and(|f| (f / **hz - 1.0).abs() < 0.03);
@@ -221,11 +248,16 @@ impl Bench {
         let mut figures = Vec::new();
         for position in ["l2", "l5", "l6"] {
             let printed = self.set.published.predicted_hz(&["l5".to_string()], position, 2);
-            let printed = printed.ok_or_else(|| StudyError::impossible(format!("{SET} prints no order 2 at {position}")))?;
-            let held: Vec<(String, f64)> =
-                self.printed_parameters("l5", true).into_iter().filter(|(id, _)| id != "k_m" && id != "c_m").collect();
+            let printed = printed
+                .ok_or_else(|| StudyError::impossible(format!("{SET} prints no order 2 at {position}")))?;
+            let held: Vec<(String, f64)> = self
+                .printed_parameters("l5", true)
+                .into_iter()
+                .filter(|(id, _)| id != "k_m" && id != "c_m")
+                .collect();
             let peaks = table_peaks(&self.held, &with_printed(&self.held, &held), self.nut_m(position)?)?;
-            let figure = at("Tab. 7, 9").figure(format!("order 2 at {position}, parameters of l5, rotor held"), "Hz");
+            let figure =
+                at("Tab. 7, 9").figure(format!("order 2 at {position}, parameters of l5, rotor held"), "Hz");
             let spring = nearest_hz(&self.peaks(&self.computed, "l5", position, true)?, printed);
             figures.push(figure.maybe_as_printed(nearest_hz(&peaks, printed)).mended(spring.unwrap_or(f64::NAN)).because(format!(
                 "printed {printed} Hz. «As printed»: rotor held, {HELD_NM_PER_RAD} N·m/rad between screw and ground. Mended: spring at the table. The \
@@ -235,11 +267,18 @@ impl Bench {
         Ok(figures)
     }
 
-    /// Returns the root sum of squares of the relative errors of the peaks nearest to the measured frequencies of a position.
+    /// Returns the root sum of squares of the relative errors of the peaks nearest to the measured
+    /// frequencies of a position.
     fn misfit(&self, values: &[f64], position: &str) -> StudyResult<f64> {
         let peaks = table_peaks(&self.computed, values, self.nut_m(position)?)?;
         let at = self.set.positions.iter().position(|p| p.name == position).unwrap_or(usize::MAX);
-        let measured = self.set.modes.iter().filter_map(|modes| modes.positions.get(at)).flatten().filter_map(|m| m.frequency_hz);
+        let measured = self
+            .set
+            .modes
+            .iter()
+            .filter_map(|modes| modes.positions.get(at))
+            .flatten()
+            .filter_map(|m| m.frequency_hz);
         let errors = measured.map(|hz| nearest_hz(&peaks, hz).map_or(f64::NAN, |ours| ours / hz - 1.0));
         Ok(root_sum_square(errors).unwrap_or(f64::NAN))
     }
@@ -253,8 +292,10 @@ impl Bench {
             // Amplitudes have no stated unit: frequencies alone, with the dampings and the spring held.
             let held = ["c_al", "c_ar", "c_n", "eta_guide", "k_guide"].map(String::from).to_vec();
             let modes = ModeSettings { objective: Objective::Frequencies, ..ModeSettings::default() };
-            let settings = IdentificationSettings { settings: modes, frozen: held, ..IdentificationSettings::default() };
-            let found = identify(&self.computed, &own, &held_out, &settings, &Control::default()).map_err(StudyError::impossible)?;
+            let settings =
+                IdentificationSettings { settings: modes, frozen: held, ..IdentificationSettings::default() };
+            let found = identify(&self.computed, &own, &held_out, &settings, &Control::default())
+                .map_err(StudyError::impossible)?;
             for (id, printed) in self.printed_parameters(fit, false) {
                 let unit = if id.ends_with('m') {
                     if id.starts_with('k') { "N·m/rad" } else { "N·m·s/rad" }
@@ -265,8 +306,13 @@ impl Bench {
                 };
                 // Printed to three digits.
                 let resolution = 10f64.powf(printed.log10().floor() - 2.0);
-                let figure = at(place).figure(format!("{id}, fitted on {}", fit.replace('+', ", ")), unit).printed(printed, resolution);
-                let estimate = self.computed.parameter(&id).and_then(|index| found.estimates.iter().find(|e| e.parameter == index));
+                let figure = at(place)
+                    .figure(format!("{id}, fitted on {}", fit.replace('+', ", ")), unit)
+                    .printed(printed, resolution);
+                let estimate = self
+                    .computed
+                    .parameter(&id)
+                    .and_then(|index| found.estimates.iter().find(|e| e.parameter == index));
                 figures.push(match estimate {
                     None => figure.because("the model that gives the printed frequencies has no rotor: coupling and rotor have no influence on them"),
                     Some(_) if id.starts_with('c') => figure.because(

@@ -1,15 +1,16 @@
-//! Figures of Duan et al., twin ball screw: joints, friction and velocity. Those of the nut position are in `twin_position`.
+//! Figures of Duan et al., twin ball screw: joints, friction and velocity. Those of the nut position are in
+//! `twin_position`.
 
 use super::figure::{contact, first_hz, read_published};
 use super::twin_position::{self, CONFIG, at};
 use crate::document::published::PublishedFigure;
 use machine::contact::published::{
-    BEARING_PAIR_STIFFNESS_N_PER_M, BEARING_PRELOAD_N, CONFORMITY_OF_STIFFNESSES, LEAD_M, MOTOR_EFFICIENCY, NUT_BALLS, NUT_PRELOAD_N,
-    NUT_STIFFNESS_N_PER_M, bearing, friction_axis_1, friction_axis_2, nut,
+    BEARING_PAIR_STIFFNESS_N_PER_M, BEARING_PRELOAD_N, CONFORMITY_OF_STIFFNESSES, LEAD_M, MOTOR_EFFICIENCY,
+    NUT_BALLS, NUT_PRELOAD_N, NUT_STIFFNESS_N_PER_M, bearing, friction_axis_1, friction_axis_2, nut,
 };
 use machine::contact::{
-    Balls, BearingData, LoadedBalls, NutData, Observation, ScrewDrive, Stiffness, StribeckCurve, StribeckNoise, StribeckOptions,
-    fit_stribeck,
+    Balls, BearingData, LoadedBalls, NutData, Observation, ScrewDrive, Stiffness, StribeckCurve,
+    StribeckNoise, StribeckOptions, fit_stribeck,
 };
 use machine::{Machine, Operating};
 use study::simulation::separations;
@@ -17,8 +18,12 @@ use study::{StudyError, StudyResult};
 
 const AS_PRINTED: [&str; 2] = ["contact_rule=as-printed", "contact_stiffness=secant"];
 /// Overrides with which the screw carries P_T·f(v), P_T = 0.90 of Eq. 11, in place of f(v).
-const SHARES: [&str; 4] =
-    ["contact.screw-nut-1.share=0.9", "contact.screw-nut-2.share=0.9", "contact.bearing-1.share=0.9", "contact.bearing-2.share=0.9"];
+const SHARES: [&str; 4] = [
+    "contact.screw-nut-1.share=0.9",
+    "contact.screw-nut-2.share=0.9",
+    "contact.bearing-1.share=0.9",
+    "contact.bearing-2.share=0.9",
+];
 /// Normal and tangential stiffness (N/m) of guide and slider.
 const SLIDER_N_PER_M: [f64; 2] = [3.2e7, 1.2e7];
 /// Step of velocity (m/s) in the search for the minimum frequency: 0.2 m/min.
@@ -38,7 +43,9 @@ pub fn figures() -> StudyResult<Vec<PublishedFigure>> {
 
 fn joints() -> StudyResult<Vec<PublishedFigure>> {
     let nut_stiffness = |data: &NutData| -> StudyResult<f64> {
-        LoadedBalls::of_nut(data).and_then(|n| n.stiffness_n_per_m(NUT_PRELOAD_N, Stiffness::Secant)).map_err(StudyError::impossible)
+        LoadedBalls::of_nut(data)
+            .and_then(|n| n.stiffness_n_per_m(NUT_PRELOAD_N, Stiffness::Secant))
+            .map_err(StudyError::impossible)
     };
     let f = CONFORMITY_OF_STIFFNESSES;
     let one_turn = NutData { screw_conformity: f, nut_conformity: f, ..nut(Balls::Turns(1.0)) };
@@ -50,8 +57,11 @@ fn joints() -> StudyResult<Vec<PublishedFigure>> {
     };
     // Eq. 18, last line, prints δ_n·sin α.
     let sin = bearing().contact_angle_rad.sin();
-    let eq_18 = BEARING_PRELOAD_N / (single.deflection_m(BEARING_PRELOAD_N).map_err(StudyError::impossible)? * sin * sin) / 2.0;
-    let five_turns = LoadedBalls::of_nut(&nut(Balls::Turns(5.0))).map_err(StudyError::impossible)?.ball_count();
+    let eq_18 = BEARING_PRELOAD_N
+        / (single.deflection_m(BEARING_PRELOAD_N).map_err(StudyError::impossible)? * sin * sin)
+        / 2.0;
+    let five_turns =
+        LoadedBalls::of_nut(&nut(Balls::Turns(5.0))).map_err(StudyError::impossible)?.ball_count();
     Ok(vec![
         at("Tab. 1")
             .figure("balls of one nut, five turns", "1")
@@ -92,17 +102,20 @@ fn joints() -> StudyResult<Vec<PublishedFigure>> {
     ])
 }
 
-/// Compares pitching (Fig. 7d) with yawing (Fig. 7c). Of a rigid table on sliders at the distance ±a from its centre along the guides
+/// Compares pitching (Fig. 7d) with yawing (Fig. 7c). Of a rigid table on sliders at the distance ±a from its
+/// centre along the guides
 ///
 /// ```text
 /// yaw: Σ K_τ·a²/J_z       pitch: Σ K_n·a²/J_y       f_pitch/f_yaw = √(K_n/K_τ · J_z/J_y)
 /// ```
 ///
-/// A flat table has J_y < J_z, so that the root of the stiffnesses alone is a lower limit. The distance cancels; inertias are not printed.
+/// A flat table has J_y < J_z, so that the root of the stiffnesses alone is a lower limit. The distance
+/// cancels; inertias are not printed.
 fn pitch_over_yaw() -> PublishedFigure {
     let [normal, tangential] = SLIDER_N_PER_M;
     let ratio = (normal / tangential).sqrt();
-    let figure = at("4.1.3, Fig. 7").figure("pitching over yawing frequency of the table on its sliders, at least", "1");
+    let figure = at("4.1.3, Fig. 7")
+        .figure("pitching over yawing frequency of the table on its sliders, at least", "1");
     figure.ours_as_printed(ratio).holds(ratio > 1.0).because(
         "the third mode yaws and the fourth pitches: with the printed stiffnesses of the sliders and a rigid flat table pitching is the \
          higher one; screws, which stiffen the yawing, are left out. The frequencies are not printed",
@@ -123,7 +136,8 @@ fn friction() -> StudyResult<Vec<PublishedFigure>> {
                 Observation { velocity_m_per_s: v, force_n: drive.force_n(torque_nm), sd_n: None }
             })
             .collect();
-        let fit = fit_stribeck(&runs, &StribeckOptions::new(StribeckNoise::Uniform)).map_err(StudyError::impossible)?;
+        let fit = fit_stribeck(&runs, &StribeckOptions::new(StribeckNoise::Uniform))
+            .map_err(StudyError::impossible)?;
         let StribeckCurve { coulomb_n, static_n, viscous_n_s_per_m, stribeck_velocity_m_per_s } = fit.curve;
         let rows = [
             ("F_c", "N", curve.coulomb_n, coulomb_n, 0.01),
@@ -145,7 +159,9 @@ fn friction() -> StudyResult<Vec<PublishedFigure>> {
 fn unloading_m_min(machine: &Machine, name: &str) -> StudyResult<f64> {
     let sweep = |v: f64| Operating { velocity_m_s: Some(v), ..Operating::default() };
     let found = separations(contact(machine, name)?, (1e-3, 1.5), sweep).into_iter().find(|s| s.side == "B");
-    found.map(|s| 60.0 * s.at).ok_or_else(|| StudyError::impossible(format!("{name} does not unload below 90 m/min")))
+    found
+        .map(|s| 60.0 * s.at)
+        .ok_or_else(|| StudyError::impossible(format!("{name} does not unload below 90 m/min")))
 }
 
 /// Finds the velocity (m/min) of the lowest first frequency; `None` where the frequency rises from rest on.
@@ -169,8 +185,9 @@ fn velocity([printed, mended, physics]: [&Machine; 3]) -> StudyResult<Vec<Publis
         Ok(contact(machine, "screw-nut-1")?.at(&here).map_err(StudyError::impossible)?.stiffness_n_per_m)
     };
     let bearing_m_min = unloading_m_min(mended, "bearing-1")?;
-    let equal_m_s =
-        friction_axis_1().rising_branch_velocity_m_per_s(BEARING_PRELOAD_N / MOTOR_EFFICIENCY).map_err(StudyError::impossible)?;
+    let equal_m_s = friction_axis_1()
+        .rising_branch_velocity_m_per_s(BEARING_PRELOAD_N / MOTOR_EFFICIENCY)
+        .map_err(StudyError::impossible)?;
     let equilibrium = format!(
         "By equilibrium side B of a pair unloads at 2.83·P in place of 1.83·P: nut at {:.1}, bearing at {:.1} m/min",
         unloading_m_min(physics, "screw-nut-1")?,

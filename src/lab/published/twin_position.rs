@@ -25,9 +25,15 @@ fn with_nut() -> [String; 2] {
     })
 }
 /// x/L, f_the, f_exp and f_FEA (Hz) of Tab. 5.
-const TABLE_5: [(f64, f64, f64, f64); 5] =
-    [(0.0, 51.4, 49.7, 58.4), (0.25, 50.9, 48.3, 57.6), (0.5, 50.3, 47.6, 56.0), (0.75, 49.7, 45.1, 53.2), (1.0, 48.9, 44.0, 50.1)];
-/// Stroke (m) with which the theory of Tab. 5 follows: x/L = 1 is this far from the bearing. It is fitted to the five frequencies.
+const TABLE_5: [(f64, f64, f64, f64); 5] = [
+    (0.0, 51.4, 49.7, 58.4),
+    (0.25, 50.9, 48.3, 57.6),
+    (0.5, 50.3, 47.6, 56.0),
+    (0.75, 49.7, 45.1, 53.2),
+    (1.0, 48.9, 44.0, 50.1),
+];
+/// Stroke (m) with which the theory of Tab. 5 follows: x/L = 1 is this far from the bearing. It is fitted to
+/// the five frequencies.
 const STROKE_OF_THEORY_M: f64 = 0.155;
 /// Nut positions (m) chosen for x/L = 0 and 1 of the experiment.
 const ENDS_M: (f64, f64) = (0.02, 0.46);
@@ -78,7 +84,10 @@ fn of_theory(printed: &Machine, computed: &Machine) -> StudyResult<Vec<Published
 /// Fits a machine on x/L = 0, 0.5, 1 of the experiment.
 fn fitted(machine: &Machine, set: &MeasurementSet, frozen: &[&str]) -> StudyResult<Identification> {
     let (fit, held_out) = set.split(None, &[]).map_err(StudyError::impossible)?;
-    let settings = IdentificationSettings { frozen: frozen.iter().map(|id| (*id).into()).collect(), ..IdentificationSettings::default() };
+    let settings = IdentificationSettings {
+        frozen: frozen.iter().map(|id| (*id).into()).collect(),
+        ..IdentificationSettings::default()
+    };
     identify(machine, &fit, &held_out, &settings, &Control::default()).map_err(StudyError::impossible)
 }
 
@@ -86,16 +95,23 @@ fn of_experiment(computed: &Machine, physics: &Machine) -> StudyResult<Vec<Publi
     let set = read_set("measurements/twin-ball-screw").map_err(StudyError::impossible)?;
     let screws = fitted(computed, &set, &["k_b"])?;
     let mass = fitted(physics, &set, &[])?;
-    let value = |machine: &Machine, found: &Identification, id: &str| machine.parameter(id).map_or(f64::NAN, |i| found.values[i]);
+    let value = |machine: &Machine, found: &Identification, id: &str| {
+        machine.parameter(id).map_or(f64::NAN, |i| found.values[i])
+    };
     let first = |machine: &Machine, found: &Identification, ratio: f64| {
-        elastic_frequencies_hz(machine, 1, &found.values, &Operating::at_nut(nut_m(ratio))).first().copied().unwrap_or(f64::NAN)
+        elastic_frequencies_hz(machine, 1, &found.values, &Operating::at_nut(nut_m(ratio)))
+            .first()
+            .copied()
+            .unwrap_or(f64::NAN)
     };
     let mass_kg = value(physics, &mass, "moving_mass");
     let mut figures = Vec::new();
     for (ratio, theory, measured, _) in TABLE_5 {
         let held = if ratio == 0.25 || ratio == 0.75 { "held out" } else { "fitted" };
         let by_mass = 100.0 * (first(physics, &mass, ratio) / measured - 1.0);
-        let figure = at("Tab. 5").figure(format!("first frequency at x/L = {ratio}, experiment"), "Hz").printed(measured, 0.1);
+        let figure = at("Tab. 5")
+            .figure(format!("first frequency at x/L = {ratio}, experiment"), "Hz")
+            .printed(measured, 0.1);
         figures.push(figure.ours_as_printed(theory).mended(first(computed, &screws, ratio)).because(format!(
             "{held}. As printed: the published theory. Mended: the same mode with printed K_b, stroke 0.44 m; yawing {:.1e} N·m/rad and \
              factor {:.3} on the screws fitted at x/L = 0, 0.5, 1. A moving mass of {mass_kg:.0} kg, screws held, gives {by_mass:+.1} %",
@@ -112,7 +128,8 @@ fn of_experiment(computed: &Machine, physics: &Machine) -> StudyResult<Vec<Publi
     Ok(figures)
 }
 
-/// The column of the finite elements: its trend is not that of a chain of springs along the screw, whose 1/f² is linear in x.
+/// The column of the finite elements: its trend is not that of a chain of springs along the screw, whose 1/f²
+/// is linear in x.
 fn of_elements(computed: &Machine) -> StudyResult<Vec<PublishedFigure>> {
     let compliance = |hz: f64| omega_rad_s(hz).powi(-2);
     let frequency = |inverse: f64| 1.0 / (std::f64::consts::TAU * inverse.sqrt());
@@ -122,7 +139,9 @@ fn of_elements(computed: &Machine) -> StudyResult<Vec<PublishedFigure>> {
     let rows = TABLE_5.map(|(ratio, .., published)| (ratio * ratio, compliance(published)));
     let columns = DMatrix::from_fn(rows.len(), 2, |i, j| if j == 0 { 1.0 } else { rows[i].0 } / rows[i].1);
     let fit = LinearFit::new(&columns, &DVector::from_element(rows.len(), 1.0));
-    let own = fit.map(|fit| fit.coefficients).ok_or_else(|| StudyError::impossible("Tab. 5 does not determine a parabola"))?;
+    let own = fit
+        .map(|fit| fit.coefficients)
+        .ok_or_else(|| StudyError::impossible("Tab. 5 does not determine a parabola"))?;
     TABLE_5
         .iter()
         .map(|(ratio, .., published)| {
@@ -145,9 +164,9 @@ fn of_both_directions(physics: &Machine) -> StudyResult<PublishedFigure> {
         Ok(1.0 / (1.0 / k(x)? + 1.0 / k(y)?))
     };
     let (near, far) = (stage(ENDS_M.0, ENDS_M.0)?, stage(ENDS_M.1, ENDS_M.1)?);
-    let figure = at("Fig. 9, Eq. 23").figure("transmission stiffness of X and Y in series, smallest over largest", "1");
-    Ok(figure
-        .ours_as_printed(far / near)
-        .holds(far < near)
-        .because(format!("falls in both directions from {near:.3e} N/m with both nuts left to {far:.3e} N/m with both right")))
+    let figure = at("Fig. 9, Eq. 23")
+        .figure("transmission stiffness of X and Y in series, smallest over largest", "1");
+    Ok(figure.ours_as_printed(far / near).holds(far < near).because(format!(
+        "falls in both directions from {near:.3e} N/m with both nuts left to {far:.3e} N/m with both right"
+    )))
 }

@@ -1,4 +1,5 @@
-//! Figures of the vertical axis under acceleration. The paper prints no values: its equations are compared with ours.
+//! Figures of the vertical axis under acceleration. The paper prints no values: its equations are compared
+//! with ours.
 
 use super::figure::{FigureSource, contact, first_hz, read_published};
 use crate::document::published::PublishedFigure;
@@ -9,8 +10,12 @@ use study::{StudyError, StudyResult};
 
 /// The machine.
 pub const CONFIG: &str = "configs/vertical-axis.toml";
-const AS_PRINTED: [&str; 4] =
-    ["contact_rule=as-printed", "contact.nut.weight=0.9", "contact.bearing-upper.weight=0.81", "contact.bearing-lower.weight=0.81"];
+const AS_PRINTED: [&str; 4] = [
+    "contact_rule=as-printed",
+    "contact.nut.weight=0.9",
+    "contact.bearing-upper.weight=0.81",
+    "contact.bearing-lower.weight=0.81",
+];
 /// Moved mass (kg) of the configuration, and preload (N) of its nut.
 const MASS_KG: f64 = 150.0;
 const NUT_PRELOAD_N: f64 = 1000.0;
@@ -25,12 +30,14 @@ fn here(acceleration_m_s2: f64, nut_m: f64) -> Operating {
 
 /// Evaluates the paper's equations 26–28, with contact stiffnesses as printed.
 fn equation_28(axis: &Machine, operating: &Operating) -> StudyResult<f64> {
-    let stiffness =
-        |name: &str| -> StudyResult<f64> { Ok(contact(axis, name)?.at(operating).map_err(StudyError::impossible)?.stiffness_n_per_m) };
+    let stiffness = |name: &str| -> StudyResult<f64> {
+        Ok(contact(axis, name)?.at(operating).map_err(StudyError::impossible)?.stiffness_n_per_m)
+    };
     let (d, e, g, p, l): (f64, f64, f64, f64, f64) = (0.0275, 2.06e11, 7.9e10, 0.010, 0.9);
     let z = operating.nut_m.unwrap_or(0.5 * l);
     let pi = std::f64::consts::PI;
-    let upper = 4.0 * g * e * pi.powi(3) * d.powi(4) / (16.0 * g * pi * pi * d * d * (l - z) + 32.0 * p * p * e * (l - z));
+    let upper = 4.0 * g * e * pi.powi(3) * d.powi(4)
+        / (16.0 * g * pi * pi * d * d * (l - z) + 32.0 * p * p * e * (l - z));
     let lower = pi * d * d * e / (4.0 * z);
     let (ku, kl, kn) = (stiffness("bearing-upper")?, stiffness("bearing-lower")?, stiffness("nut")?);
     let both = upper * ku / (upper + ku) + lower * kl / (lower + kl);
@@ -81,7 +88,9 @@ pub fn figures() -> StudyResult<Vec<PublishedFigure>> {
             .printed(0.9, 0.1)
             .ours_as_printed(0.9 * 0.9)
             .mended(0.9)
-            .because("c_wb enters Eq. 14 and again Eq. 17–18: 0.81 in total. Mended: once. Ours by default: none"),
+            .because(
+                "c_wb enters Eq. 14 and again Eq. 17–18: 0.81 in total. Mended: once. Ours by default: none",
+            ),
     );
     Ok(figures)
 }
@@ -89,7 +98,10 @@ pub fn figures() -> StudyResult<Vec<PublishedFigure>> {
 fn unloading(printed: &Machine, physics: &Machine) -> StudyResult<Vec<PublishedFigure>> {
     let unloads = |axis: &Machine| -> StudyResult<(f64, f64)> {
         let found = separations(contact(axis, "nut")?, (-60.0, 60.0), |a| here(a, 0.45));
-        let b = found.iter().find(|s| s.side == "B").ok_or_else(|| StudyError::impossible("nut B does not unload"))?;
+        let b = found
+            .iter()
+            .find(|s| s.side == "B")
+            .ok_or_else(|| StudyError::impossible("nut B does not unload"))?;
         Ok((b.force_n / NUT_PRELOAD_N, b.at))
     };
     let (by_print, by_equilibrium) = (unloads(printed)?, unloads(physics)?);
@@ -107,7 +119,8 @@ fn unloading(printed: &Machine, physics: &Machine) -> StudyResult<Vec<PublishedF
     ])
 }
 
-/// Reads the machine without the segments of its bearings, so that each end takes half of the force also by equilibrium of the pairs.
+/// Reads the machine without the segments of its bearings, so that each end takes half of the force also by
+/// equilibrium of the pairs.
 fn with_halves() -> StudyResult<Machine> {
     let text = embedded_config(CONFIG).unwrap_or_default();
     let lines: Vec<&str> = text.lines().filter(|line| !line.starts_with("segment = ")).collect();

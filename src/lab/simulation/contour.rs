@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use dynamics::motion::{Course, MotionError, require_positive};
 
-/// A circle of two axes through the origin, x = R·sin φ, y = R·(1 − cos φ). It starts from rest along x, reaches full speed after `rise_s`, and
-/// ends at full speed.
+/// A circle of two axes through the origin, x = R·sin φ, y = R·(1 − cos φ). It starts from rest along x,
+/// reaches full speed after `rise_s`, and ends at full speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Circle {
     /// Radius R (m).
@@ -26,9 +26,15 @@ impl Circle {
 
     /// Computes the courses of both axes.
     ///
-    /// # Errors  a radius, speed, number of revolutions or rise time that is not above 0; fewer than ten samples per revolution.
+    /// # Errors  a radius, speed, number of revolutions or rise time that is not above 0; fewer than ten
+    ///   samples per revolution.
     pub fn courses(&self, step_s: f64) -> Result<[Course; 2], MotionError> {
-        let given = [("radius", self.radius), ("speed", self.speed_rad_s), ("number of turns", self.turns), ("rise", self.rise_s)];
+        let given = [
+            ("radius", self.radius),
+            ("speed", self.speed_rad_s),
+            ("number of turns", self.turns),
+            ("rise", self.rise_s),
+        ];
         require_positive("circle", &given)?;
         if self.speed_rad_s * step_s > 0.1 * TAU {
             return Err(MotionError::Input(format!(
@@ -42,7 +48,9 @@ impl Circle {
             let s = (time_s / self.rise_s).min(1.0);
             self.speed_rad_s * (self.rise_s * s * s * s * (1.0 - 0.5 * s) + (time_s - self.rise_s).max(0.0))
         };
-        let course = |of: &dyn Fn(f64) -> f64| Course::sampled("circle", whole_s, step_s, |at| self.radius * of(angle(at)));
+        let course = |of: &dyn Fn(f64) -> f64| {
+            Course::sampled("circle", whole_s, step_s, |at| self.radius * of(angle(at)))
+        };
         Ok([course(&f64::sin)?, course(&|a| 1.0 - a.cos())?])
     }
 }

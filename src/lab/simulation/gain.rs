@@ -32,7 +32,13 @@ impl Default for GainRequest {
             to_per_min: 12_000.0,
             points: 24,
             response: None,
-            travel: TravelProfile { travel_m: 0.3, velocity_m_s: 0.5, acceleration_m_s2: 5.0, jerk_m_s3: 200.0, rest_s: 20.0 },
+            travel: TravelProfile {
+                travel_m: 0.3,
+                velocity_m_s: 0.5,
+                acceleration_m_s2: 5.0,
+                jerk_m_s3: 200.0,
+                rest_s: 20.0,
+            },
             place: Place::MidStroke,
         }
     }
@@ -48,7 +54,8 @@ impl GainRequest {
 
 /// Computes duration, accuracy, energy and cost of a cycle over the gain of the position loop.
 ///
-/// # Errors  a setting outside its range; the machine has no drive or no such point; a command is beyond the stroke.
+/// # Errors  a setting outside its range; the machine has no drive or no such point; a command is beyond the
+///   stroke.
 pub fn gain(study: &Study, request: &GainRequest) -> StudyResult<GainStudyDocument> {
     let machine = study.machine();
     let drive = find_drive(study)?;
@@ -59,13 +66,19 @@ pub fn gain(study: &Study, request: &GainRequest) -> StudyResult<GainStudyDocume
     }
     if !(0.2 * rest_s >= 5.0 * drive.position.period_s && rest_s.is_finite()) {
         let least = 25.0 * drive.position.period_s;
-        return Err(StudyError::setting("rest_s", rest_s, format!("write {least} s or more, in which the axis comes to rest")));
+        return Err(StudyError::setting(
+            "rest_s",
+            rest_s,
+            format!("write {least} s or more, in which the axis comes to rest"),
+        ));
     }
     let count = require_count("points", request.points, 2)?;
     let point = request.response.as_deref().map(|name| find_response(machine, name)).transpose()?;
     let point = point.map(|at| (at, travel_factor(machine, drive, at)));
-    let settings =
-        SimulationSettings { operating: find_operating(study, &request.place, &Load::default())?, ..SimulationSettings::default() };
+    let settings = SimulationSettings {
+        operating: find_operating(study, &request.place, &Load::default())?,
+        ..SimulationSettings::default()
+    };
     let course = request.travel.course(drive.position.period_s, false)?;
     let gains = request.gains_per_s();
     let go_on = || !study.control().stopped();
@@ -74,7 +87,10 @@ pub fn gain(study: &Study, request: &GainRequest) -> StudyResult<GainStudyDocume
     let complete = go_on();
     let step = drive.position.encoder.step.at(&machine.start(), &settings.operating);
     let mut warnings = if complete { gain_warnings(&found, rest_s, step) } else { Vec::new() };
-    let best = found.iter().filter(|r| r.cost.is_some()).min_by(|a, b| a.cost.unwrap_or(0.0).total_cmp(&b.cost.unwrap_or(0.0)));
+    let best = found
+        .iter()
+        .filter(|r| r.cost.is_some())
+        .min_by(|a, b| a.cost.unwrap_or(0.0).total_cmp(&b.cost.unwrap_or(0.0)));
     if best.is_some_and(|b| b.gain_per_s == gains[0] || b.gain_per_s == gains[count - 1]) {
         warnings.push("the minimum cost lies at an end of the range; widen the range of gains (from_per_min, to_per_min)".into());
     }
@@ -102,7 +118,8 @@ fn listed<'r>(rows: impl Iterator<Item = &'r GainRow>) -> String {
     rows.map(|r| format!("{:.0}", 60.0 * r.gain_per_s)).collect::<Vec<_>>().join(", ")
 }
 
-/// Lists what the figures of a study do not mean: gains without result, and gains that the encoder cannot distinguish from the optimum.
+/// Lists what the figures of a study do not mean: gains without result, and gains that the encoder cannot
+/// distinguish from the optimum.
 fn gain_warnings(found: &[GainRow], rest_s: f64, step: f64) -> Vec<String> {
     let mut warnings = Vec::new();
     let unstable = listed(found.iter().filter(|r| !r.stable));
@@ -122,7 +139,8 @@ fn gain_warnings(found: &[GainRow], rest_s: f64, step: f64) -> Vec<String> {
         found.iter().filter(|r| r.cost.is_some()).filter_map(|r| r.static_error).reduce(f64::max),
     );
     if let (Some(best), Some(worst)) = (best, worst) {
-        let alike = found.iter().filter(|r| r.gain_per_s != best.gain_per_s && cost(r) <= cost(best) + step / worst);
+        let alike =
+            found.iter().filter(|r| r.gain_per_s != best.gain_per_s && cost(r) <= cost(best) + step / worst);
         let alike = if worst > 0.0 { listed(alike) } else { String::new() };
         if !alike.is_empty() {
             warnings.push(format!(

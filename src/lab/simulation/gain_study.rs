@@ -13,16 +13,19 @@ pub struct GainRow {
     pub gain_per_s: f64,
     /// Time from the start of the travel to 99 % of it (s); `None` if it is not reached.
     pub time_s: Option<f64>,
-    /// Mean |command − position| over the last fifth of the rest (m or rad); `None` if the axis does not come to rest.
+    /// Mean |command − position| over the last fifth of the rest (m or rad); `None` if the axis does not come
+    /// to rest.
     pub static_error: Option<f64>,
     /// Energy supplied while the drive drives (J).
     pub energy_j: Option<f64>,
     /// Cost C; `None` if the gain is unstable, or the axis does not arrive or come to rest.
     pub cost: Option<f64>,
-    /// Whether the loops are stable, both linear and in the simulated motion; other figures are absent otherwise.
+    /// Whether the loops are stable, both linear and in the simulated motion; other figures are absent
+    /// otherwise.
     pub stable: bool,
-    /// Whether the axis comes to rest: over the last fifth of the rest the encoder's reading is constant within one step, and equals the command
-    /// within one step where the velocity loop integrates. Otherwise the integral still winds up, and the static error is not final.
+    /// Whether the axis comes to rest: over the last fifth of the rest the encoder's reading is constant
+    /// within one step, and equals the command within one step where the velocity loop integrates. Otherwise
+    /// the integral still winds up, and the static error is not final.
     pub settled: bool,
 }
 
@@ -33,7 +36,8 @@ pub struct GainCycle<'a> {
     pub course: &'a Course,
     /// Rest (s) at the start and at the end of the command.
     pub rest_s: f64,
-    /// Point (index) whose position is evaluated, and the travel per unit of its motion; the reading of the encoder where absent.
+    /// Point (index) whose position is evaluated, and the travel per unit of its motion; the reading of the
+    /// encoder where absent.
     pub point: Option<(usize, f64)>,
 }
 
@@ -50,11 +54,13 @@ const REST: f64 = 1e-3;
 /// C = e/e_max − (1 − E/E_max) − (1 − τ/τ_max),     −2 ≤ C ≤ 1
 /// ```
 ///
-/// Each term is relative to the largest value of the gains that come to rest, so that the optimum depends on the range of gains. Gains with an
-/// unstable pole are not simulated, since limits of current or voltage would hide it.
+/// Each term is relative to the largest value of the gains that come to rest, so that the optimum depends on
+/// the range of gains. Gains with an unstable pole are not simulated, since limits of current or voltage
+/// would hide it.
 ///
 /// # Units      gains 1/s, as a controller has them in 1/min divided by 60
-/// # Source     lumped servo axis, Eq. 22, Fig. 11 and Tab. 1 (energy while the shaft is dragged is not counted)
+/// # Source     lumped servo axis, Eq. 22, Fig. 11 and Tab. 1 (energy while the shaft is dragged is not
+///   counted)
 /// # Errors     as [`simulate`]
 pub fn gain_study(
     machine: &Machine,
@@ -85,13 +91,18 @@ pub fn gain_study(
             return Ok(none);
         }
         let trace = simulate(&machine, values, cycle.course, settings, go_on)?;
-        let at = cycle.point.and_then(|(p, travel)| Some((trace.points.iter().position(|n| *n == machine.points[p].name)?, travel)));
+        let at = cycle.point.and_then(|(p, travel)| {
+            Some((trace.points.iter().position(|n| *n == machine.points[p].name)?, travel))
+        });
         Ok(of(none, &trace, cycle, at, rest))
     };
     let mut rows = gains_per_s.par_iter().map(row).or_first_error()?;
     let counts = |r: &&GainRow| r.time_s.is_some() && r.settled;
-    let largest = |rows: &[GainRow], of: fn(&GainRow) -> Option<f64>| rows.iter().filter(counts).filter_map(of).reduce(f64::max);
-    let (e, energy, tau) = (largest(&rows, |r| r.static_error), largest(&rows, |r| r.energy_j), largest(&rows, |r| r.time_s));
+    let largest = |rows: &[GainRow], of: fn(&GainRow) -> Option<f64>| {
+        rows.iter().filter(counts).filter_map(of).reduce(f64::max)
+    };
+    let (e, energy, tau) =
+        (largest(&rows, |r| r.static_error), largest(&rows, |r| r.energy_j), largest(&rows, |r| r.time_s));
     let share = |x: Option<f64>, largest: Option<f64>| Some(if largest? > 0.0 { x? / largest? } else { 0.0 });
     for row in rows.iter_mut().filter(|row| row.settled) {
         let shares = (share(row.static_error, e), share(row.energy_j, energy), share(row.time_s, tau));
@@ -115,25 +126,37 @@ impl Rest {
     /// Whether the samples of (command, reading) are at rest.
     fn holds(self, samples: &[(f64, f64)]) -> bool {
         let off = |(command, reading): &(f64, f64)| command - reading;
-        let (low, high) = samples.iter().map(off).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+        let (low, high) = samples
+            .iter()
+            .map(off)
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
         // A reading has rounding errors of its own.
-        let tolerance = if self.step > 0.0 { self.step * (1.0 + 1e-6) } else { REST * low.abs().max(high.abs()) };
+        let tolerance =
+            if self.step > 0.0 { self.step * (1.0 + 1e-6) } else { REST * low.abs().max(high.abs()) };
         let constant = high - low <= tolerance;
         let equal = self.step == 0.0 || low.abs().max(high.abs()) <= tolerance;
         !samples.is_empty() && constant && (equal || !self.integrates)
     }
 }
 
-fn of(none: GainRow, trace: &Trace, cycle: &GainCycle<'_>, point: Option<(usize, f64)>, rest: Rest) -> GainRow {
+fn of(
+    none: GainRow,
+    trace: &Trace,
+    cycle: &GainCycle<'_>,
+    point: Option<(usize, f64)>,
+    rest: Rest,
+) -> GainRow {
     let course = cycle.course;
     let (first, last) = (course.command[0], course.command[course.command.len() - 1]);
     let zero = point.map_or(0.0, |(at, travel)| trace.samples[0].points[at] * travel);
-    let position = |s: &TraceSample| point.map_or(s.position, |(at, travel)| first + s.points[at] * travel - zero);
+    let position =
+        |s: &TraceSample| point.map_or(s.position, |(at, travel)| first + s.points[at] * travel - zero);
     let passed = trace.samples.iter().find(|s| (position(s) - first) / (last - first) >= ARRIVED);
     let from_s = course.duration_s() - RESTING * cycle.rest_s;
     let resting = || trace.samples.iter().filter(|s| s.time_s >= from_s);
     let errors: Vec<f64> = resting().map(|s| (s.command - position(s)).abs()).collect();
-    let settled = trace.complete && rest.holds(&resting().map(|s| (s.command, s.position)).collect::<Vec<_>>());
+    let settled =
+        trace.complete && rest.holds(&resting().map(|s| (s.command, s.position)).collect::<Vec<_>>());
     GainRow {
         time_s: passed.map(|s| s.time_s - cycle.rest_s),
         static_error: settled.then(|| errors.iter().sum::<f64>() / errors.len() as f64),

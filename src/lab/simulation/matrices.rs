@@ -26,18 +26,26 @@ impl Default for MatricesRequest {
 
 /// Computes the mass, damping and stiffness matrices of the lumped model.
 ///
-/// # Errors  a setting outside its range; the machine does not allow the operating condition; a matrix does not exist.
+/// # Errors  a setting outside its range; the machine does not allow the operating condition; a matrix does
+///   not exist.
 pub fn matrices(study: &Study, request: &MatricesRequest) -> StudyResult<MatricesDocument> {
     let machine = study.machine();
     let operating = find_operating(study, &request.place, &request.load)?;
     let lumps = require_count("lumps", request.lumps, 1)?;
-    let mut found = dynamics::model::matrices(machine, &machine.start(), &operating, lumps).map_err(StudyError::impossible)?;
+    let mut found = dynamics::model::matrices(machine, &machine.start(), &operating, lumps)
+        .map_err(StudyError::impossible)?;
     if request.condense {
         found = found.condensed().map_err(StudyError::impossible)?;
     }
-    let rows = |m: &DMatrix<f64>| m.row_iter().map(|row| row.iter().copied().collect()).collect::<Vec<Vec<f64>>>();
+    let rows =
+        |m: &DMatrix<f64>| m.row_iter().map(|row| row.iter().copied().collect()).collect::<Vec<Vec<f64>>>();
     Ok(MatricesDocument {
-        stamp: study.stamp("matrices", 0, true, load_warnings(machine, &request.load, std::slice::from_ref(&operating))),
+        stamp: study.stamp(
+            "matrices",
+            0,
+            true,
+            load_warnings(machine, &request.load, std::slice::from_ref(&operating)),
+        ),
         coordinates: found.names.clone(),
         mass: rows(&found.mass),
         damping: rows(&found.damping),

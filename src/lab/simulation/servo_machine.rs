@@ -25,14 +25,20 @@ pub enum MissingEffect {
 
 impl MissingEffect {
     /// The effects of screw, motor and guide, simulated by default.
-    pub const COMMON: [MissingEffect; 4] =
-        [MissingEffect::ThermalExpansion, MissingEffect::LeadError, MissingEffect::Ripple, MissingEffect::Presliding];
+    pub const COMMON: [MissingEffect; 4] = [
+        MissingEffect::ThermalExpansion,
+        MissingEffect::LeadError,
+        MissingEffect::Ripple,
+        MissingEffect::Presliding,
+    ];
 }
 
-/// Mass on the table (kg), such as a workpiece with its fixture: 18 % of the inertia at the motor, which equals 1,350 kg.
+/// Mass on the table (kg), such as a workpiece with its fixture: 18 % of the inertia at the motor, which
+/// equals 1,350 kg.
 const EXTRA_KG: f64 = 240.0;
-/// Lag τ between position and velocity loop (s). In samples of 1 ms its mean age is T/(e^{T/τ} − 1) = 4.2 ms, which moves the table by 4.2 ms·a/k_v: with
-/// k_v = 120 1/s by 35 µm per m/s², as in Tab. 3 and 4 of the paper.
+/// Lag τ between position and velocity loop (s). In samples of 1 ms its mean age is T/(e^{T/τ} − 1) = 4.2 ms,
+/// which moves the table by 4.2 ms·a/k_v: with k_v = 120 1/s by 35 µm per m/s², as in Tab. 3 and 4 of the
+/// paper.
 const LAG_S: f64 = 4.7e-3;
 
 /// What [`write_servo_machine`] simulates and writes.
@@ -90,7 +96,9 @@ pub fn write_servo_machine(request: &ServoMachineRequest) -> StudyResult<ServoMa
     // Checked before the simulations, which take long.
     OutputFolder::prepare(&request.out)?;
     let sensors = Sensors::default();
-    write_sines(&sets.sines, &x, &sensors, &Feed::standard(), request.seed).map_err(StudyError::impossible)?;
-    write_circles(&sets.circles, [&x, &y], &sensors, &Circle::standard(), request.seed).map_err(StudyError::impossible)?;
+    write_sines(&sets.sines, &x, &sensors, &Feed::standard(), request.seed)
+        .map_err(StudyError::impossible)?;
+    write_circles(&sets.circles, [&x, &y], &sensors, &Circle::standard(), request.seed)
+        .map_err(StudyError::impossible)?;
     Ok(sets)
 }

@@ -13,7 +13,8 @@ fn completions_and_manual_contain_every_command() {
     let (_, help, _) = run(&["--help"]);
     assert!(help.contains("Usage: jointid lab"), "{help}");
     let lists = help.lines().skip_while(|l| *l != "Checks of the method:").take_while(|l| *l != "Options:");
-    let names: Vec<&str> = lists.filter(|l| l.starts_with("  ")).filter_map(|l| l.split_whitespace().next()).collect();
+    let names: Vec<&str> =
+        lists.filter(|l| l.starts_with("  ")).filter_map(|l| l.split_whitespace().next()).collect();
     assert!(names.len() >= 12, "{help}");
     let (_, bash, _) = run(&["completions", "bash"]);
     let folder = tempfile::tempdir().unwrap();
@@ -41,10 +42,19 @@ fn refuse_a_full_stdout_and_folders_that_exist() {
     assert_eq!(fs::read_dir(&other).unwrap().count(), 0);
     if Path::new("/dev/full").exists() {
         let program = assert_cmd::cargo::cargo_bin!("jointid-lab");
-        let output =
-            Command::new("sh").args(["-c", "exec \"$0\" published > /dev/full"]).arg(program).current_dir(root()).output().unwrap();
+        let output = Command::new("sh")
+            .args(["-c", "exec \"$0\" published > /dev/full"])
+            .arg(program)
+            .current_dir(root())
+            .output()
+            .unwrap();
         let message = String::from_utf8(output.stderr).unwrap();
-        assert!(output.status.code() == Some(2) && message.contains("stdout") && message.contains("cannot be written"), "{message}");
+        assert!(
+            output.status.code() == Some(2)
+                && message.contains("stdout")
+                && message.contains("cannot be written"),
+            "{message}"
+        );
     }
 }
 
@@ -57,7 +67,13 @@ fn an_interrupt_ends_every_command_soon() {
         let out = folder.path().join(command[0]);
         let program = assert_cmd::cargo::cargo_bin!("jointid-lab");
         let mut child = Command::new(program);
-        child.args(command).arg("--out").arg(&out).current_dir(root()).stdout(Stdio::null()).stderr(Stdio::null());
+        child
+            .args(command)
+            .arg("--out")
+            .arg(&out)
+            .current_dir(root())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null());
         let mut child = child.spawn().unwrap();
         std::thread::sleep(Duration::from_millis(after));
         let begun = Instant::now();
@@ -66,7 +82,10 @@ fn an_interrupt_ends_every_command_soon() {
         // The deadline of the command is 0.85 s; the rest is for a busy processor.
         assert!(begun.elapsed() < Duration::from_secs(2), "{command:?}: {:?}", begun.elapsed());
         assert!([Some(0), Some(3)].contains(&code), "{command:?}: {code:?}");
-        let left = fs::read_dir(&out).into_iter().flatten().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        let left = fs::read_dir(&out)
+            .into_iter()
+            .flatten()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap());
         let left: Vec<String> = left.filter(|name| name.starts_with('.')).collect();
         assert!(left.is_empty(), "{command:?}: {left:?}");
     }

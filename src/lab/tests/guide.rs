@@ -1,4 +1,5 @@
-//! README and guide: the commands of the laboratory, and the pages on models, motion and papers, run as printed.
+//! README and guide: the commands of the laboratory, and the pages on models, motion and papers, run as
+//! printed.
 #![cfg(unix)]
 
 use std::fs;
@@ -9,7 +10,8 @@ use serde_json::Value;
 
 use crate::{lab, pages, root};
 
-/// Runs the commands of a page in a folder. A script stands for the program `jointid`, all of which the laboratory's program contains.
+/// Runs the commands of a page in a folder. A script stands for the program `jointid`, all of which the
+/// laboratory's program contains.
 fn run_page_if(page: &Path, folder: &Path, is_run: fn(&str) -> bool) -> Vec<String> {
     let programs = tempfile::tempdir().unwrap();
     let program = assert_cmd::cargo::cargo_bin!("jointid-lab").display().to_string();
@@ -68,18 +70,25 @@ fn the_page_on_the_papers_states_what_its_commands_find() {
     std::os::unix::fs::symlink(root().join("measurements"), folder.path().join("measurements")).unwrap();
     run_page(&page("papers.md"), folder.path());
     let text = fs::read_to_string(page("papers.md")).unwrap();
-    let rows: Vec<Vec<&str>> =
-        text.lines().filter(|line| line.contains("| `jointid identify")).map(|line| line.split('|').map(str::trim).collect()).collect();
+    let rows: Vec<Vec<&str>> = text
+        .lines()
+        .filter(|line| line.contains("| `jointid identify"))
+        .map(|line| line.split('|').map(str::trim).collect())
+        .collect();
     assert_eq!(rows.len(), 3);
     for row in rows {
-        let arguments: Vec<&str> = row[5].trim_matches('`').split_whitespace().skip(1).map(|a| a.trim_matches('\'')).collect();
+        let arguments: Vec<&str> =
+            row[5].trim_matches('`').split_whitespace().skip(1).map(|a| a.trim_matches('\'')).collect();
         let output = lab().arg("jointid").args(&arguments).args(["--json", "--quiet"]).output().unwrap();
         let found: Value = serde_json::from_slice(&output.stdout).unwrap();
         assert_eq!(row[2], format!("{:.1}", found["cost"].as_f64().unwrap()), "{row:?}");
         let largest = 100.0 * found["derived"]["largest_frequency_error_fit"].as_f64().unwrap();
         assert_eq!(row[3], format!("{largest:.1} %"), "{row:?}");
         let positions = found["positions"].as_object().unwrap().values();
-        let unexpected = positions.flat_map(|p| p["lone_peaks"].as_array().unwrap()).filter(|p| p["unexpected"] == true).count();
+        let unexpected = positions
+            .flat_map(|p| p["lone_peaks"].as_array().unwrap())
+            .filter(|p| p["unexpected"] == true)
+            .count();
         assert_eq!(row[4].split(' ').next().unwrap(), unexpected.to_string(), "{row:?}");
     }
 }

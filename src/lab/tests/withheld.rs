@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use dynamics::model::{RodModel, Structure};
 use lab::withheld::{
-    Answer, Confusion, Generator, Judgement, Proportion, Run, Seal, SealedCase, WithheldError, confusion_text, files_of, folder_digest,
-    judge, scores, scores_text,
+    Answer, Confusion, Generator, Judgement, Proportion, Run, Seal, SealedCase, WithheldError,
+    confusion_text, files_of, folder_digest, judge, scores, scores_text,
 };
 use machine::Operating;
 use num_complex::Complex64;
@@ -40,7 +40,10 @@ fn label(kind: Kind, effects: &[&str], place: &[&str]) -> Label {
         values: Vec::new(),
         places: place
             .iter()
-            .map(|name| Place { interface: name.to_string(), accepted: vec![name.to_string(), "another-name".into()] })
+            .map(|name| Place {
+                interface: name.to_string(),
+                accepted: vec![name.to_string(), "another-name".into()],
+            })
             .collect(),
         band_hz: planted.then_some([100.0, 200.0]),
         phases: Vec::new(),
@@ -93,7 +96,12 @@ fn judged(label: &Label, kind: &str, effects: &[&str]) -> Judgement {
 }
 
 fn failed() -> Answer {
-    Run { exit_code: Some(2), said: "warning: this\njointid: that is missing\n  more\n".into(), ..run_of(Value::Null) }.answer(&[])
+    Run {
+        exit_code: Some(2),
+        said: "warning: this\njointid: that is missing\n  more\n".into(),
+        ..run_of(Value::Null)
+    }
+    .answer(&[])
 }
 
 #[test]
@@ -101,7 +109,10 @@ fn a_right_name_counts_as_exact_and_a_set_containing_it_as_class() {
     let single = label(Kind::Single, &["table-mass"], &["table"]);
     let right = judged(&single, "effect", &["table-mass"]);
     assert!(right.right && right.exact && right.class && right.top3 && right.claims && right.place_right);
-    assert_eq!((right.closed, right.closed95, right.single_right), (Some(0.93), Some([0.85, 0.97]), Some(true)));
+    assert_eq!(
+        (right.closed, right.closed95, right.single_right),
+        (Some(0.93), Some([0.85, 0.97]), Some(true))
+    );
     let set = judged(&single, "ambiguous", &["frf-gain", "table-mass"]);
     assert!(!set.exact && set.class && !set.right);
     assert_eq!(set.single_right, None);
@@ -137,7 +148,10 @@ fn look_alikes_doubles_and_unknowns_have_their_own_right_answers() {
 #[test]
 fn a_failure_is_never_a_right_none() {
     let failure = failed();
-    assert_eq!(failure.diagnosis, Err(WithheldError::Diagnosis("exit code 2: jointid: that is missing".into())));
+    assert_eq!(
+        failure.diagnosis,
+        Err(WithheldError::Diagnosis("exit code 2: jointid: that is missing".into()))
+    );
     for kind in [Kind::Null, Kind::HardNullWrongParameter, Kind::HardNullBadChannel] {
         let judged = judge(&label(kind, &[], &[]), false, &failure);
         assert!(!judged.right && !judged.answered && !judged.claims, "{kind:?}");
@@ -152,7 +166,10 @@ fn a_failure_is_never_a_right_none() {
     assert_eq!(counted.false_alarm_ordinary, Proportion::new(1, 2));
     assert_eq!(counted.right_by_kind["null"], Proportion::new(1, 3));
     assert_eq!(counted.selective, Proportion::new(0, 1));
-    assert_eq!(counted.confusion.rows["(null)"], BTreeMap::from([("failed".into(), 1), ("none".into(), 1), ("table-mass".into(), 1)]));
+    assert_eq!(
+        counted.confusion.rows["(null)"],
+        BTreeMap::from([("failed".into(), 1), ("none".into(), 1), ("table-mass".into(), 1)])
+    );
 }
 
 #[test]
@@ -169,7 +186,14 @@ fn refuse_to_count_invalid_answers() {
     assert!(fault(run_of(half)).contains("not complete"));
     let file = Input { path: "frf/l1.csv".into(), sha256: "a1".into() };
     let mut document = diagnosis("none", &[]);
-    assert!(run_of(document.clone()).answer(std::slice::from_ref(&file)).diagnosis.unwrap_err().to_string().contains("frf/l1.csv"));
+    assert!(
+        run_of(document.clone())
+            .answer(std::slice::from_ref(&file))
+            .diagnosis
+            .unwrap_err()
+            .to_string()
+            .contains("frf/l1.csv")
+    );
     document["inputs"] = json!([{"path": "anywhere", "sha256": "a1"}]);
     assert!(run_of(document).answer(&[file]).diagnosis.is_ok());
 }
@@ -206,7 +230,10 @@ fn location_band_and_closed_share_are_compared_with_the_truth() {
     document["effects"][0]["closed95"] = json!([0.91, 0.97]);
     let found = judge(&single, false, &run_of(document).answer(&[]));
     assert!((found.band_overlap.unwrap() - 0.5).abs() < 1e-12);
-    let counted = scores(&[found, judged(&label(Kind::Single, &["table-mass"], &["table"]), "effect", &["table-mass"])]);
+    let counted = scores(&[
+        found,
+        judged(&label(Kind::Single, &["table-mass"], &["table"]), "effect", &["table-mass"]),
+    ]);
     assert_eq!(counted.closing.covered, Proportion::new(1, 2));
     assert_eq!(counted.closing.closed.median, Some(0.93));
     assert!((counted.closing.error.median.unwrap() - 0.03).abs() < 1e-12);
@@ -216,7 +243,10 @@ fn location_band_and_closed_share_are_compared_with_the_truth() {
 
 #[test]
 fn the_phase_of_a_motion_is_judged_if_the_case_has_one() {
-    let moved = Label { phases: vec!["reversal".into(), "constant-speed".into()], ..label(Kind::Single, &["backlash"], &["nut"]) };
+    let moved = Label {
+        phases: vec!["reversal".into(), "constant-speed".into()],
+        ..label(Kind::Single, &["backlash"], &["nut"])
+    };
     let mut document = diagnosis("effect", &["backlash"]);
     let phase = |document: &Value| judge(&moved, false, &run_of(document.clone()).answer(&[])).phase_right;
     assert_eq!(phase(&document), Some(false), "no phase is stated");
@@ -237,8 +267,10 @@ fn the_phase_of_a_motion_is_judged_if_the_case_has_one() {
 #[test]
 fn second_measurements_count_separately() {
     let alike = label(Kind::LookAlike, &["table-mass"], &["table"]);
-    let counted =
-        scores(&[judged(&alike, "ambiguous", &["frf-gain", "table-mass"]), judge(&alike, true, &answer("effect", &["table-mass"]))]);
+    let counted = scores(&[
+        judged(&alike, "ambiguous", &["frf-gain", "table-mass"]),
+        judge(&alike, true, &answer("effect", &["table-mass"])),
+    ]);
     assert_eq!(counted.look_alike_class, Proportion::new(1, 1));
     assert_eq!(counted.look_alike_exact, Proportion::new(0, 1));
     assert_eq!(counted.look_alike_resolved, Proportion::new(1, 1));
@@ -250,8 +282,10 @@ fn the_matrix_and_the_scores_fit_eighty_columns() {
     use reference_simulator::effect::EffectKind;
     let mut confusion = Confusion { rows: BTreeMap::new() };
     let kinds = ["none", "unknown", "wrong-parameter", "measurement", "insufficient", "failed"];
-    let answers: Vec<&str> = EffectKind::LISTED.iter().map(|e| e.name()).chain(kinds).chain(["nut-load-stiffness"]).collect();
-    for truth in EffectKind::LISTED.iter().map(|e| e.name()).chain(["(null)", "(hard-null-wrong-parameter)"]) {
+    let answers: Vec<&str> =
+        EffectKind::LISTED.iter().map(|e| e.name()).chain(kinds).chain(["nut-load-stiffness"]).collect();
+    for truth in EffectKind::LISTED.iter().map(|e| e.name()).chain(["(null)", "(hard-null-wrong-parameter)"])
+    {
         confusion.rows.insert(truth.into(), answers.iter().map(|a| (a.to_string(), 123)).collect());
     }
     let text = confusion_text(&confusion);
@@ -262,14 +296,18 @@ fn the_matrix_and_the_scores_fit_eighty_columns() {
     let single = label(Kind::Single, &["bearing-stiffness-position"], &["table"]);
     let mut document = diagnosis("effect", &["bearing-stiffness-position"]);
     document["verdict"]["band_hz"] = json!([100.0, 400.0]);
-    let all: Vec<Judgement> = (0..1000).map(|_| judge(&single, false, &run_of(document.clone()).answer(&[]))).collect();
+    let all: Vec<Judgement> =
+        (0..1000).map(|_| judge(&single, false, &run_of(document.clone()).answer(&[]))).collect();
     let text = scores_text(&scores(&all));
     assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
 }
 
 #[test]
 fn an_effect_below_the_visible_size_may_be_none() {
-    let sized = |size: f64| Label { fitted_noncentrality: vec![size], ..label(Kind::Single, &["table-mass"], &["table"]) };
+    let sized = |size: f64| Label {
+        fitted_noncentrality: vec![size],
+        ..label(Kind::Single, &["table-mass"], &["table"])
+    };
     let (small, large) = (sized(12.0), sized(60.0));
     assert!(judged(&small, "none", &[]).right && judged(&small, "effect", &["table-mass"]).right);
     assert!(!judged(&small, "effect", &["frf-gain"]).right && !judged(&large, "none", &[]).right);
@@ -280,14 +318,23 @@ fn an_effect_below_the_visible_size_may_be_none() {
         judged(&large, "none", &[]),
     ]);
     assert_eq!(counted.by_size.keys().collect::<Vec<_>>(), ["0-20", "50-200"]);
-    assert_eq!((counted.by_size["0-20"].right, counted.by_size["0-20"].misnamed), (Proportion::new(1, 2), Proportion::new(1, 2)));
+    assert_eq!(
+        (counted.by_size["0-20"].right, counted.by_size["0-20"].misnamed),
+        (Proportion::new(1, 2), Proportion::new(1, 2))
+    );
     let large = &counted.by_size["50-200"];
-    assert_eq!((large.class, large.exact, large.right), (Proportion::new(1, 2), Proportion::new(0, 2), Proportion::new(0, 2)));
+    assert_eq!(
+        (large.class, large.exact, large.right),
+        (Proportion::new(1, 2), Proportion::new(0, 2), Proportion::new(0, 2))
+    );
 }
 
 #[test]
 fn each_visible_case_counts_once_by_effect() {
-    let sized = |kind: Kind, effects: &[&str], size: f64| Label { fitted_noncentrality: vec![size], ..label(kind, effects, &["table"]) };
+    let sized = |kind: Kind, effects: &[&str], size: f64| Label {
+        fitted_noncentrality: vec![size],
+        ..label(kind, effects, &["table"])
+    };
     let mass = sized(Kind::Single, &["table-mass"], 30.0);
     let counted = scores(&[
         judged(&mass, "effect", &["table-mass"]),
@@ -320,9 +367,16 @@ fn layouts_are_scored_apart_and_outside_causes_by_kind() {
         judged(&on("vertical", outside("ring-absorber")), "unknown", &[]),
         judged(&on("vertical", outside("ring-absorber")), "effect", &["coupling-inertia"]),
         judged(&on("vertical", outside("nut-yaw")), "unknown", &[]),
-        judged(&Label { imitation: Some(imitated), ..outside("friction-damper") }, "effect", &["guide-stiffness"]),
+        judged(
+            &Label { imitation: Some(imitated), ..outside("friction-damper") },
+            "effect",
+            &["guide-stiffness"],
+        ),
     ]);
-    assert_eq!((counted.by_layout.len(), counted.by_layout["gantry"].cases, counted.by_layout["vertical"].cases), (2, 2, 4));
+    assert_eq!(
+        (counted.by_layout.len(), counted.by_layout["gantry"].cases, counted.by_layout["vertical"].cases),
+        (2, 2, 4)
+    );
     assert_eq!(counted.by_layout["gantry"].false_name, Proportion::new(1, 1));
     assert_eq!(counted.by_layout["vertical"].false_name, Proportion::new(0, 1));
     assert_eq!(counted.by_layout["gantry"].exact, Proportion::new(1, 1));
@@ -333,7 +387,10 @@ fn layouts_are_scored_apart_and_outside_causes_by_kind() {
     assert_eq!(counted.outside.by_kind["friction-damper"].misnamed, Proportion::new(0, 0));
     assert_eq!(counted.outside.by_kind["ring-absorber"].unknown, Proportion::new(1, 2));
     let text = scores_text(&counted);
-    assert!(text.contains("gantry: nulls, named") && text.contains("ring-absorber: verdict unknown"), "{text}");
+    assert!(
+        text.contains("gantry: nulls, named") && text.contains("ring-absorber: verdict unknown"),
+        "{text}"
+    );
     assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
 }
 
@@ -354,8 +411,12 @@ fn sealed() -> tempfile::TempDir {
         layout: None,
         cases: 1,
     };
-    let cases =
-        vec![SealedCase { name: "case-0001".into(), sha256: folder_digest(&case).unwrap(), freeze: Vec::new(), quiet_sha256: None }];
+    let cases = vec![SealedCase {
+        name: "case-0001".into(),
+        sha256: folder_digest(&case).unwrap(),
+        freeze: Vec::new(),
+        quiet_sha256: None,
+    }];
     let seal = Seal::new(generator, &labels, cases, Vec::new()).unwrap();
     fs::write(folder.path().join("labels.json"), labels).unwrap();
     fs::write(folder.path().join("seal.json"), to_json(&seal).unwrap()).unwrap();
@@ -388,7 +449,10 @@ fn refuse_cases_changed_after_sealing() {
     ];
     for (how, file, fault) in changes {
         let message = change(how);
-        assert!(message.contains(file) && message.contains(fault) && message.contains("into a new folder"), "{message}");
+        assert!(
+            message.contains(file) && message.contains(fault) && message.contains("into a new folder"),
+            "{message}"
+        );
     }
 }
 
@@ -404,7 +468,8 @@ fn store_answers(out: &str, seal: &Seal, seed: &str, document: &Value) {
     fs::create_dir_all(format!("{out}/diagnoses")).unwrap();
     for case in &seal.cases {
         let mut document = document.clone();
-        document["inputs"] = serde_json::to_value(files_of(&Path::new(out).join("cases").join(&case.name)).unwrap()).unwrap();
+        document["inputs"] =
+            serde_json::to_value(files_of(&Path::new(out).join("cases").join(&case.name)).unwrap()).unwrap();
         let mut arguments = vec!["diagnose", "--config"];
         let (machine, frozen) = (format!("{}/machine.toml", case.name), case.freeze.join(","));
         arguments.extend([&machine, "--measurements", &case.name]);
@@ -413,7 +478,12 @@ fn store_answers(out: &str, seal: &Seal, seed: &str, document: &Value) {
         }
         arguments.extend(["--seed", seed, "--json"]);
         let arguments = arguments.into_iter().map(str::to_string).collect();
-        let run = Run { program_sha256: program.clone(), case_sha256: case.sha256.clone(), arguments, ..run_of(document) };
+        let run = Run {
+            program_sha256: program.clone(),
+            case_sha256: case.sha256.clone(),
+            arguments,
+            ..run_of(document)
+        };
         fs::write(format!("{out}/diagnoses/{}.json", case.name), to_json(&run).unwrap()).unwrap();
     }
 }
@@ -424,34 +494,49 @@ fn the_command_scores_stored_answers_and_refuses_changed_cases() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("blind");
     let out = out.to_str().unwrap();
-    let generated = lab().args(["withheld", "--out", out, "--cases", "3", "--seed", "4", "--cases-only"]).output().unwrap();
+    let generated = lab()
+        .args(["withheld", "--out", out, "--cases", "3", "--seed", "4", "--cases-only"])
+        .output()
+        .unwrap();
     let stdout = String::from_utf8(generated.stdout).unwrap();
     assert!(generated.status.success() && stdout.contains("labels"), "{stdout}");
     let (seal, labels) = Seal::verified(Path::new(out)).unwrap();
-    assert!(stdout.contains(&seal.labels_sha256) && stdout.contains(&seal.cases_sha256) && stdout.contains(&seal.generator_sha256));
+    assert!(
+        stdout.contains(&seal.labels_sha256)
+            && stdout.contains(&seal.cases_sha256)
+            && stdout.contains(&seal.generator_sha256)
+    );
     store_answers(out, &seal, "4", &diagnosis("none", &[]));
     let output = lab().args(["withheld", "--out", out, "--json"]).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(String::from_utf8_lossy(&output.stderr).contains(&seal.labels_sha256));
     let document: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!((document["schema"].as_str(), document["complete"].as_bool()), (Some("jointid/withheld/1"), Some(true)));
+    assert_eq!(
+        (document["schema"].as_str(), document["complete"].as_bool()),
+        (Some("jointid/withheld/1"), Some(true))
+    );
     assert_eq!(document["cases"].as_array().unwrap().len(), seal.cases.len());
     assert_eq!(document["cases"][0]["name"], labels[0].case);
     assert_eq!(document["cases"][0]["truth"], json!(labels[0].effects));
     assert_eq!(document["cases"][0]["verdict"]["kind"], "none");
     assert_eq!(document["scores"]["failed"]["count"], 0);
-    let written: Value = serde_json::from_str(&fs::read_to_string(format!("{out}/withheld.json")).unwrap()).unwrap();
+    let written: Value =
+        serde_json::from_str(&fs::read_to_string(format!("{out}/withheld.json")).unwrap()).unwrap();
     assert_eq!(written, document);
     let schema = lab().args(["schema", "withheld"]).output().unwrap().stdout;
     let schema = jsonschema::validator_for(&serde_json::from_slice(&schema).unwrap()).unwrap();
-    let faults: Vec<String> = schema.iter_errors(&document).map(|e| format!("{}: {e}", e.instance_path())).collect();
+    let faults: Vec<String> =
+        schema.iter_errors(&document).map(|e| format!("{}: {e}", e.instance_path())).collect();
     assert!(faults.is_empty(), "{faults:#?}");
 
     let page = lab().args(["withheld", "--page", &format!("{out},{out}")]).output().unwrap();
     let page = String::from_utf8(page.stdout).unwrap();
     let summary: Vec<&str> = page.lines().filter(|line| line.starts_with('|')).take(12).collect();
     let title = format!("frf, seed 4, {} folders |", seal.cases.len());
-    assert!(summary[0].contains(&format!("{title} {title}")) && summary[11].starts_with("| location right"), "{page}");
+    assert!(
+        summary[0].contains(&format!("{title} {title}")) && summary[11].starts_with("| location right"),
+        "{page}"
+    );
     let counts = &document["scores"]["false_name_ordinary"];
     let nulls = counts["of"].as_u64().unwrap();
     let cell = if nulls == 0 { "| – | – |".to_string() } else { format!("| 0 of {nulls} (0–") };
@@ -474,7 +559,22 @@ fn cases_in_motion_are_sealed_and_scored() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("moved");
     let out = out.to_str().unwrap();
-    lab().args(["withheld", "--arm", "motion", "--out", out, "--cases", "4", "--seed", "3", "--cases-only", "-q"]).assert().success();
+    lab()
+        .args([
+            "withheld",
+            "--arm",
+            "motion",
+            "--out",
+            out,
+            "--cases",
+            "4",
+            "--seed",
+            "3",
+            "--cases-only",
+            "-q",
+        ])
+        .assert()
+        .success();
     let (seal, labels) = Seal::verified(Path::new(out)).unwrap();
     assert_eq!((seal.generator.arm.as_str(), labels.len()), ("motion", 4));
     for case in &seal.cases {
@@ -489,8 +589,11 @@ fn cases_in_motion_are_sealed_and_scored() {
     let document: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(document["seal"]["generator"]["arm"], "motion");
     assert_eq!(document["scores"]["failed"]["count"], 0);
-    for (row, label) in
-        document["cases"].as_array().unwrap().iter().filter_map(|row| Some((row, labels.iter().find(|l| row["name"] == l.case)?)))
+    for (row, label) in document["cases"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(|row| Some((row, labels.iter().find(|l| row["name"] == l.case)?)))
     {
         let phase = (!label.effects.is_empty()).then(|| label.phases.iter().any(|phase| phase == "reversal"));
         assert_eq!(row["phase_right"], json!(phase), "{row}");
@@ -501,7 +604,8 @@ fn cases_in_motion_are_sealed_and_scored() {
     assert!(refused(&["--arm", "motion", "--truth", "own"]).contains("--truth own"));
 }
 
-/// The noise-free held-out records, stored separately, give the share of the gap that an answer's parameters close.
+/// The noise-free held-out records, stored separately, give the share of the gap that an answer's parameters
+/// close.
 ///
 /// The true parameters close most of the force's gap, zero parameters nothing.
 fn share_closed_of_quiet_records(out: &str, seal: &Seal, labels: &[Label]) {
@@ -509,24 +613,33 @@ fn share_closed_of_quiet_records(out: &str, seal: &Seal, labels: &[Label]) {
     for case in &seal.cases {
         let label = labels.iter().find(|label| label.case == case.name.trim_end_matches("-more")).unwrap();
         assert!(case.quiet_sha256.is_some(), "{}", case.name);
-        let sets = ["cases", "quiet"].map(|part| measurement::read_set(&format!("{out}/{part}/{}", case.name)).unwrap());
+        let sets = ["cases", "quiet"]
+            .map(|part| measurement::read_set(&format!("{out}/{part}/{}", case.name)).unwrap());
         let (fitted, held_out) = sets[0].split_motions(None, &[]).unwrap();
         assert_eq!(sets[1].motions.len(), held_out.len());
         for quiet in &sets[1].motions {
-            let noisy = held_out.iter().map(|i| &sets[0].motions[*i]).find(|record| record.name == quiet.name).unwrap();
+            let noisy = held_out
+                .iter()
+                .map(|i| &sets[0].motions[*i])
+                .find(|record| record.name == quiet.name)
+                .unwrap();
             assert!(fitted.iter().all(|i| sets[0].motions[*i].name != quiet.name));
             assert_ne!(quiet.load.samples(), noisy.load.samples());
             // The force of the noise-free record is close to that of the noisy one.
-            let difference: f64 = quiet.load.samples().iter().zip(noisy.load.samples()).map(|(a, b)| (a - b).powi(2)).sum();
+            let difference: f64 =
+                quiet.load.samples().iter().zip(noisy.load.samples()).map(|(a, b)| (a - b).powi(2)).sum();
             let total: f64 = noisy.load.samples().iter().map(|x| x * x).sum();
             assert!(difference < 0.25 * total, "{}: {difference} of {total}", case.name);
         }
         let kept = format!("{out}/diagnoses/{}.json", case.name);
         let mut run: Value = serde_json::from_str(&fs::read_to_string(&kept).unwrap()).unwrap();
-        let zeros: serde_json::Map<String, Value> = label.joints.keys().map(|id| (id.clone(), json!(0.0))).collect();
+        let zeros: serde_json::Map<String, Value> =
+            label.joints.keys().map(|id| (id.clone(), json!(0.0))).collect();
         let document = &mut run["diagnosis"];
-        (document["described"], document["chosen"]) = (json!(zeros), json!({"id": "nominal", "parameters": label.joints}));
-        (document["effects"][0]["closed"], document["effects"][0]["closed95"]) = (json!(0.9), json!([0.8, 1.0]));
+        (document["described"], document["chosen"]) =
+            (json!(zeros), json!({"id": "nominal", "parameters": label.joints}));
+        (document["effects"][0]["closed"], document["effects"][0]["closed95"]) =
+            (json!(0.9), json!([0.8, 1.0]));
         fs::write(&kept, run.to_string()).unwrap();
         judged += 1;
     }
@@ -550,7 +663,10 @@ fn share_closed_of_quiet_records(out: &str, seal: &Seal, labels: &[Label]) {
 #[test]
 #[ignore = "second tier"]
 fn a_case_in_motion_from_end_to_end() {
-    let output = lab().args(["withheld", "--arm", "motion", "--cases", "2", "--time-limit-s", "600", "--json", "-q"]).output().unwrap();
+    let output = lab()
+        .args(["withheld", "--arm", "motion", "--cases", "2", "--time-limit-s", "600", "--json", "-q"])
+        .output()
+        .unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let document: Value = serde_json::from_slice(&output.stdout).unwrap();
     let cases = document["cases"].as_array().unwrap();
@@ -563,24 +679,34 @@ fn a_case_in_motion_from_end_to_end() {
     }
 }
 
-/// Cases simulated by the models themselves are nulls and single effects of the wanted strength, in files that the commands read.
+/// Cases simulated by the models themselves are nulls and single effects of the wanted strength, in files
+/// that the commands read.
 #[test]
 fn cases_of_the_models_are_nulls_and_single_effects() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().to_str().unwrap();
-    lab().args(["withheld", "--out", out, "--cases", "5", "--truth", "own", "--cases-only", "-q"]).assert().success();
+    lab()
+        .args(["withheld", "--out", out, "--cases", "5", "--truth", "own", "--cases-only", "-q"])
+        .assert()
+        .success();
     let (seal, labels) = Seal::verified(folder.path()).unwrap();
     assert_eq!((seal.generator.truth.as_str(), labels.len(), seal.cases.len()), ("own", 5, 5));
     assert!(labels.iter().any(|l| l.kind == Kind::Single) && labels.iter().any(|l| l.kind == Kind::Null));
     for label in &labels {
         let case = folder.path().join("cases").join(&label.case);
-        let machine = config::read_machine(case.join("machine.toml").to_str().unwrap(), &[], &[]).unwrap().machine;
+        let machine =
+            config::read_machine(case.join("machine.toml").to_str().unwrap(), &[], &[]).unwrap().machine;
         assert_eq!(measurement::read_set(case.to_str().unwrap()).unwrap().positions.len(), 6);
         assert_eq!(label.effects.len(), usize::from(label.kind == Kind::Single));
         if let (Some(id), Some(reached)) = (label.effects.first(), label.noncentrality.first()) {
-            assert!(!machine.effects.contains(id) && !label.values[0].is_empty() && label.gap.closed == Some(1.0));
+            assert!(
+                !machine.effects.contains(id) && !label.values[0].is_empty() && label.gap.closed == Some(1.0)
+            );
             let wanted = if label.strength == Some(Strength::Strong) { 400.0 } else { *reached };
-            assert!((reached / wanted).ln().abs() < 0.06 || id == "frf-quantity", "{id}: {reached} for {wanted}");
+            assert!(
+                (reached / wanted).ln().abs() < 0.06 || id == "frf-quantity",
+                "{id}: {reached} for {wanted}"
+            );
         }
     }
 }
@@ -591,7 +717,8 @@ fn cases_of_layouts_are_sealed_and_what_cannot_be_made_is_counted() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("blind");
     let out = out.to_str().unwrap();
-    let arguments = ["withheld", "--out", out, "--cases", "6", "--seed", "2", "--layout", "all", "--cases-only"];
+    let arguments =
+        ["withheld", "--out", out, "--cases", "6", "--seed", "2", "--layout", "all", "--cases-only"];
     let generated = lab().args(arguments).output().unwrap();
     let stdout = String::from_utf8(generated.stdout).unwrap();
     assert!(generated.status.success() && stdout.contains("layout all"), "{stdout}");
@@ -601,7 +728,11 @@ fn cases_of_layouts_are_sealed_and_what_cannot_be_made_is_counted() {
         let case = format!("{out}/cases/{}", label.case);
         let set = measurement::read_set(&case).unwrap();
         let hammer = label.hammer.unwrap();
-        assert_eq!((set.positions.len(), set.frfs.len() % set.positions.len()), (hammer.positions, 0), "{case}");
+        assert_eq!(
+            (set.positions.len(), set.frfs.len() % set.positions.len()),
+            (hammer.positions, 0),
+            "{case}"
+        );
         assert!((1..=4).contains(&hammer.channels) && label.layout.is_some());
         config::read_machine(&format!("{case}/machine.toml"), &[], &[]).unwrap();
         assert_eq!(label.fitted_noncentrality.len(), label.effects.len());
@@ -618,7 +749,20 @@ fn cases_of_motion_layouts_state_their_loops() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("blind");
     let out = out.to_str().unwrap();
-    let arguments = ["withheld", "--arm", "motion", "--out", out, "--cases", "5", "--seed", "2", "--layout", "all", "--cases-only"];
+    let arguments = [
+        "withheld",
+        "--arm",
+        "motion",
+        "--out",
+        out,
+        "--cases",
+        "5",
+        "--seed",
+        "2",
+        "--layout",
+        "all",
+        "--cases-only",
+    ];
     assert!(lab().args(arguments).output().unwrap().status.success());
     let (seal, labels) = Seal::verified(Path::new(out)).unwrap();
     assert_eq!((seal.generator.layout.as_deref(), labels.len() + seal.not_made.len()), (Some("all"), 5));
@@ -628,12 +772,16 @@ fn cases_of_motion_layouts_state_their_loops() {
         let set = measurement::read_set(&case).unwrap();
         let machine = config::read_machine(&format!("{case}/machine.toml"), &[], &[]).unwrap().machine;
         let drive = machine.drive.unwrap();
-        let number =
-            |value: &machine::Value| value.at(&machine.parameters.iter().map(|p| p.start).collect::<Vec<f64>>(), &Operating::default());
-        let (feed_forward, integral_time_s) = (number(&drive.position.feed_forward), number(&drive.velocity.integral_time_s));
+        let number = |value: &machine::Value| {
+            value.at(&machine.parameters.iter().map(|p| p.start).collect::<Vec<f64>>(), &Operating::default())
+        };
+        let (feed_forward, integral_time_s) =
+            (number(&drive.position.feed_forward), number(&drive.velocity.integral_time_s));
         assert!(set.motions.len() >= 3);
         match label.layout.as_deref().unwrap() {
-            "indirect-encoder" | "belt-driven" => assert!(feed_forward == 0.0 && integral_time_s.is_infinite()),
+            "indirect-encoder" | "belt-driven" => {
+                assert!(feed_forward == 0.0 && integral_time_s.is_infinite())
+            }
             "feed-forward" => assert!(feed_forward > 0.0 && integral_time_s.is_infinite()),
             "pid-loop" => assert!(feed_forward == 1.0 && integral_time_s < 1.0),
             "direct-encoder" => assert!(feed_forward == 0.0 && integral_time_s < 1.0),
@@ -642,7 +790,8 @@ fn cases_of_motion_layouts_state_their_loops() {
     }
 }
 
-/// Ctrl-C during the generation of cases ends with exit code 3; the same command resumes with the cases generated so far.
+/// Ctrl-C during the generation of cases ends with exit code 3; the same command resumes with the cases
+/// generated so far.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_check_resumes() {
@@ -658,7 +807,10 @@ fn an_interrupted_check_resumes() {
         .unwrap();
     let generated = folder.path().join("cases.partial/made");
     let begun = std::time::Instant::now();
-    while fs::read_dir(&generated).map_or(0, |list| list.filter(|e| e.as_ref().unwrap().path().extension().is_some()).count()) == 0 {
+    while fs::read_dir(&generated)
+        .map_or(0, |list| list.filter(|e| e.as_ref().unwrap().path().extension().is_some()).count())
+        == 0
+    {
         assert!(begun.elapsed().as_secs() < 60, "no case was generated");
         std::thread::sleep(std::time::Duration::from_millis(50));
     }
@@ -708,21 +860,34 @@ fn limit_the_reference_simulator_agrees_with_the_model() {
         truth.screw.elements = 2000;
         std::fs::write(&file, drawn.description.to_toml()).unwrap();
         let machine = config::read_machine(file.to_str().unwrap(), &[], &[]).unwrap().machine;
-        for (response, excitation) in [(Point::Table, Point::Table), (Point::Rotor, Point::Rotor), (Point::Right, Point::Table)] {
+        for (response, excitation) in
+            [(Point::Table, Point::Table), (Point::Rotor, Point::Rotor), (Point::Right, Point::Table)]
+        {
             let index = |point: Point| machine.points.iter().position(|p| p.name == point.name()).unwrap();
-            let structure = Arc::new(Structure::new(&machine, index(response), index(excitation), RodModel::Exact).unwrap());
+            let structure = Arc::new(
+                Structure::new(&machine, index(response), index(excitation), RodModel::Exact).unwrap(),
+            );
             let (mut network, mut work) = (structure.empty_model(), structure.workspace());
             for nut_m in drawn.nut_m.iter().copied() {
-                network.update(&machine, &machine.start(), &Operating { nut_m: Some(nut_m), ..Operating::default() });
+                network.update(
+                    &machine,
+                    &machine.start(),
+                    &Operating { nut_m: Some(nut_m), ..Operating::default() },
+                );
                 let assembly = Assembly::new(&truth, &[], nut_m, 1.0);
-                let omegas: Vec<f64> = (1..=200).map(|k| 5.0 * f64::from(k) * std::f64::consts::TAU).collect();
-                let laplace: Vec<Complex64> = omegas.iter().map(|omega| Complex64::new(0.0, *omega)).collect();
+                let omegas: Vec<f64> =
+                    (1..=200).map(|k| 5.0 * f64::from(k) * std::f64::consts::TAU).collect();
+                let laplace: Vec<Complex64> =
+                    omegas.iter().map(|omega| Complex64::new(0.0, *omega)).collect();
                 let port = assembly.port(Channel::new(response, excitation));
                 let found = assembly.structure.receptances(&[port], &laplace).unwrap().remove(0);
                 for (omega, truth) in omegas.iter().zip(found) {
                     let model = network.receptance(*omega, &mut work);
                     let error = (truth / model - 1.0).norm();
-                    assert!(error < 1e-3, "machine {number}, {response:?}/{excitation:?}, nut at {nut_m} m, {omega} rad/s: {error:.1e}");
+                    assert!(
+                        error < 1e-3,
+                        "machine {number}, {response:?}/{excitation:?}, nut at {nut_m} m, {omega} rad/s: {error:.1e}"
+                    );
                 }
             }
         }

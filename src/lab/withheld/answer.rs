@@ -20,7 +20,8 @@ fn both_ends<'de, D: Deserializer<'de>>(source: D) -> Result<Option<[f64; 2]>, D
 /// A verdict as stated in the document of a diagnosis. Its other fields are passed on unchanged.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct VerdictAnswer {
-    /// `none`, `effect`, `ambiguous`, `unknown`, `wrong-parameter`, `measurement` or `insufficient`; `failed` where there is no verdict.
+    /// `none`, `effect`, `ambiguous`, `unknown`, `wrong-parameter`, `measurement` or `insufficient`; `failed`
+    /// where there is no verdict.
     pub kind: String,
     /// Ids, or combinations joined with `+`.
     #[serde(default)]
@@ -46,7 +47,15 @@ impl VerdictAnswer {
     /// Returns the verdict of a failed diagnosis.
     pub fn failed(reason: &str) -> Self {
         let more = serde_json::Map::from_iter([("reason".to_string(), Value::from(reason))]);
-        Self { kind: "failed".into(), effects: Vec::new(), interface: None, phase: None, faults: Vec::new(), band_hz: None, more }
+        Self {
+            kind: "failed".into(),
+            effects: Vec::new(),
+            interface: None,
+            phase: None,
+            faults: Vec::new(),
+            band_hz: None,
+            more,
+        }
     }
 
     /// Returns the named ids, each once, in their order. Only two kinds of verdict name effects.
@@ -227,8 +236,8 @@ impl Run {
     /// Schema of a stored run.
     pub const SCHEMA: &str = "jointid/withheld-run/1";
 
-    /// Returns the diagnosis if the run succeeded, its document is readable and complete, and its inputs include the files of the case; else a
-    /// failure with its reason.
+    /// Returns the diagnosis if the run succeeded, its document is readable and complete, and its inputs
+    /// include the files of the case; else a failure with its reason.
     pub fn answer(&self, files: &[Input]) -> Answer {
         Answer { diagnosis: self.read(files), seconds: self.seconds }
     }
@@ -237,25 +246,38 @@ impl Run {
         let no_answer = |reason: String| Err(WithheldError::Diagnosis(reason));
         let mut lines = self.said.lines().map(str::trim).rev().filter(|line| !line.is_empty());
         let last = lines.clone().next().unwrap_or("no output on stderr");
-        let last = lines.find(|line| ["jointid:", "error:"].iter().any(|begin| line.starts_with(begin))).unwrap_or(last);
+        let last = lines
+            .find(|line| ["jointid:", "error:"].iter().any(|begin| line.starts_with(begin)))
+            .unwrap_or(last);
         match self.exit_code {
             Some(0) => {}
             Some(code) => return no_answer(format!("exit code {code}: {last}")),
-            None => return no_answer(format!("the diagnosis did not end by itself (signal or time limit): {last}")),
+            None => {
+                return no_answer(format!(
+                    "the diagnosis did not end by itself (signal or time limit): {last}"
+                ));
+            }
         }
-        let Some(document) = self.diagnosis.clone() else { return no_answer("the diagnosis printed no JSON document".into()) };
+        let Some(document) = self.diagnosis.clone() else {
+            return no_answer("the diagnosis printed no JSON document".into());
+        };
         let diagnosis: DiagnosisAnswer = match serde_json::from_value(document) {
             Ok(diagnosis) => diagnosis,
             Err(error) => return no_answer(format!("the document of the diagnosis cannot be read: {error}")),
         };
         if !diagnosis.schema.starts_with("jointid/diagnosis/") {
-            return no_answer(format!("the printed document has schema {}, not a diagnosis", diagnosis.schema));
+            return no_answer(format!(
+                "the printed document has schema {}, not a diagnosis",
+                diagnosis.schema
+            ));
         }
         if !diagnosis.complete {
             return no_answer("the document of the diagnosis is not complete".into());
         }
         match files.iter().find(|file| !diagnosis.inputs.iter().any(|input| input.sha256 == file.sha256)) {
-            Some(file) => no_answer(format!("the inputs of the diagnosis lack the case's file {}", file.path)),
+            Some(file) => {
+                no_answer(format!("the inputs of the diagnosis lack the case's file {}", file.path))
+            }
             None => Ok(diagnosis),
         }
     }

@@ -44,7 +44,8 @@ pub struct LayoutScore {
     pub outside_misnamed: Proportion,
 }
 
-/// Answers to one kind of outside cause. Cases that an effect of the library imitates within noise and tolerances count only as such.
+/// Answers to one kind of outside cause. Cases that an effect of the library imitates within noise and
+/// tolerances count only as such.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct OutsideKind {
     /// Cases that an effect of the library imitates.
@@ -55,20 +56,26 @@ pub struct OutsideKind {
     pub misnamed: Proportion,
 }
 
-/// Answers to outside causes. The kind is the unit: cases of one kind are alike, and a library's effect that resembles one resembles most.
+/// Answers to outside causes. The kind is the unit: cases of one kind are alike, and a library's effect that
+/// resembles one resembles most.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct OutsideScore {
-    /// Kinds of which no case gets the name of a library's effect, among kinds with a case that no such effect imitates.
+    /// Kinds of which no case gets the name of a library's effect, among kinds with a case that no such
+    /// effect imitates.
     pub kinds_never_misnamed: Proportion,
     /// By kind.
     pub by_kind: BTreeMap<String, OutsideKind>,
 }
 
 /// Ranges of sizes by their upper ends; the first ends at the visible size.
-const RANGES: [(f64, &str); 4] = [(reference_simulator::VISIBLE, "0-20"), (50.0, "20-50"), (200.0, "50-200"), (f64::INFINITY, "from 200")];
+const RANGES: [(f64, &str); 4] =
+    [(reference_simulator::VISIBLE, "0-20"), (50.0, "20-50"), (200.0, "50-200"), (f64::INFINITY, "from 200")];
 
 /// Groups judgements by a key; those without one are left out.
-pub fn groups<'a>(of: &[&'a Judgement], key: impl Fn(&Judgement) -> Option<String>) -> BTreeMap<String, Vec<&'a Judgement>> {
+pub fn groups<'a>(
+    of: &[&'a Judgement],
+    key: impl Fn(&Judgement) -> Option<String>,
+) -> BTreeMap<String, Vec<&'a Judgement>> {
     let mut groups: BTreeMap<String, Vec<&'a Judgement>> = BTreeMap::new();
     for judged in of {
         if let Some(key) = key(judged) {
@@ -117,7 +124,9 @@ pub fn by_layout(first: &[&Judgement]) -> BTreeMap<String, LayoutScore> {
             false_name: share(of(Kind::Null).filter(|j| j.answered), |j| j.names > 0),
             exact: share(visible(), |j| j.exact),
             class: share(visible(), |j| j.class),
-            selective: share(group.iter().copied().filter(|j| j.single_right.is_some()), |j| j.single_right == Some(true)),
+            selective: share(group.iter().copied().filter(|j| j.single_right.is_some()), |j| {
+                j.single_right == Some(true)
+            }),
             outside_misnamed: share(of(Kind::Unknown).filter(|j| !j.imitated), |j| j.names > 0),
         }
     };
@@ -135,8 +144,10 @@ impl OutsideScore {
                 misnamed: share(others(), |j| j.names > 0),
             }
         };
-        let by_kind: BTreeMap<String, OutsideKind> =
-            groups(unknowns, |j| j.truth.first().cloned()).into_iter().map(|(kind, group)| (kind, score(&group))).collect();
+        let by_kind: BTreeMap<String, OutsideKind> = groups(unknowns, |j| j.truth.first().cloned())
+            .into_iter()
+            .map(|(kind, group)| (kind, score(&group)))
+            .collect();
         let judged = || by_kind.values().filter(|kind| kind.misnamed.of > 0);
         let never = judged().filter(|kind| kind.misnamed.count == 0).count();
         Self { kinds_never_misnamed: Proportion::new(never, judged().count()), by_kind }

@@ -54,7 +54,8 @@ pub struct CaseRow {
     pub fitted_noncentrality: Option<f64>,
     /// Layout of the machine; absent for machines of the catalogue.
     pub layout: Option<String>,
-    /// Whether an effect of the library imitates the outside cause within noise and tolerances; absent for other causes.
+    /// Whether an effect of the library imitates the outside cause within noise and tolerances; absent for
+    /// other causes.
     pub imitated: Option<bool>,
     /// Verdict; kind `failed` without a diagnosis.
     pub verdict: VerdictAnswer,
@@ -122,7 +123,8 @@ pub struct WithheldDocument {
     pub sealed_cases: usize,
     /// Cases of the plan that could not be made, with reasons.
     pub not_made: Vec<String>,
-    /// Machines drawn and refused before those of the cases: their responses ring too long, or the effect cannot have the asked size on them.
+    /// Machines drawn and refused before those of the cases: their responses ring too long, or the effect
+    /// cannot have the asked size on them.
     pub refused_machines: usize,
     /// Cases.
     pub cases: Vec<CaseRow>,

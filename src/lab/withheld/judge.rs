@@ -6,7 +6,8 @@ use report::diagnosis::effect_ids;
 
 use super::answer::{Answer, DiagnosisAnswer, VerdictAnswer};
 
-/// Judgement of one answer. A field that does not apply to the case, or that needs an answer where there is none, is absent.
+/// Judgement of one answer. A field that does not apply to the case, or that needs an answer where there is
+/// none, is absent.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Judgement {
     /// Kind of the case.
@@ -17,8 +18,8 @@ pub struct Judgement {
     pub strength: Option<Strength>,
     /// Non-centrality of the dominant effect.
     pub noncentrality: Option<f64>,
-    /// Non-centrality of the dominant effect at the given positions after a fit of joints and tolerances; where the label has none, that of the
-    /// whole test.
+    /// Non-centrality of the dominant effect at the given positions after a fit of joints and tolerances;
+    /// where the label has none, that of the whole test.
     pub size: Option<f64>,
     /// Whether the dominant effect is so small that «none» is right, too.
     pub may_be_none: bool,
@@ -75,7 +76,9 @@ pub fn judge(label: &Label, follow_up: bool, answer: &Answer) -> Judgement {
     };
     let named: Vec<&str> = verdict.named();
     let dominant = label.effects.first().map(String::as_str);
-    let holds = |names: &[&str]| !label.effects.is_empty() && label.effects.iter().all(|id| names.contains(&id.as_str()));
+    let holds = |names: &[&str]| {
+        !label.effects.is_empty() && label.effects.iter().all(|id| names.contains(&id.as_str()))
+    };
     let class = dominant.is_some_and(|id| named.contains(&id));
     let exact = verdict.single().is_some_and(|id| label.effects.len() == 1 && Some(id) == dominant);
     // Each alternative of an ambiguous verdict stands for itself; the ids of other verdicts act together.
@@ -119,9 +122,12 @@ pub fn judge(label: &Label, follow_up: bool, answer: &Answer) -> Judgement {
         all_named,
         names: named.len(),
         single_right: verdict.single().map(|id| label.effects.iter().any(|effect| effect == id)),
-        place_right: diagnosis
-            .and_then(stated_place)
-            .is_some_and(|place| label.places.iter().any(|truth| truth.accepted.iter().any(|name| name.eq_ignore_ascii_case(place)))),
+        place_right: diagnosis.and_then(stated_place).is_some_and(|place| {
+            label
+                .places
+                .iter()
+                .any(|truth| truth.accepted.iter().any(|name| name.eq_ignore_ascii_case(place)))
+        }),
         phase_right: (!label.phases.is_empty()).then(|| {
             let stated = diagnosis.and_then(stated_phase).map(normalised);
             stated.is_some_and(|phase| label.phases.iter().any(|truth| normalised(truth) == phase))
@@ -145,7 +151,8 @@ impl Judgement {
 /// Returns the first three different effects of the ranked list that were fitted.
 fn first_three(diagnosis: &DiagnosisAnswer) -> Vec<&str> {
     let mut ids = Vec::new();
-    let tried = diagnosis.effects.iter().filter(|row| !["failed", "not-applicable"].contains(&row.status.as_str()));
+    let tried =
+        diagnosis.effects.iter().filter(|row| !["failed", "not-applicable"].contains(&row.status.as_str()));
     for id in tried.flat_map(|row| effect_ids(&row.id)) {
         if !ids.contains(&id) {
             ids.push(id);
@@ -155,15 +162,18 @@ fn first_three(diagnosis: &DiagnosisAnswer) -> Vec<&str> {
     ids
 }
 
-/// Returns the closed share of the effects named by the verdict, and its interval: jointly, from the ranked list or the chosen model, else of the
-/// first.
+/// Returns the closed share of the effects named by the verdict, and its interval: jointly, from the ranked
+/// list or the chosen model, else of the first.
 fn chosen(diagnosis: &DiagnosisAnswer, named: &[&str]) -> Option<(Option<f64>, Option<[f64; 2]>)> {
     let is = |id: &str, names: &[&str]| {
         let ids: Vec<&str> = effect_ids(id).collect();
         ids.len() == names.len() && names.iter().all(|name| ids.contains(name))
     };
-    let row_of = |names: &[&str]| diagnosis.effects.iter().find(|row| is(&row.id, names)).map(|row| (row.closed, row.closed95));
-    let model = || is(&diagnosis.chosen.id, named).then_some((diagnosis.chosen.closed, diagnosis.chosen.closed95));
+    let row_of = |names: &[&str]| {
+        diagnosis.effects.iter().find(|row| is(&row.id, names)).map(|row| (row.closed, row.closed95))
+    };
+    let model =
+        || is(&diagnosis.chosen.id, named).then_some((diagnosis.chosen.closed, diagnosis.chosen.closed95));
     row_of(named).or_else(model).or_else(|| row_of(named.get(..1)?))
 }
 
@@ -173,7 +183,8 @@ fn stated_place(diagnosis: &DiagnosisAnswer) -> Option<&str> {
     diagnosis.verdict.interface.as_deref().or_else(listed)
 }
 
-/// Returns the phase stated by the verdict, else that of the first location with one, else the one with the largest gap.
+/// Returns the phase stated by the verdict, else that of the first location with one, else the one with the
+/// largest gap.
 fn stated_phase(diagnosis: &DiagnosisAnswer) -> Option<&str> {
     let listed = || diagnosis.places.iter().find_map(|place| place.phase.as_deref());
     let gaps = diagnosis.gap.by_phase.iter().filter_map(|(phase, gap)| gap.map(|gap| (phase.as_str(), gap)));

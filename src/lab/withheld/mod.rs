@@ -13,7 +13,8 @@
 //! text       scores and confusion matrix as text
 //! ```
 //!
-//! The labels come from the reference simulator, the answers from the public command line. This module depends on neither's internals.
+//! The labels come from the reference simulator, the answers from the public command line. This module
+//! depends on neither's internals.
 
 mod answer;
 mod breakdown;
@@ -27,7 +28,8 @@ mod seal;
 mod text;
 
 pub use answer::{
-    Answer, ChannelAnswer, ChosenAnswer, DiagnosisAnswer, EffectAnswer, GapAnswer, MotionAnswer, Run, VerdictAnswer, WhereAnswer,
+    Answer, ChannelAnswer, ChosenAnswer, DiagnosisAnswer, EffectAnswer, GapAnswer, MotionAnswer, Run,
+    VerdictAnswer, WhereAnswer,
 };
 pub use breakdown::{LayoutScore, OutsideKind, OutsideScore, SingleScore};
 pub use document::{CaseRow, SealRow, WithheldDocument};

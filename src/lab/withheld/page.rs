@@ -65,9 +65,13 @@ impl PageColumn {
     fn title(&self) -> String {
         let generator = &self.seal.generator;
         let truth = if generator.truth == "own" { ", truth of the models" } else { "" };
-        let layout = generator.layout.as_ref().map_or_else(String::new, |layout| format!(", layout {layout}"));
+        let layout =
+            generator.layout.as_ref().map_or_else(String::new, |layout| format!(", layout {layout}"));
         let stopped = if self.complete { "" } else { ", not all diagnosed" };
-        format!("{}, seed {}{layout}{truth}, {} folders{stopped}", generator.arm, generator.seed, self.sealed_cases)
+        format!(
+            "{}, seed {}{layout}{truth}, {} folders{stopped}",
+            generator.arm, generator.seed, self.sealed_cases
+        )
     }
 }
 
@@ -86,20 +90,28 @@ fn head(first: &str, others: &[&str]) -> Vec<String> {
     std::iter::once(first).chain(others.iter().copied()).map(str::to_owned).collect()
 }
 
-/// Formats the page: ten rows for all checks, then size, effect, layout, kinds of outside causes, confusion matrix and what could not be made for each.
+/// Formats the page: ten rows for all checks, then size, effect, layout, kinds of outside causes, confusion
+/// matrix and what could not be made for each.
 pub fn scores_page(columns: &[PageColumn]) -> String {
     let mut page = String::from(
         "# Scores of the blind check\n\nIntervals: 95 %, Clopper and Pearson. Sizes: non-centrality at the given positions after a fit of joints and tolerances.\n\n",
     );
-    let titles: Vec<String> = std::iter::once(String::new()).chain(columns.iter().map(PageColumn::title)).collect();
-    let row =
-        |(name, of): &Row| std::iter::once((*name).to_owned()).chain(columns.iter().map(|column| cell(&of(&column.scores)))).collect();
+    let titles: Vec<String> =
+        std::iter::once(String::new()).chain(columns.iter().map(PageColumn::title)).collect();
+    let row = |(name, of): &Row| {
+        std::iter::once((*name).to_owned())
+            .chain(columns.iter().map(|column| cell(&of(&column.scores))))
+            .collect()
+    };
     table(&mut page, &titles, SUMMARY.iter().map(row).collect());
     for column in columns {
         let scores = &column.scores;
         let _ = writeln!(page, "## {}\n", column.title());
         let names = ["reported", "named alone", "in a set", "only others named", "right"];
-        for (first, groups) in [("single effects, size", &scores.by_size), ("single effects and look-alikes, from 20", &scores.by_effect)] {
+        for (first, groups) in [
+            ("single effects, size", &scores.by_size),
+            ("single effects and look-alikes, from 20", &scores.by_effect),
+        ] {
             let rows = groups.iter().map(|(group, row)| {
                 let cells = [&row.reported, &row.exact, &row.class, &row.misnamed, &row.right].map(cell);
                 std::iter::once(group.clone()).chain(cells).collect()
@@ -108,7 +120,8 @@ pub fn scores_page(columns: &[PageColumn]) -> String {
         }
         if !scores.by_layout.is_empty() {
             let rows = scores.by_layout.iter().map(|(layout, row)| {
-                let cells = [&row.false_name, &row.exact, &row.class, &row.selective, &row.outside_misnamed].map(cell);
+                let cells = [&row.false_name, &row.exact, &row.class, &row.selective, &row.outside_misnamed]
+                    .map(cell);
                 [layout.clone(), row.cases.to_string()].into_iter().chain(cells).collect()
             });
             let names = [

@@ -23,12 +23,21 @@ pub struct Proportion {
 impl Proportion {
     /// Computes the share of `count` among `of` cases.
     pub fn new(count: usize, of: usize) -> Self {
-        Self { count, of, share: (of > 0).then(|| count as f64 / of as f64), interval95: clopper_pearson(count, of, 0.95) }
+        Self {
+            count,
+            of,
+            share: (of > 0).then(|| count as f64 / of as f64),
+            interval95: clopper_pearson(count, of, 0.95),
+        }
     }
 }
 
 /// Computes the share of counted judgements.
-pub fn share<'a>(of: impl IntoIterator<Item = &'a Judgement>, counted: impl Fn(&Judgement) -> bool) -> Proportion {
-    let (count, all) = of.into_iter().fold((0, 0), |(c, n), judged| (c + usize::from(counted(judged)), n + 1));
+pub fn share<'a>(
+    of: impl IntoIterator<Item = &'a Judgement>,
+    counted: impl Fn(&Judgement) -> bool,
+) -> Proportion {
+    let (count, all) =
+        of.into_iter().fold((0, 0), |(c, n), judged| (c + usize::from(counted(judged)), n + 1));
     Proportion::new(count, all)
 }

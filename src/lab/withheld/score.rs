@@ -68,7 +68,8 @@ pub struct LocationScore {
 pub struct Closing {
     /// Closed share.
     pub closed: Spread,
-    /// Error of the closed share: difference from that of the true effects; for motion, from that of the chosen model without noise.
+    /// Error of the closed share: difference from that of the true effects; for motion, from that of the
+    /// chosen model without noise.
     pub error: Spread,
     /// Intervals that contain the true share.
     pub covered: Proportion,
@@ -155,7 +156,11 @@ fn word<T: Serialize>(value: &T) -> String {
     serde_json::to_value(value).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
 }
 
-fn by(of: &[&Judgement], key: impl Fn(&Judgement) -> Option<String>, counted: impl Fn(&Judgement) -> bool) -> BTreeMap<String, Proportion> {
+fn by(
+    of: &[&Judgement],
+    key: impl Fn(&Judgement) -> Option<String>,
+    counted: impl Fn(&Judgement) -> bool,
+) -> BTreeMap<String, Proportion> {
     groups(of, key).into_iter().map(|(key, group)| (key, share(group, &counted))).collect()
 }
 
@@ -172,13 +177,18 @@ fn range(noncentrality: f64) -> &'static str {
 /// Computes all scores.
 pub fn scores(judged: &[Judgement]) -> Scores {
     let first: Vec<&Judgement> = judged.iter().filter(|j| !j.follow_up).collect();
-    let of = |kinds: &[Kind]| -> Vec<&Judgement> { first.iter().copied().filter(|j| kinds.contains(&j.kind)).collect() };
-    let answered = |all: Vec<&'_ Judgement>| -> Vec<Judgement> { all.into_iter().filter(|j| j.answered).cloned().collect() };
+    let of = |kinds: &[Kind]| -> Vec<&Judgement> {
+        first.iter().copied().filter(|j| kinds.contains(&j.kind)).collect()
+    };
+    let answered = |all: Vec<&'_ Judgement>| -> Vec<Judgement> {
+        all.into_iter().filter(|j| j.answered).cloned().collect()
+    };
     let nulls = answered(of(&[Kind::Null]));
     let hard = answered(of(&[Kind::HardNullWrongParameter, Kind::HardNullBadChannel]));
     let wrong = of(&[Kind::HardNullWrongParameter]);
     let singles = of(&[Kind::Single]);
-    let from_25: Vec<&Judgement> = singles.iter().copied().filter(|j| j.strength != Some(Strength::Faint)).collect();
+    let from_25: Vec<&Judgement> =
+        singles.iter().copied().filter(|j| j.strength != Some(Strength::Faint)).collect();
     let unknowns = of(&[Kind::Unknown]);
     let alike = of(&[Kind::LookAlike]);
     let doubles = of(&[Kind::Double]);
@@ -194,14 +204,19 @@ pub fn scores(judged: &[Judgement]) -> Scores {
         false_name_ordinary: share(&nulls, |j| j.names > 0),
         false_alarm_hard: share(&hard, |j| j.claims && !j.right),
         wrong_parameter: share(wrong.iter().copied(), |j| j.right),
-        wrong_parameter_frozen: share(wrong.iter().copied().filter(|j| j.frozen), verdict_is("wrong-parameter")),
+        wrong_parameter_frozen: share(
+            wrong.iter().copied().filter(|j| j.frozen),
+            verdict_is("wrong-parameter"),
+        ),
         bad_channel: share(of(&[Kind::HardNullBadChannel]), |j| j.right),
         detection_by_kind: by(&planted, |j| Some(word(&j.kind)), |j| j.claims),
         detection_by_strength: by(&singles, |j| j.strength.map(|s| word(&s)), |j| j.claims),
         detection_by_noncentrality: by(&singles, |j| j.noncentrality.map(|d| range(d).into()), |j| j.claims),
         naming: naming(&singles),
         naming_from_25: naming(&from_25),
-        selective: share(first.iter().copied().filter(|j| j.verdict.single().is_some()), |j| j.single_right == Some(true)),
+        selective: share(first.iter().copied().filter(|j| j.verdict.single().is_some()), |j| {
+            j.single_right == Some(true)
+        }),
         selective_coverage: share(from_25.iter().copied(), |j| j.verdict.single().is_some()),
         unknown: share(unknowns.iter().copied(), |j| j.right),
         unknown_misnamed: share(unknowns.iter().copied(), |j| j.names > 0),
@@ -211,7 +226,9 @@ pub fn scores(judged: &[Judgement]) -> Scores {
         closing: closing(&known),
         look_alike_class: share(alike.iter().copied(), |j| j.class),
         look_alike_exact: share(alike.iter().copied(), |j| j.exact),
-        look_alike_resolved: share(judged.iter().filter(|j| j.follow_up && j.kind == Kind::LookAlike), |j| j.exact),
+        look_alike_resolved: share(judged.iter().filter(|j| j.follow_up && j.kind == Kind::LookAlike), |j| {
+            j.exact
+        }),
         double_both: share(doubles.iter().copied(), |j| j.all_named),
         double_dominant: share(doubles.iter().copied(), |j| j.class),
         by_size: by_size(&singles),
@@ -247,7 +264,11 @@ fn closing(of: &[&Judgement]) -> Closing {
     let right: Vec<&Judgement> = of.iter().copied().filter(|j| j.exact).collect();
     let closed: Vec<f64> = right.iter().filter_map(|j| j.closed).collect();
     let error: Vec<f64> = right.iter().filter_map(|j| Some((j.closed? - j.closed_truth?).abs())).collect();
-    let held: Vec<bool> = right.iter().filter_map(|j| Some((j.closed95?, j.closed_truth?))).map(|([a, b], t)| a <= t && t <= b).collect();
+    let held: Vec<bool> = right
+        .iter()
+        .filter_map(|j| Some((j.closed95?, j.closed_truth?)))
+        .map(|([a, b], t)| a <= t && t <= b)
+        .collect();
     Closing {
         closed: Spread::of(&closed),
         error: Spread::of(&error),
@@ -255,7 +276,8 @@ fn closing(of: &[&Judgement]) -> Closing {
     }
 }
 
-/// Counts the confusion matrix. Doubles and effects outside the library have rows by kind; single effects and look-alikes share rows by effect.
+/// Counts the confusion matrix. Doubles and effects outside the library have rows by kind; single effects and
+/// look-alikes share rows by effect.
 fn confusion(of: &[&Judgement]) -> Confusion {
     let mut rows: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();
     for judged in of {

@@ -19,7 +19,8 @@ pub struct Generator {
     pub version: String,
     /// Kind of data of the cases: `frf` (hammer tests) or `motion` (time records of a driven axis).
     pub arm: String,
-    /// Origin of the data: `independent` (a simulator that shares no code with the models) or `own` (the models under test).
+    /// Origin of the data: `independent` (a simulator that shares no code with the models) or `own` (the
+    /// models under test).
     pub truth: String,
     /// Seed of the random numbers.
     pub seed: u64,
@@ -42,7 +43,8 @@ pub struct SealedCase {
     pub sha256: String,
     /// Parameters that the user declares known.
     pub freeze: Vec<String>,
-    /// Digest of the same measurements without noise, in `quiet`, for judging closed shares; absent for hammer tests.
+    /// Digest of the same measurements without noise, in `quiet`, for judging closed shares; absent for
+    /// hammer tests.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quiet_sha256: Option<String>,
 }
@@ -79,7 +81,12 @@ impl Seal {
     /// Seals cases and labels.
     ///
     /// # Errors  a document cannot be written as JSON (a fault of the program).
-    pub fn new(generator: Generator, labels: &str, cases: Vec<SealedCase>, not_made: Vec<String>) -> Result<Self, WithheldError> {
+    pub fn new(
+        generator: Generator,
+        labels: &str,
+        cases: Vec<SealedCase>,
+        not_made: Vec<String>,
+    ) -> Result<Self, WithheldError> {
         Ok(Self {
             schema: SCHEMA.into(),
             generator_sha256: digest(to_json(&generator)?.as_bytes()),
@@ -97,9 +104,13 @@ impl Seal {
     pub fn verified(folder: &Path) -> Result<(Self, Vec<Label>), WithheldError> {
         let path = folder.join("seal.json");
         let text = read(&path, "without it the cases cannot be verified")?;
-        let seal: Seal = serde_json::from_str(&text).map_err(|e| broken(&path, format!("is not a seal of withheld: {e}")))?;
+        let seal: Seal = serde_json::from_str(&text)
+            .map_err(|e| broken(&path, format!("is not a seal of withheld: {e}")))?;
         let recomputed = Self::new(seal.generator.clone(), "", seal.cases.clone(), Vec::new())?;
-        if seal.schema != SCHEMA || seal.generator_sha256 != recomputed.generator_sha256 || seal.cases_sha256 != recomputed.cases_sha256 {
+        if seal.schema != SCHEMA
+            || seal.generator_sha256 != recomputed.generator_sha256
+            || seal.cases_sha256 != recomputed.cases_sha256
+        {
             return Err(broken(&path, "was changed after sealing, its digests do not match its contents"));
         }
         let path = folder.join("labels.json");
@@ -107,8 +118,8 @@ impl Seal {
         if digest(text.as_bytes()) != seal.labels_sha256 {
             return Err(broken(&path, "its digest is not the sealed one, the labels were changed"));
         }
-        let labels: Vec<Label> =
-            serde_json::from_str(&text).map_err(|e| broken(&path, format!("contains no labels of this version: {e}")))?;
+        let labels: Vec<Label> = serde_json::from_str(&text)
+            .map_err(|e| broken(&path, format!("contains no labels of this version: {e}")))?;
         for case in &seal.cases {
             for (whole, sealed) in [(CASES, Some(&case.sha256)), (QUIET, case.quiet_sha256.as_ref())] {
                 let (path, Some(sealed)) = (folder.join(whole).join(&case.name), sealed) else { continue };
@@ -130,7 +141,11 @@ impl Seal {
     /// Returns the lines on cases of the plan that could not be made.
     fn not_made_text(&self) -> String {
         let reasons: Vec<String> = self.not_made.iter().map(|reason| format!("        {reason}\n")).collect();
-        if reasons.is_empty() { String::new() } else { format!("{} cases could not be made:\n{}", reasons.len(), reasons.concat()) }
+        if reasons.is_empty() {
+            String::new()
+        } else {
+            format!("{} cases could not be made:\n{}", reasons.len(), reasons.concat())
+        }
     }
 
     /// Returns the text printed before scoring.
@@ -182,7 +197,8 @@ pub fn files_of(folder: &Path) -> Result<Vec<Input>, WithheldError> {
                 walk(root, &path, found)?;
             } else {
                 let inside = path.strip_prefix(root).unwrap_or(&path);
-                let name: Vec<String> = inside.components().map(|c| c.as_os_str().to_string_lossy().into_owned()).collect();
+                let name: Vec<String> =
+                    inside.components().map(|c| c.as_os_str().to_string_lossy().into_owned()).collect();
                 found.push(Input {
                     path: name.join("/"),
                     sha256: digest(&read_file(&path, MOST_TABLE_BYTES).map_err(std::io::Error::other)?),
@@ -192,7 +208,10 @@ pub fn files_of(folder: &Path) -> Result<Vec<Input>, WithheldError> {
         Ok(())
     }
     let mut found = Vec::new();
-    walk(folder, folder, &mut found).map_err(|e| WithheldError::Unreadable { path: folder.display().to_string(), fault: e.to_string() })?;
+    walk(folder, folder, &mut found).map_err(|e| WithheldError::Unreadable {
+        path: folder.display().to_string(),
+        fault: e.to_string(),
+    })?;
     found.sort_by(|a, b| a.path.cmp(&b.path));
     Ok(found)
 }
@@ -201,6 +220,7 @@ pub fn files_of(folder: &Path) -> Result<Vec<Input>, WithheldError> {
 ///
 /// # Errors  a file cannot be read.
 pub fn folder_digest(folder: &Path) -> Result<String, WithheldError> {
-    let lines: Vec<String> = files_of(folder)?.into_iter().map(|file| format!("{}  {}\n", file.sha256, file.path)).collect();
+    let lines: Vec<String> =
+        files_of(folder)?.into_iter().map(|file| format!("{}  {}\n", file.sha256, file.path)).collect();
     Ok(digest(lines.concat().as_bytes()))
 }

@@ -15,13 +15,23 @@ const WIDTH: usize = 80;
 pub fn withheld_text(document: &WithheldDocument) -> String {
     let mut text = scores_text(&document.scores);
     if !document.stamp.complete {
-        text = format!("\nStopped early: {} of {} case folders are diagnosed.\n{text}", document.cases.len(), document.sealed_cases);
+        text = format!(
+            "\nStopped early: {} of {} case folders are diagnosed.\n{text}",
+            document.cases.len(),
+            document.sealed_cases
+        );
     }
     if !document.not_made.is_empty() {
-        text += &format!("\n{} cases of the plan could not be made; the warnings state why.\n", document.not_made.len());
+        text += &format!(
+            "\n{} cases of the plan could not be made; the warnings state why.\n",
+            document.not_made.len()
+        );
     }
     if document.refused_machines > 0 {
-        text += &format!("\n{} machines were drawn and refused before those of the cases.\n", document.refused_machines);
+        text += &format!(
+            "\n{} machines were drawn and refused before those of the cases.\n",
+            document.refused_machines
+        );
     }
     text + &format!("\n{} diagnoses in parallel, on {} threads each\n", document.jobs, document.threads_each)
 }
@@ -39,7 +49,8 @@ pub fn scores_text(scores: &Scores) -> String {
     });
     section(&mut text, "Detection: a discrepancy is reported", &|text| {
         // Single effects last, next to their rows by strength.
-        let (single, others): (Vec<_>, Vec<_>) = scores.detection_by_kind.iter().partition(|(kind, _)| *kind == "single");
+        let (single, others): (Vec<_>, Vec<_>) =
+            scores.detection_by_kind.iter().partition(|(kind, _)| *kind == "single");
         for (kind, row) in others.into_iter().chain(single) {
             line(text, &format!("{kind} effects"), row);
         }
@@ -58,7 +69,8 @@ pub fn scores_text(scores: &Scores) -> String {
             line(text, &format!("a set that contains it, {name}"), &naming.class);
             line(text, &format!("among the first three, {name}"), &naming.top3);
             if let Some(mean) = naming.mean_set {
-                let _ = writeln!(text, "  {:<40} {mean:>9.2}", format!("effects named together, {name}, mean"));
+                let _ =
+                    writeln!(text, "  {:<40} {mean:>9.2}", format!("effects named together, {name}, mean"));
             }
         }
         line(text, "correct where one effect is named", &scores.selective);
@@ -130,7 +142,11 @@ fn line(text: &mut String, what: &str, row: &Proportion) {
     // Omit the line without cases of this kind.
     if let (Some(share), Some([low, high])) = (row.share, row.interval95) {
         let (share, low, high) = (100.0 * share, 100.0 * low, 100.0 * high);
-        let _ = writeln!(text, "  {what:<36} {:>4} of {:<4} {share:>6.1} %   {low:.1} … {high:.1} %", row.count, row.of);
+        let _ = writeln!(
+            text,
+            "  {what:<36} {:>4} of {:<4} {share:>6.1} %   {low:.1} … {high:.1} %",
+            row.count, row.of
+        );
     }
 }
 
@@ -143,11 +159,13 @@ fn place(text: &mut String, what: &str, location: &LocationScore) {
 
 fn spread(text: &mut String, what: &str, of: &Spread, digits: usize) {
     if let (Some(low), Some(median), Some(max)) = (of.low10, of.median, of.max) {
-        let _ = writeln!(text, "  {what:<36} median {median:.digits$}, 10 % {low:.digits$}, max {max:.digits$}");
+        let _ =
+            writeln!(text, "  {what:<36} median {median:.digits$}, 10 % {low:.digits$}, max {max:.digits$}");
     }
 }
 
-/// Formats the confusion matrix: a row per truth, a column per answer that occurs, in as many blocks as 80 columns need.
+/// Formats the confusion matrix: a row per truth, a column per answer that occurs, in as many blocks as 80
+/// columns need.
 pub fn confusion_text(confusion: &Confusion) -> String {
     const KINDS: [(&str, &str); 6] = [
         ("none", "none"),
@@ -157,12 +175,15 @@ pub fn confusion_text(confusion: &Confusion) -> String {
         ("insufficient", "few"),
         ("failed", "fail"),
     ];
-    let short = |answer: &str| KINDS.iter().find(|(kind, _)| *kind == answer).map(|(_, short)| (*short).to_string());
+    let short =
+        |answer: &str| KINDS.iter().find(|(kind, _)| *kind == answer).map(|(_, short)| (*short).to_string());
     let is_effect = |name: &str| !name.starts_with('(') && short(name).is_none();
     // Effects are numbered to save width; named effects that are no case's truth follow the others.
-    let mut effects: Vec<&str> = confusion.rows.keys().map(String::as_str).filter(|name| is_effect(name)).collect();
+    let mut effects: Vec<&str> =
+        confusion.rows.keys().map(String::as_str).filter(|name| is_effect(name)).collect();
     let answers: Vec<&str> = confusion.rows.values().flat_map(BTreeMap::keys).map(String::as_str).collect();
-    let mut never_true: Vec<&str> = answers.iter().copied().filter(|name| is_effect(name) && !effects.contains(name)).collect();
+    let mut never_true: Vec<&str> =
+        answers.iter().copied().filter(|name| is_effect(name) && !effects.contains(name)).collect();
     never_true.sort_unstable();
     never_true.dedup();
     effects.extend(&never_true);
@@ -181,7 +202,9 @@ pub fn confusion_text(confusion: &Confusion) -> String {
         .chain(confusion.rows.keys().map(String::as_str).filter(|name| name.starts_with('(')))
         .map(|name| (name, number(name).map_or_else(|| name.to_string(), |n| format!("{name} {n:>2}"))))
         .collect();
-    let count = |truth: &str, answer: &str| confusion.rows.get(truth).and_then(|row| row.get(answer)).copied().unwrap_or(0);
+    let count = |truth: &str, answer: &str| {
+        confusion.rows.get(truth).and_then(|row| row.get(answer)).copied().unwrap_or(0)
+    };
     let label_width = labels.iter().map(|(_, label)| label.chars().count()).chain([5]).max().unwrap_or(5);
     let mut text = String::from("Truth by row, the first effect named or the kind of verdict by column\n");
     let mut rest = &heads[..];
@@ -194,7 +217,8 @@ pub fn confusion_text(confusion: &Confusion) -> String {
         });
         let (block, after) = rest.split_at(fitting.count().max(1));
         rest = after;
-        let header: Vec<String> = std::iter::once("truth".to_string()).chain(block.iter().map(|(_, head)| head.clone())).collect();
+        let header: Vec<String> =
+            std::iter::once("truth".to_string()).chain(block.iter().map(|(_, head)| head.clone())).collect();
         let rows = labels.iter().map(|(truth, label)| {
             let cells = block.iter().map(|(answer, _)| match count(truth, answer) {
                 0 => "·".to_string(),

@@ -29,7 +29,13 @@ pub struct BearingData {
 
 impl BearingData {
     /// Returns a steel bearing with the same conformity on both rings and the default pressure limit.
-    pub fn steel(ball_count: usize, ball_diameter_m: f64, pitch_diameter_m: f64, contact_angle_rad: f64, conformity: f64) -> BearingData {
+    pub fn steel(
+        ball_count: usize,
+        ball_diameter_m: f64,
+        pitch_diameter_m: f64,
+        contact_angle_rad: f64,
+        conformity: f64,
+    ) -> BearingData {
         BearingData {
             ball_count,
             ball_diameter_m,
@@ -48,7 +54,8 @@ impl LoadedBalls {
     /// Computes the balls of one angular contact bearing from its catalogue quantities; λ = 0.
     ///
     /// # Errors  a quantity outside its range, named.
-    /// # Source  Duan, Eq. 18–19; vertical, Eq. 12–14. Deviation: δ_n/sin α for the printed δ_n·sin α, which violates the equality of the
+    /// # Source  Duan, Eq. 18–19; vertical, Eq. 12–14. Deviation: δ_n/sin α for the printed δ_n·sin α, which
+    ///   violates the equality of the
     /// work of the axial load and the work of the contacts.
     pub fn of_bearing(data: &BearingData) -> Result<LoadedBalls, ContactError> {
         let count = positive("the number of balls", data.ball_count as f64)?;
@@ -83,13 +90,15 @@ mod tests {
     fn limit_axial_work_is_the_work_of_the_contacts() {
         let bearing = LoadedBalls::of_bearing(&bearing()).unwrap();
         let ball = bearing.ball_load_n(800.0).unwrap();
-        let normal = bearing.contacts().inner.approach_m(ball).unwrap() + bearing.contacts().outer.approach_m(ball).unwrap();
+        let normal = bearing.contacts().inner.approach_m(ball).unwrap()
+            + bearing.contacts().outer.approach_m(ball).unwrap();
         assert!((10.0 * ball * normal / (800.0 * bearing.deflection_m(800.0).unwrap()) - 1.0).abs() < 1e-13);
     }
 
     #[test]
     fn limit_catalogue_rule_of_thumb() {
-        // δ_axial ≈ 0.00044/sin α·(Q²/D)^(1/3) mm with Q in N, D in mm: the manufacturers' rule for steel bearings.
+        // δ_axial ≈ 0.00044/sin α·(Q²/D)^(1/3) mm with Q in N, D in mm: the manufacturers' rule for steel
+        // bearings.
         let bearing = LoadedBalls::of_bearing(&bearing()).unwrap();
         let ball_n = bearing.ball_load_n(1000.0).unwrap();
         let rule_m = 0.44e-6 / 40.0_f64.to_radians().sin() * (ball_n * ball_n / 6.6).cbrt();

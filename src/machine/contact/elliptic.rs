@@ -2,7 +2,8 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// The complete elliptic integrals K and E and the associate integrals B and D of the parameter m = k², without cancellation for any m in [0, 1).
+/// The complete elliptic integrals K and E and the associate integrals B and D of the parameter m = k²,
+/// without cancellation for any m in [0, 1).
 ///
 /// ```text
 ///      π/2                                         π                   π/2
@@ -31,7 +32,8 @@ pub(super) struct Complete {
 impl Complete {
     /// Computes all four at m = 1 − m₁, for 0 < m₁ ≤ 1.
     ///
-    /// E is K − m·D up to m = 1/2. Above, that difference cancels, and Legendre's relation with the integrals of m₁ replaces it.
+    /// E is K − m·D up to m = 1/2. Above, that difference cancels, and Legendre's relation with the integrals
+    /// of m₁ replaces it.
     pub fn of_complement(complement: f64) -> Complete {
         let m = 1.0 - complement;
         let (first, sine) = first_and_sine(complement);
@@ -45,7 +47,8 @@ impl Complete {
     }
 }
 
-/// Computes K and D = (K − E)/m. The sum Σ 2^(n−1) c_n² of the mean is divided by m term by term, which avoids a division by zero at m → 0.
+/// Computes K and D = (K − E)/m. The sum Σ 2^(n−1) c_n² of the mean is divided by m term by term, which
+/// avoids a division by zero at m → 0.
 fn first_and_sine(complement: f64) -> (f64, f64) {
     let root = complement.sqrt();
     let (mut a, mut g) = (0.5 * (1.0 + root), root.sqrt());
@@ -71,7 +74,8 @@ fn first_and_sine(complement: f64) -> (f64, f64) {
 mod tests {
     use super::*;
 
-    /// m, K, E to 25 digits, computed with mpmath 1.3; the first three agree with Abramowitz and Stegun, Table 17.1.
+    /// m, K, E to 25 digits, computed with mpmath 1.3; the first three agree with Abramowitz and Stegun,
+    /// Table 17.1.
     #[allow(clippy::excessive_precision)]
     const TABLE: [(f64, f64, f64); 5] = [
         (0.1, 1.612441348720219398229916, 1.530757636897763202469069),
@@ -118,7 +122,8 @@ mod tests {
         }
     }
 
-    /// The trapezoidal rule converges geometrically for periodic functions: an independent value of all four integrals.
+    /// The trapezoidal rule converges geometrically for periodic functions: an independent value of all four
+    /// integrals.
     #[test]
     fn limit_quadrature_of_the_definitions() {
         for m in [0.0, 1e-9, 0.03, 0.2, 0.499, 0.501, 0.7, 0.95] {

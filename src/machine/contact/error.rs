@@ -41,7 +41,9 @@ pub enum ContactError {
         angle_deg: f64,
     },
     /// A groove not wider than the ball.
-    #[error("the conformity of the {race} race is the groove radius over the ball diameter and must exceed 0.5, not be {value}")]
+    #[error(
+        "the conformity of the {race} race is the groove radius over the ball diameter and must exceed 0.5, not be {value}"
+    )]
     Conformity {
         /// The race.
         race: &'static str,
@@ -57,7 +59,9 @@ pub enum ContactError {
         pitch_diameter_m: f64,
     },
     /// Two bodies that touch along a line or conform to each other.
-    #[error("the bodies touch along a line or conform (curvature difference {difference}, must stay below {limit}): no point contact")]
+    #[error(
+        "the bodies touch along a line or conform (curvature difference {difference}, must stay below {limit}): no point contact"
+    )]
     LineContact {
         /// Curvature difference F(ρ).
         difference: f64,
@@ -83,7 +87,9 @@ pub enum ContactError {
         needed: usize,
     },
     /// Too few different speeds, regardless of repetitions.
-    #[error("{found} different speed(s) cannot determine the four parameters of the friction curve: measure at {needed} or more")]
+    #[error(
+        "{found} different speed(s) cannot determine the four parameters of the friction curve: measure at {needed} or more"
+    )]
     TooFewSpeeds {
         /// Different |v| given.
         found: usize,
@@ -117,7 +123,9 @@ pub enum ContactError {
         row: usize,
     },
     /// Friction measured with the sign opposite to the velocity.
-    #[error("the forces oppose their velocities: give the friction the sign of the velocity, like the driving torque")]
+    #[error(
+        "the forces oppose their velocities: give the friction the sign of the velocity, like the driving torque"
+    )]
     OpposingForces,
     /// An empty range.
     #[error("the range of the Stribeck velocity from {lower} to {upper} m/s is empty")]
@@ -155,7 +163,11 @@ pub(super) fn finite(what: &'static str, value: f64) -> Result<f64, ContactError
 
 /// Returns the value if it lies in [lower, upper].
 pub(super) fn within(what: &'static str, value: f64, lower: f64, upper: f64) -> Result<f64, ContactError> {
-    if value >= lower && value <= upper { Ok(value) } else { Err(ContactError::OutOfRange { what, value, lower, upper }) }
+    if value >= lower && value <= upper {
+        Ok(value)
+    } else {
+        Err(ContactError::OutOfRange { what, value, lower, upper })
+    }
 }
 
 /// Returns the pressure if it is within its limit.

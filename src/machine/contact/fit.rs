@@ -61,7 +61,8 @@ pub struct StribeckFit {
     pub viscous_n_s_per_m: ParameterEstimate,
     /// v_s (m/s).
     pub stribeck_velocity_m_per_s: ParameterEstimate,
-    /// Scatter of the residuals: in N for [`StribeckNoise::Uniform`], relative for [`StribeckNoise::Proportional`]. For
+    /// Scatter of the residuals: in N for [`StribeckNoise::Uniform`], relative for
+    /// [`StribeckNoise::Proportional`]. For
     /// [`StribeckNoise::Known`] it is relative to the given standard deviations and should be near 1.
     pub residual_scatter: f64,
     /// Number of observations minus number of free parameters.
@@ -70,21 +71,26 @@ pub struct StribeckFit {
 
 /// Fits F_c, F_s ≥ F_c, d ≥ 0 and v_s in its range by least squares, with 95 % intervals.
 ///
-/// For a given v_s the curve is linear in (F_c, F_s − F_c, d). These three follow exactly (see `projection`), and the residual sum of
-/// squares is a function of v_s alone. It is scanned over ln v_s, and its lowest minima are refined by golden section. The fit therefore
-/// needs no start value and does not stop at a local minimum. Noise proportional to the friction is weighted by the previously fitted
-/// friction, iteratively.
+/// For a given v_s the curve is linear in (F_c, F_s − F_c, d). These three follow exactly (see `projection`),
+/// and the residual sum of squares is a function of v_s alone. It is scanned over ln v_s, and its lowest
+/// minima are refined by golden section. The fit therefore needs no start value and does not stop at a local
+/// minimum. Noise proportional to the friction is weighted by the previously fitted friction, iteratively.
 ///
-/// Intervals are Student's t times the linearised standard error, that of v_s in the logarithm; the normal quantile with known standard
-/// deviations.
+/// Intervals are Student's t times the linearised standard error, that of v_s in the logarithm; the normal
+/// quantile with known standard deviations.
 ///
 /// # Units      velocities m/s, forces N
 /// # Limits     noise-free data reproduce their curve (test `recover_without_noise`)
-/// # Errors     fewer than five observations or four different speeds, numbers that are not finite, a run at rest, a missing
+/// # Errors     fewer than five observations or four different speeds, numbers that are not finite, a run at
+///   rest, a missing
 /// or non-positive standard deviation, forces that oppose their velocities, an empty range of v_s
-/// # Source     Duan, Eq. 11, Tab. 2 («nonlinear identification», method not stated); Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973)
+/// # Source     Duan, Eq. 11, Tab. 2 («nonlinear identification», method not stated); Golub and Pereyra, SIAM
+///   J. Numer. Anal. 10 (1973)
 /// 413–432 for the projection.
-pub fn fit_stribeck(observations: &[Observation], options: &StribeckOptions) -> Result<StribeckFit, ContactError> {
+pub fn fit_stribeck(
+    observations: &[Observation],
+    options: &StribeckOptions,
+) -> Result<StribeckFit, ContactError> {
     let range = check(observations, options)?;
     let largest_n = observations.iter().fold(0.0_f64, |most, row| most.max(row.force_n.abs()));
     // Friction and speed without their common sign.
@@ -163,26 +169,42 @@ struct StribeckCandidate {
 }
 
 /// Returns the best curve for a given ln v_s.
-fn project(rows: &[(f64, f64, f64)], scratch: &mut Vec<([f64; 3], f64, f64)>, log_velocity: f64) -> StribeckCandidate {
+fn project(
+    rows: &[(f64, f64, f64)],
+    scratch: &mut Vec<([f64; 3], f64, f64)>,
+    log_velocity: f64,
+) -> StribeckCandidate {
     let velocity = log_velocity.exp();
     scratch.clear();
-    scratch
-        .extend(rows.iter().map(|&(speed, force, weight)| ([1.0, (-(speed / velocity) * (speed / velocity)).exp(), speed], force, weight)));
+    scratch.extend(rows.iter().map(|&(speed, force, weight)| {
+        ([1.0, (-(speed / velocity) * (speed / velocity)).exp(), speed], force, weight)
+    }));
     let ([coulomb_n, excess_n, viscous_n_s_per_m], squares) = non_negative(scratch);
-    let curve = StribeckCurve { coulomb_n, static_n: coulomb_n + excess_n, viscous_n_s_per_m, stribeck_velocity_m_per_s: velocity };
+    let curve = StribeckCurve {
+        coulomb_n,
+        static_n: coulomb_n + excess_n,
+        viscous_n_s_per_m,
+        stribeck_velocity_m_per_s: velocity,
+    };
     StribeckCandidate { curve, squares }
 }
 
-/// Returns the best curve over the range of v_s: a scan at 24 points per decade with refinement of its three lowest minima.
+/// Returns the best curve over the range of v_s: a scan at 24 points per decade with refinement of its three
+/// lowest minima.
 fn search(rows: &[(f64, f64, f64)], (lower, upper): (f64, f64)) -> StribeckCandidate {
     let mut scratch = Vec::with_capacity(rows.len());
     let (from, to) = (lower.ln(), upper.ln());
     let count = ((to - from) / std::f64::consts::LN_10 * 24.0).ceil().clamp(8.0, 2000.0) as usize;
-    let at = |index: usize| if index == count { to } else { from + (to - from) * index as f64 / count as f64 };
-    let scan: Vec<StribeckCandidate> = (0..=count).map(|index| project(rows, &mut scratch, at(index))).collect();
+    let at =
+        |index: usize| if index == count { to } else { from + (to - from) * index as f64 / count as f64 };
+    let scan: Vec<StribeckCandidate> =
+        (0..=count).map(|index| project(rows, &mut scratch, at(index))).collect();
     let level = |index: usize| scan[index].squares;
     let mut minima: Vec<usize> = (0..=count)
-        .filter(|&index| (index == 0 || level(index) <= level(index - 1)) && (index == count || level(index) <= level(index + 1)))
+        .filter(|&index| {
+            (index == 0 || level(index) <= level(index - 1))
+                && (index == count || level(index) <= level(index + 1))
+        })
         .collect();
     minima.sort_by(|a, b| level(*a).total_cmp(&level(*b)));
     let mut best = scan[minima.first().copied().unwrap_or(0)];
@@ -196,7 +218,12 @@ fn search(rows: &[(f64, f64, f64)], (lower, upper): (f64, f64)) -> StribeckCandi
 }
 
 /// Returns the lowest point of one minimum by golden section.
-fn golden(rows: &[(f64, f64, f64)], scratch: &mut Vec<([f64; 3], f64, f64)>, mut low: f64, mut high: f64) -> StribeckCandidate {
+fn golden(
+    rows: &[(f64, f64, f64)],
+    scratch: &mut Vec<([f64; 3], f64, f64)>,
+    mut low: f64,
+    mut high: f64,
+) -> StribeckCandidate {
     let section = 0.5 * (5.0_f64.sqrt() - 1.0);
     let (mut left_at, mut right_at) = (high - section * (high - low), low + section * (high - low));
     let (mut left, mut right) = (project(rows, scratch, left_at), project(rows, scratch, right_at));
@@ -215,7 +242,12 @@ fn golden(rows: &[(f64, f64, f64)], scratch: &mut Vec<([f64; 3], f64, f64)>, mut
 }
 
 /// Computes scatter and intervals of the best curve.
-fn with_intervals(best: &StribeckCandidate, rows: &[(f64, f64, f64)], (lower, upper): (f64, f64), noise: StribeckNoise) -> StribeckFit {
+fn with_intervals(
+    best: &StribeckCandidate,
+    rows: &[(f64, f64, f64)],
+    (lower, upper): (f64, f64),
+    noise: StribeckNoise,
+) -> StribeckFit {
     let curve = best.curve;
     let velocity = curve.stribeck_velocity_m_per_s;
     let falls = curve.static_n > curve.coulomb_n;
@@ -225,14 +257,18 @@ fn with_intervals(best: &StribeckCandidate, rows: &[(f64, f64, f64)], (lower, up
     let residual_scatter = (best.squares / degrees_of_freedom as f64).sqrt();
     let half = match noise {
         StribeckNoise::Known => t_quantile_95(None),
-        StribeckNoise::Uniform | StribeckNoise::Proportional => t_quantile_95(Some(degrees_of_freedom)) * residual_scatter,
+        StribeckNoise::Uniform | StribeckNoise::Proportional => {
+            t_quantile_95(Some(degrees_of_freedom)) * residual_scatter
+        }
     };
-    let errors = interval::standard_errors(&curve, rows.iter().map(|&(speed, _, weight)| (speed, weight)), free);
-    let estimate = |index: usize, value: f64, interval: fn(f64, f64) -> ParameterInterval| ParameterEstimate {
-        value,
-        interval_95: errors[index].map(|error| interval(value, half * error)),
-        at_bound: !free[index],
-    };
+    let errors =
+        interval::standard_errors(&curve, rows.iter().map(|&(speed, _, weight)| (speed, weight)), free);
+    let estimate =
+        |index: usize, value: f64, interval: fn(f64, f64) -> ParameterInterval| ParameterEstimate {
+            value,
+            interval_95: errors[index].map(|error| interval(value, half * error)),
+            at_bound: !free[index],
+        };
     StribeckFit {
         curve,
         coulomb_n: estimate(0, curve.coulomb_n, interval::symmetric),

@@ -5,14 +5,16 @@ use super::error::{finite, positive, within};
 use super::{ContactError, Stiffness};
 use numeric::root::bracketed_root;
 
-/// Contact pressure (Pa) at the static load rating of a ball bearing. The total permanent deformation is then about 1e-4 of the ball
-/// diameter, and above it the elastic formulae do not hold.
+/// Contact pressure (Pa) at the static load rating of a ball bearing. The total permanent deformation is then
+/// about 1e-4 of the ball diameter, and above it the elastic formulae do not hold.
 ///
-/// # Source  ISO 76:2006, clause 5 (4200 MPa for ball bearings other than self-aligning ones); ISO 3408-5 rates ball screws by
+/// # Source  ISO 76:2006, clause 5 (4200 MPa for ball bearings other than self-aligning ones); ISO 3408-5
+///   rates ball screws by
 /// the same permanent deformation.
 pub const BALL_PRESSURE_LIMIT_PA: f64 = 4.2e9;
 
-/// Largest curvature difference F(ρ) of a point contact: the ellipse is then about 2500 times as long as wide.
+/// Largest curvature difference F(ρ) of a point contact: the ellipse is then about 2500 times as long as
+/// wide.
 const LARGEST_DIFFERENCE: f64 = 1.0 - 1e-6;
 
 /// The steel of balls, screw, nut and rings: E = 210 GPa, ν = 0.3.
@@ -89,13 +91,15 @@ impl Curvatures {
 ///       2 π a b                  E1        E2              B               B(m)                  κ²
 /// ```
 ///
-/// κ = a/b ≥ 1 solves the last equation exactly. The equation is F(ρ) = [(κ²+1)E − 2K]/[(κ²−1)E] of the curvature difference, written with
-/// Legendre's associate integrals to avoid cancellation at κ = 1 and for slender ellipses.
+/// κ = a/b ≥ 1 solves the last equation exactly. The equation is F(ρ) = [(κ²+1)E − 2K]/[(κ²−1)E] of the
+/// curvature difference, written with Legendre's associate integrals to avoid cancellation at κ = 1 and for
+/// slender ellipses.
 ///
 /// # Units      load N, lengths m, pressure Pa, stiffness N/m
 /// # Limits     κ = 1 gives the sphere on a flat, δ³ = 9Q²η²/(16 R) (test `limit_sphere_on_a_flat`)
 /// # Errors     [`ContactError::LineContact`] as the curvature difference reaches 1
-/// # Source     Harris, Eq. 6.29–6.43; Johnson, Eq. 4.24–4.32; Duan, Eq. 7 and its table of K/a. Deviation: elliptic integrals instead of
+/// # Source     Harris, Eq. 6.29–6.43; Johnson, Eq. 4.24–4.32; Duan, Eq. 7 and its table of K/a. Deviation:
+///   elliptic integrals instead of
 /// tabulated K_i and a_i.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointContact {
@@ -114,7 +118,11 @@ impl PointContact {
     /// Computes the contact of two bodies with the given curvatures.
     ///
     /// # Errors  curvatures that are not finite or give a line contact; an invalid material.
-    pub fn new(curvatures: &Curvatures, material_1: &ContactMaterial, material_2: &ContactMaterial) -> Result<PointContact, ContactError> {
+    pub fn new(
+        curvatures: &Curvatures,
+        material_1: &ContactMaterial,
+        material_2: &ContactMaterial,
+    ) -> Result<PointContact, ContactError> {
         let compliance_per_pa = material_1.compliance_per_pa()? + material_2.compliance_per_pa()?;
         let (least, most) = curvatures.gap_per_m()?;
         let sum_per_m = 2.0 * (least + most);
@@ -216,7 +224,8 @@ fn log_ellipticity(ratio: f64) -> Result<f64, ContactError> {
         return Ok(0.0);
     }
     // D/B increases with ln κ: ln κ = −ln(A/B) + 1 lies above the root.
-    bracketed_root(0.0, 1.0 - target, equation).ok_or(ContactError::NoRoot { what: "the ellipticity of the contact" })
+    bracketed_root(0.0, 1.0 - target, equation)
+        .ok_or(ContactError::NoRoot { what: "the ellipticity of the contact" })
 }
 
 #[cfg(test)]
@@ -228,7 +237,12 @@ mod tests {
     const CERAMIC: ContactMaterial = ContactMaterial { youngs_modulus_pa: 310e9, poisson_ratio: 0.26 };
 
     fn contact(body_1: [f64; 2], body_2: [f64; 2], angle_rad: f64) -> PointContact {
-        PointContact::new(&Curvatures { body_1_per_m: body_1, body_2_per_m: body_2, angle_rad }, &STEEL, &CERAMIC).unwrap()
+        PointContact::new(
+            &Curvatures { body_1_per_m: body_1, body_2_per_m: body_2, angle_rad },
+            &STEEL,
+            &CERAMIC,
+        )
+        .unwrap()
     }
 
     fn compliance() -> f64 {
@@ -254,14 +268,16 @@ mod tests {
     #[test]
     fn limit_equal_crossed_cylinders_are_a_sphere_on_a_flat() {
         let sphere = contact([200.0; 2], [0.0; 2], 0.0);
-        for crossed in [contact([200.0, 0.0], [0.0, 200.0], 0.0), contact([200.0, 0.0], [200.0, 0.0], FRAC_PI_2)] {
+        for crossed in
+            [contact([200.0, 0.0], [0.0, 200.0], 0.0), contact([200.0, 0.0], [200.0, 0.0], FRAC_PI_2)]
+        {
             assert!((crossed.approach / sphere.approach - 1.0).abs() < 1e-14);
             assert!((crossed.ellipticity - 1.0).abs() < 1e-14);
         }
     }
 
-    /// The displacement under the Hertz pressure must be δ − A·x² on the long axis and δ − B·y² on the short one. Quadrature along chords,
-    /// independent of K, E and κ.
+    /// The displacement under the Hertz pressure must be δ − A·x² on the long axis and δ − B·y² on the short
+    /// one. Quadrature along chords, independent of K, E and κ.
     #[test]
     fn limit_pressure_reproduces_the_gap_it_closes() {
         for (body_1, body_2, angle) in [
@@ -305,10 +321,11 @@ mod tests {
         let contact = contact([629.9, 629.9], [-605.7, 80.9], 0.0);
         let approach = contact.approach_m(80.0).unwrap();
         let count = 2000;
-        let work: f64 =
-            (1..=count).map(|index| contact.load_n((f64::from(index) - 0.5) / f64::from(count) * approach).unwrap()).sum::<f64>()
-                * approach
-                / f64::from(count);
+        let work: f64 = (1..=count)
+            .map(|index| contact.load_n((f64::from(index) - 0.5) / f64::from(count) * approach).unwrap())
+            .sum::<f64>()
+            * approach
+            / f64::from(count);
         assert!((work / (0.4 * 80.0 * approach) - 1.0).abs() < 1e-6);
     }
 
@@ -318,15 +335,16 @@ mod tests {
             let square = (2.0 * log_ellipticity(ratio).unwrap()).exp();
             let complete = Complete::of_complement(1.0 / square);
             let difference = (1.0 - ratio) / (1.0 + ratio);
-            let (left, right) = ((square + 1.0) * complete.second - 2.0 * complete.first, (square - 1.0) * complete.second);
+            let (left, right) =
+                ((square + 1.0) * complete.second - 2.0 * complete.first, (square - 1.0) * complete.second);
             assert!((left - difference * right).abs() < 1e-14 * (square + 1.0) * complete.second, "{ratio}");
         }
     }
 
     #[test]
     fn published_harris_table() {
-        // F(ρ), a*, b*, δ* of Harris, Table 6.1 (four digits), with a* = (2κ²E/π)^(1/3), b* = (2E/(πκ))^(1/3),
-        // δ* = (2K/π)(π/(2κ²E))^(1/3).
+        // F(ρ), a*, b*, δ* of Harris, Table 6.1 (four digits), with a* = (2κ²E/π)^(1/3), b* =
+        // (2E/(πκ))^(1/3), δ* = (2K/π)(π/(2κ²E))^(1/3).
         for (difference, a, b, approach) in [
             (0.1075, 1.0760, 0.9318, 0.9974),
             (0.3204, 1.2623, 0.8114, 0.9761),
@@ -347,8 +365,13 @@ mod tests {
 
     #[test]
     fn bad_contacts_are_named() {
-        let make =
-            |body_1, body_2| PointContact::new(&Curvatures { body_1_per_m: body_1, body_2_per_m: body_2, angle_rad: 0.0 }, &STEEL, &STEEL);
+        let make = |body_1, body_2| {
+            PointContact::new(
+                &Curvatures { body_1_per_m: body_1, body_2_per_m: body_2, angle_rad: 0.0 },
+                &STEEL,
+                &STEEL,
+            )
+        };
         assert!(matches!(make([100.0, 0.0], [50.0, 0.0]), Err(ContactError::LineContact { .. })));
         assert!(matches!(make([100.0, 100.0], [-100.0, 0.0]), Err(ContactError::LineContact { .. })));
         assert!(matches!(make([100.0, 100.0], [-120.0, 0.0]), Err(ContactError::LineContact { .. })));
@@ -362,7 +385,10 @@ mod tests {
         }
         let liquid = ContactMaterial { poisson_ratio: 0.6, ..STEEL };
         let curvatures = Curvatures { body_1_per_m: [100.0; 2], body_2_per_m: [0.0; 2], angle_rad: 0.0 };
-        assert!(matches!(PointContact::new(&curvatures, &liquid, &STEEL), Err(ContactError::OutOfRange { .. })));
+        assert!(matches!(
+            PointContact::new(&curvatures, &liquid, &STEEL),
+            Err(ContactError::OutOfRange { .. })
+        ));
     }
 
     proptest! {

@@ -26,24 +26,30 @@ pub struct ParameterEstimate {
     pub value: f64,
     /// 95 % interval; `None` for a parameter at its bound or one that the data do not determine.
     pub interval_95: Option<ParameterInterval>,
-    /// Whether the best value lies at a bound of its range: the optimum lies beyond it, or the parameter is not identifiable.
+    /// Whether the best value lies at a bound of its range: the optimum lies beyond it, or the parameter is
+    /// not identifiable.
     pub at_bound: bool,
 }
 
 /// Whether each of (F_c, F_s, d, v_s) lies inside its bounds.
 pub(super) type Free = [bool; 4];
 
-/// Computes the standard errors of (F_c, F_s, d, ln v_s) for a noise scale of 1. `None` for a parameter that is not free, and for all if
-/// the data do not determine them.
+/// Computes the standard errors of (F_c, F_s, d, ln v_s) for a noise scale of 1. `None` for a parameter that
+/// is not free, and for all if the data do not determine them.
 ///
 /// ```text
 /// C = (Jᵀ W J)⁻¹    ∂f/∂F_c = 1 − e   ∂f/∂F_s = e   ∂f/∂d = |v|   ∂f/∂ln v_s = 2·(F_s − F_c)·(v/v_s)²·e   e = exp(−(v/v_s)²)
 /// ```
 ///
-/// (times sgn v each.) A parameter at its bound is held fixed: the intervals of the others are conditional on it.
+/// (times sgn v each.) A parameter at its bound is held fixed: the intervals of the others are conditional on
+/// it.
 ///
 /// # Source  Seber and Wild, «Nonlinear Regression», section 5.1.
-pub(super) fn standard_errors(curve: &StribeckCurve, rows: impl Iterator<Item = (f64, f64)>, free: Free) -> [Option<f64>; 4] {
+pub(super) fn standard_errors(
+    curve: &StribeckCurve,
+    rows: impl Iterator<Item = (f64, f64)>,
+    free: Free,
+) -> [Option<f64>; 4] {
     let mut normal = [[0.0; 4]; 4];
     for (speed, weight) in rows {
         let square = (speed / curve.stribeck_velocity_m_per_s).powi(2);
@@ -78,7 +84,8 @@ mod tests {
     use super::*;
     use crate::contact::published::friction_axis_1;
 
-    /// Compares the slopes with finite differences of the curve, through the covariance of a single parameter.
+    /// Compares the slopes with finite differences of the curve, through the covariance of a single
+    /// parameter.
     #[test]
     fn limit_slopes_are_finite_differences() {
         let curve = friction_axis_1();
@@ -101,7 +108,10 @@ mod tests {
             assert!((error * 2.0 * slope.abs() - 1.0).abs() < 1e-6, "{index}");
         }
         // One speed does not determine two parameters.
-        assert_eq!(standard_errors(&curve, [(speed, 1.0); 5].into_iter(), [true, true, false, false]), [None; 4]);
+        assert_eq!(
+            standard_errors(&curve, [(speed, 1.0); 5].into_iter(), [true, true, false, false]),
+            [None; 4]
+        );
     }
 
     #[test]

@@ -74,7 +74,8 @@ impl LoadedBalls {
     /// Computes the balls of one nut from its catalogue quantities; λ = arctan(p/(π·d)).
     ///
     /// # Errors  a quantity outside its range, named.
-    /// # Source  Duan, Eq. 7–9; vertical, Eq. 2–5. Deviation: see [`RaceContacts`](super::RaceContacts) for the curvatures.
+    /// # Source  Duan, Eq. 7–9; vertical, Eq. 2–5. Deviation: see [`RaceContacts`](super::RaceContacts) for
+    ///   the curvatures.
     pub fn of_nut(data: &NutData) -> Result<LoadedBalls, ContactError> {
         positive("the lead (m)", data.lead_m)?;
         positive("the pitch diameter (m)", data.pitch_diameter_m)?;
@@ -82,7 +83,8 @@ impl LoadedBalls {
         let count = match data.balls {
             Balls::Count(count) => positive("the number of loaded balls", count)?,
             Balls::Turns(turns) => {
-                positive("the number of loaded turns", turns)? * PI * data.pitch_diameter_m / (data.ball_diameter_m * helix_angle_rad.cos())
+                positive("the number of loaded turns", turns)? * PI * data.pitch_diameter_m
+                    / (data.ball_diameter_m * helix_angle_rad.cos())
             }
         };
         let geometry = RaceGeometry {
@@ -107,10 +109,27 @@ mod tests {
 
     #[test]
     fn published_tab_1_secant_stiffness() {
-        let stiffness = |balls| LoadedBalls::of_nut(&nut(balls)).unwrap().stiffness_n_per_m(NUT_PRELOAD_N, Stiffness::Secant).unwrap();
-        assert!((stiffness(Balls::Count(98.0)) / 4.04e8 - 1.0).abs() < 0.01, "{:e}", stiffness(Balls::Count(98.0)));
-        assert!((stiffness(Balls::Count(19.9)) / 1.39e8 - 1.0).abs() < 0.01, "{:e}", stiffness(Balls::Count(19.9)));
-        assert!((stiffness(Balls::Turns(1.0)) / 1.39e8 - 1.0).abs() < 0.01, "{:e}", stiffness(Balls::Turns(1.0)));
+        let stiffness = |balls| {
+            LoadedBalls::of_nut(&nut(balls))
+                .unwrap()
+                .stiffness_n_per_m(NUT_PRELOAD_N, Stiffness::Secant)
+                .unwrap()
+        };
+        assert!(
+            (stiffness(Balls::Count(98.0)) / 4.04e8 - 1.0).abs() < 0.01,
+            "{:e}",
+            stiffness(Balls::Count(98.0))
+        );
+        assert!(
+            (stiffness(Balls::Count(19.9)) / 1.39e8 - 1.0).abs() < 0.01,
+            "{:e}",
+            stiffness(Balls::Count(19.9))
+        );
+        assert!(
+            (stiffness(Balls::Turns(1.0)) / 1.39e8 - 1.0).abs() < 0.01,
+            "{:e}",
+            stiffness(Balls::Turns(1.0))
+        );
         // The printed stiffness is a third of that from the paper's own formula and number of balls.
         assert!(stiffness(Balls::Count(98.0)) > 3.0 * 1.28e8);
     }
@@ -129,7 +148,8 @@ mod tests {
         let nut = LoadedBalls::of_nut(&nut(Balls::Count(98.0))).unwrap();
         for load in [10.0, 1115.0, 5000.0] {
             let ball = nut.ball_load_n(load).unwrap();
-            let normal = nut.contacts().inner.approach_m(ball).unwrap() + nut.contacts().outer.approach_m(ball).unwrap();
+            let normal = nut.contacts().inner.approach_m(ball).unwrap()
+                + nut.contacts().outer.approach_m(ball).unwrap();
             let work = nut.ball_count() * ball * normal;
             assert!((work / (load * nut.deflection_m(load).unwrap()) - 1.0).abs() < 1e-13);
             let tangent = nut.stiffness_n_per_m(load, Stiffness::Tangent).unwrap();
@@ -142,7 +162,8 @@ mod tests {
         let nut = LoadedBalls::of_nut(&nut(Balls::Count(98.0))).unwrap();
         let limit = nut.side().load_limit_n();
         let ball = nut.ball_load_n(limit * (1.0 - 1e-12)).unwrap();
-        let pressures = [nut.contacts().inner, nut.contacts().outer].map(|contact| contact.max_pressure_pa(ball).unwrap());
+        let pressures = [nut.contacts().inner, nut.contacts().outer]
+            .map(|contact| contact.max_pressure_pa(ball).unwrap());
         assert!((pressures[0].max(pressures[1]) / BALL_PRESSURE_LIMIT_PA - 1.0).abs() < 1e-9);
         assert!(matches!(nut.deflection_m(1.001 * limit), Err(ContactError::BeyondValidity { .. })));
         assert!(matches!(nut.deflection_m(0.0), Err(ContactError::NotPositive { .. })));

@@ -17,7 +17,8 @@ pub enum Rule {
     /// Equilibrium P_A − P_B = F, compatible deflections, stiffnesses of the two sides added.
     #[schemars(description = "Equilibrium, both sides in parallel.")]
     Physics,
-    /// As printed in the papers: the loaded side carries P + |F|, and [`Printed`] combines the two stiffnesses.
+    /// As printed in the papers: the loaded side carries P + |F|, and [`Printed`] combines the two
+    /// stiffnesses.
     #[schemars(description = "As the papers print it.")]
     AsPrinted,
 }
@@ -54,16 +55,19 @@ pub struct Share {
 /// dF/dx = 3/2·P_A/δ_A + 3/2·P_B/δ_B          beyond: the side that still carries alone, P = |F|
 /// ```
 ///
-/// Load, displacement and tangent stiffness are continuous where a side unloads. There the tangent stiffness has a vertical slope on the
-/// preloaded side, since that of the unloading contact falls with the cube root of its load.
+/// Load, displacement and tangent stiffness are continuous where a side unloads. There the tangent stiffness
+/// has a vertical slope on the preloaded side, since that of the unloading contact falls with the cube root
+/// of its load.
 ///
-/// As printed the loaded side carries P + |F|, so that B unloads at F = P·((1 + c_B/c_A)^(3/2) − 1) = 1.83·P for equal sides. That is the
-/// increment of side A's load, not the external force.
+/// As printed the loaded side carries P + |F|, so that B unloads at F = P·((1 + c_B/c_A)^(3/2) − 1) = 1.83·P
+/// for equal sides. That is the increment of side A's load, not the external force.
 ///
 /// # Units      F, P in N, x in m, stiffness in N/m
-/// # Limits     F → 0 gives the sum of both tangents at the preload (test `limit_small_forces_see_both_tangents`)
+/// # Limits     F → 0 gives the sum of both tangents at the preload (test
+///   `limit_small_forces_see_both_tangents`)
 /// # Errors     [`ContactError::BeyondValidity`] if the loaded side exceeds its pressure limit
-/// # Source     Duan, Eq. 12–17 and 20; vertical, Eq. 2–11 and 12–25. Deviation: [`Rule::Physics`] satisfies equilibrium, which P_A = P + F
+/// # Source     Duan, Eq. 12–17 and 20; vertical, Eq. 2–11 and 12–25. Deviation: [`Rule::Physics`] satisfies
+///   equilibrium, which P_A = P + F
 /// violates, and adds the stiffnesses of the parallel sides.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PreloadedPair {
@@ -77,7 +81,12 @@ impl PreloadedPair {
     /// Creates a pair with the axial preload P between its sides.
     ///
     /// # Errors  a preload that is not positive or beyond the pressure limit of a side.
-    pub fn new(side_a: Side, side_b: Side, preload_n: f64, printed: Printed) -> Result<PreloadedPair, ContactError> {
+    pub fn new(
+        side_a: Side,
+        side_b: Side,
+        preload_n: f64,
+        printed: Printed,
+    ) -> Result<PreloadedPair, ContactError> {
         positive("the preload (N)", preload_n)?;
         side_a.check_load_n(preload_n)?;
         side_b.check_load_n(preload_n)?;
@@ -93,10 +102,16 @@ impl PreloadedPair {
 
     /// Creates a bearing set of `count_a` bearings in tandem against `count_b`; 1 and 1 is a DB or DF pair.
     ///
-    /// As printed by Duan the sides are in series; the vertical-axis paper needs [`PreloadedPair::printed`] with [`Printed::Larger`].
+    /// As printed by Duan the sides are in series; the vertical-axis paper needs [`PreloadedPair::printed`]
+    /// with [`Printed::Larger`].
     ///
     /// # Errors  a count of zero; see [`PreloadedPair::new`].
-    pub fn bearing_set(bearing: Side, count_a: usize, count_b: usize, preload_n: f64) -> Result<PreloadedPair, ContactError> {
+    pub fn bearing_set(
+        bearing: Side,
+        count_a: usize,
+        count_b: usize,
+        preload_n: f64,
+    ) -> Result<PreloadedPair, ContactError> {
         PreloadedPair::new(bearing.tandem(count_a)?, bearing.tandem(count_b)?, preload_n, Printed::Series)
     }
 
@@ -115,7 +130,8 @@ impl PreloadedPair {
         (self.side_a, self.side_b)
     }
 
-    /// Returns the external forces (N) at which a side unloads: A at the first, negative, B at the second, positive.
+    /// Returns the external forces (N) at which a side unloads: A at the first, negative, B at the second,
+    /// positive.
     pub fn unloading_forces_n(&self, rule: Rule) -> (f64, f64) {
         let ratio = self.side_b.compliance_m_per_two_thirds_n() / self.side_a.compliance_m_per_two_thirds_n();
         (-self.preload_n * unloading_ratio(1.0 / ratio, rule), self.preload_n * unloading_ratio(ratio, rule))
@@ -134,19 +150,24 @@ impl PreloadedPair {
         Ok(share)
     }
 
-    /// Computes the displacement (m) from the preloaded state by [`Rule::Physics`], whatever the contact pressure.
+    /// Computes the displacement (m) from the preloaded state by [`Rule::Physics`], whatever the contact
+    /// pressure.
     pub(crate) fn displacement_m(&self, force_n: f64) -> f64 {
         self.unchecked_share(force_n, Rule::Physics).displacement_m
     }
 
     fn unchecked_share(&self, force_n: f64, rule: Rule) -> Share {
         let swapped = force_n < 0.0;
-        let (loaded, relieved) = if swapped { (&self.side_b, &self.side_a) } else { (&self.side_a, &self.side_b) };
+        let (loaded, relieved) =
+            if swapped { (&self.side_b, &self.side_a) } else { (&self.side_a, &self.side_b) };
         let ratio = relieved.compliance_m_per_two_thirds_n() / loaded.compliance_m_per_two_thirds_n();
         let relative = force_n.abs() / self.preload_n;
-        // Loads relative to the preload; displacement relative to the loaded side's deflection at the preload.
+        // Loads relative to the preload; displacement relative to the loaded side's deflection at the
+        // preload.
         let (high, low, travel) = match rule {
-            Rule::Physics if relative >= unloading_ratio(ratio, rule) => (relative, 0.0, two_thirds(relative) - 1.0),
+            Rule::Physics if relative >= unloading_ratio(ratio, rule) => {
+                (relative, 0.0, two_thirds(relative) - 1.0)
+            }
             Rule::Physics => {
                 let balance = |relief: f64| rise(ratio * relief) - rise(-relief) - relative;
                 // Without a change of sign the force equals the unloading force within rounding error.
@@ -169,16 +190,25 @@ impl PreloadedPair {
 
     /// Computes the axial stiffness (N/m) of the pair under an external force of either sign.
     ///
-    /// By [`Rule::Physics`] the tangent is dF/dx, the sum of both sides' tangents. The secant is F/x from the preloaded state, which tends
-    /// to that sum as F → 0. As printed, [`Stiffness`] selects the stiffness of each side that enters [`Printed`]: Duan uses secants P/δ,
-    /// the vertical-axis paper tangents.
+    /// By [`Rule::Physics`] the tangent is dF/dx, the sum of both sides' tangents. The secant is F/x from the
+    /// preloaded state, which tends to that sum as F → 0. As printed, [`Stiffness`] selects the stiffness of
+    /// each side that enters [`Printed`]: Duan uses secants P/δ, the vertical-axis paper tangents.
     ///
     /// # Errors  see [`PreloadedPair::share`].
-    pub fn stiffness_n_per_m(&self, force_n: f64, rule: Rule, stiffness: Stiffness) -> Result<f64, ContactError> {
+    pub fn stiffness_n_per_m(
+        &self,
+        force_n: f64,
+        rule: Rule,
+        stiffness: Stiffness,
+    ) -> Result<f64, ContactError> {
         let share = self.share(force_n, rule)?;
-        let sides = |kind, load_a_n, load_b_n| (self.side_a.stiffness(load_a_n, kind), self.side_b.stiffness(load_b_n, kind));
+        let sides = |kind, load_a_n, load_b_n| {
+            (self.side_a.stiffness(load_a_n, kind), self.side_b.stiffness(load_b_n, kind))
+        };
         Ok(match (rule, self.printed) {
-            (Rule::Physics, _) if stiffness == Stiffness::Secant && share.displacement_m != 0.0 => force_n / share.displacement_m,
+            (Rule::Physics, _) if stiffness == Stiffness::Secant && share.displacement_m != 0.0 => {
+                force_n / share.displacement_m
+            }
             (Rule::Physics, _) => {
                 let (a, b) = sides(Stiffness::Tangent, share.load_a_n, share.load_b_n);
                 a + b
@@ -195,7 +225,8 @@ impl PreloadedPair {
     }
 }
 
-/// Returns force over preload at which the relieved side unloads; `ratio` is its c divided by that of the loaded side.
+/// Returns force over preload at which the relieved side unloads; `ratio` is its c divided by that of the
+/// loaded side.
 fn unloading_ratio(ratio: f64, rule: Rule) -> f64 {
     match rule {
         Rule::Physics => (1.0 + ratio) * (1.0 + ratio).sqrt(),
@@ -212,21 +243,39 @@ fn rise(x: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::contact::LoadedBalls;
-    use crate::contact::published::{self, BEARING_PRELOAD_N, NUT_PRELOAD_N, friction_axis_1, friction_axis_2};
+    use crate::contact::published::{
+        self, BEARING_PRELOAD_N, NUT_PRELOAD_N, friction_axis_1, friction_axis_2,
+    };
     use proptest::prelude::*;
 
     const RULES: [Rule; 2] = [Rule::Physics, Rule::AsPrinted];
 
     fn nuts() -> PreloadedPair {
-        PreloadedPair::double_nut(LoadedBalls::of_nut(&published::nut(published::NUT_BALLS)).unwrap().side(), NUT_PRELOAD_N).unwrap()
+        PreloadedPair::double_nut(
+            LoadedBalls::of_nut(&published::nut(published::NUT_BALLS)).unwrap().side(),
+            NUT_PRELOAD_N,
+        )
+        .unwrap()
     }
 
     fn bearings() -> PreloadedPair {
-        PreloadedPair::bearing_set(LoadedBalls::of_bearing(&published::bearing()).unwrap().side(), 1, 1, BEARING_PRELOAD_N).unwrap()
+        PreloadedPair::bearing_set(
+            LoadedBalls::of_bearing(&published::bearing()).unwrap().side(),
+            1,
+            1,
+            BEARING_PRELOAD_N,
+        )
+        .unwrap()
     }
 
     fn unequal() -> PreloadedPair {
-        PreloadedPair::new(Side::from_point(1e3, 1e-5).unwrap(), Side::from_point(1e3, 0.4e-5).unwrap(), 700.0, Printed::Larger).unwrap()
+        PreloadedPair::new(
+            Side::from_point(1e3, 1e-5).unwrap(),
+            Side::from_point(1e3, 0.4e-5).unwrap(),
+            700.0,
+            Printed::Larger,
+        )
+        .unwrap()
     }
 
     #[test]
@@ -241,7 +290,8 @@ mod tests {
     fn published_velocities_at_which_nut_b_unloads() {
         for (curve, printed, physics) in [(friction_axis_1(), 30.2, 49.4), (friction_axis_2(), 18.9, 32.0)] {
             for (rule, m_per_min) in [(Rule::AsPrinted, printed), (Rule::Physics, physics)] {
-                let velocity = curve.rising_branch_velocity_m_per_s(nuts().unloading_forces_n(rule).1).unwrap();
+                let velocity =
+                    curve.rising_branch_velocity_m_per_s(nuts().unloading_forces_n(rule).1).unwrap();
                 assert!((60.0 * velocity - m_per_min).abs() < 0.06, "{rule:?} {}", 60.0 * velocity);
             }
         }
@@ -265,7 +315,11 @@ mod tests {
                 let at = |force: f64| {
                     let share = pair.share(force, Rule::Physics).unwrap();
                     let relieved = if sign > 0.0 { share.load_b_n } else { share.load_a_n };
-                    (share, relieved, pair.stiffness_n_per_m(force, Rule::Physics, Stiffness::Tangent).unwrap())
+                    (
+                        share,
+                        relieved,
+                        pair.stiffness_n_per_m(force, Rule::Physics, Stiffness::Tangent).unwrap(),
+                    )
                 };
                 let ((below, low, k_below), (here, zero, k_here), (above, none, k_above)) =
                     (at(force * (1.0 - 1e-9)), at(force), at(force * (1.0 + 1e-9)));
@@ -277,11 +331,21 @@ mod tests {
                     assert!((other.displacement_m / here.displacement_m - 1.0).abs() < 1e-8);
                     assert!(((other.load_a_n - other.load_b_n) / force - 1.0).abs() < 2e-9);
                 }
-                // Continuous with a kink: the stiffness falls by the cube root of the remaining load of the unloading contact.
-                assert!(k_below > k_here && k_above > k_here && (k_below / k_here - 1.0) < 1e-3 && (k_above / k_here - 1.0) < 1e-9);
+                // Continuous with a kink: the stiffness falls by the cube root of the remaining load of the
+                // unloading contact.
+                assert!(
+                    k_below > k_here
+                        && k_above > k_here
+                        && (k_below / k_here - 1.0) < 1e-3
+                        && (k_above / k_here - 1.0) < 1e-9
+                );
                 let drop_9 = k_below - k_here;
                 let drop_6 = at(force * (1.0 - 1e-6)).2 - k_here;
-                assert!((drop_6 / drop_9 / 1e3_f64.sqrt() - 1.0).abs() < 0.05, "square root of the distance: {}", drop_6 / drop_9);
+                assert!(
+                    (drop_6 / drop_9 / 1e3_f64.sqrt() - 1.0).abs() < 0.05,
+                    "square root of the distance: {}",
+                    drop_6 / drop_9
+                );
             }
         }
     }
@@ -289,7 +353,8 @@ mod tests {
     #[test]
     fn limit_small_forces_see_both_tangents() {
         for pair in [nuts(), bearings(), unequal()] {
-            let sum = pair.side_a.stiffness(pair.preload_n, Stiffness::Tangent) + pair.side_b.stiffness(pair.preload_n, Stiffness::Tangent);
+            let sum = pair.side_a.stiffness(pair.preload_n, Stiffness::Tangent)
+                + pair.side_b.stiffness(pair.preload_n, Stiffness::Tangent);
             for force in [0.0, 1e-9, -1e-9, 1e-3] {
                 for kind in [Stiffness::Secant, Stiffness::Tangent] {
                     let got = pair.stiffness_n_per_m(force, Rule::Physics, kind).unwrap();
@@ -309,9 +374,14 @@ mod tests {
             assert!((share.load_a_n / (NUT_PRELOAD_N + force) - 1.0).abs() < 1e-13);
             let root = (2.0 * two_thirds(NUT_PRELOAD_N) - two_thirds(NUT_PRELOAD_N + force)).max(0.0).sqrt();
             let printed_b = root / pair.side_b.compliance_m_per_two_thirds_n();
-            assert!((pair.side_b.stiffness(share.load_b_n, Stiffness::Secant) - printed_b).abs() < 1e-6 * printed_b.max(1.0));
+            assert!(
+                (pair.side_b.stiffness(share.load_b_n, Stiffness::Secant) - printed_b).abs()
+                    < 1e-6 * printed_b.max(1.0)
+            );
             let k = pair.stiffness_n_per_m(force, Rule::AsPrinted, Stiffness::Secant).unwrap();
-            assert!((k / pair.side_a.stiffness(NUT_PRELOAD_N + force, Stiffness::Secant) - 1.0).abs() < 1e-13);
+            assert!(
+                (k / pair.side_a.stiffness(NUT_PRELOAD_N + force, Stiffness::Secant) - 1.0).abs() < 1e-13
+            );
             let mirrored = pair.share(-force, Rule::AsPrinted).unwrap();
             assert_eq!((mirrored.load_b_n, mirrored.load_a_n), (share.load_a_n, share.load_b_n));
         }
@@ -320,13 +390,16 @@ mod tests {
     #[test]
     fn limit_sets_of_several() {
         let bearing = LoadedBalls::of_bearing(&published::bearing()).unwrap().side();
-        let (two, set) = (bearings(), PreloadedPair::bearing_set(bearing, 2, 2, 2.0 * BEARING_PRELOAD_N).unwrap());
+        let (two, set) =
+            (bearings(), PreloadedPair::bearing_set(bearing, 2, 2, 2.0 * BEARING_PRELOAD_N).unwrap());
         let one = two.share(800.0, Rule::Physics).unwrap();
         let both = set.share(1600.0, Rule::Physics).unwrap();
         assert!((both.displacement_m / one.displacement_m - 1.0).abs() < 1e-12);
         assert!((both.load_a_n / (2.0 * one.load_a_n) - 1.0).abs() < 1e-12);
         // Two against one: c_A = c_B·2^(−2/3).
-        let (a, b) = PreloadedPair::bearing_set(bearing, 2, 1, BEARING_PRELOAD_N).unwrap().unloading_forces_n(Rule::Physics);
+        let (a, b) = PreloadedPair::bearing_set(bearing, 2, 1, BEARING_PRELOAD_N)
+            .unwrap()
+            .unloading_forces_n(Rule::Physics);
         assert!((b / BEARING_PRELOAD_N - (1.0 + 4.0_f64.cbrt()).powf(1.5)).abs() < 1e-12);
         assert!((a / BEARING_PRELOAD_N + (1.0 + 0.25_f64.cbrt()).powf(1.5)).abs() < 1e-12);
     }
@@ -361,7 +434,8 @@ mod tests {
             if share.load_a_n > 0.0 {
                 prop_assert!((a.deflection(share.load_a_n) - a.deflection(preload) - share.displacement_m).abs() < 1e-11 * total);
             }
-            // Symmetry: exchanging the sides and the sign of the force changes only the sign of the displacement.
+            // Symmetry: exchanging the sides and the sign of the force changes only the sign of the
+            // displacement.
             let mirror = PreloadedPair::new(b, a, preload, Printed::Larger).unwrap().share(-force, Rule::Physics).unwrap();
             prop_assert!((mirror.displacement_m + share.displacement_m).abs() < 1e-13 * total);
             // The tangent equals the slope, away from the kinks.

@@ -3,8 +3,8 @@
 /// A small symmetric matrix by rows.
 pub(super) type Matrix<const N: usize> = [[f64; N]; N];
 
-/// Inverts a symmetric positive definite matrix restricted to the rows and columns in use, 0 elsewhere; `None` if it is singular to working
-/// precision.
+/// Inverts a symmetric positive definite matrix restricted to the rows and columns in use, 0 elsewhere;
+/// `None` if it is singular to working precision.
 ///
 /// The matrix is scaled to a unit diagonal, factored as L·Lᵀ and inverted column by column.
 pub(super) fn inverse<const N: usize>(matrix: &Matrix<N>, used: [bool; N]) -> Option<Matrix<N>> {
@@ -22,7 +22,11 @@ pub(super) fn inverse<const N: usize>(matrix: &Matrix<N>, used: [bool; N]) -> Op
     for i in 0..N {
         for j in 0..=i {
             // A unit row replaces one that is not used.
-            let entry = if used[i] && used[j] { matrix[i][j] * scale[i] * scale[j] } else { f64::from(u8::from(i == j)) };
+            let entry = if used[i] && used[j] {
+                matrix[i][j] * scale[i] * scale[j]
+            } else {
+                f64::from(u8::from(i == j))
+            };
             let rest = entry - (0..j).map(|k| lower[i][k] * lower[j][k]).sum::<f64>();
             lower[i][j] = if i == j {
                 if !(rest > 1e-13) {
@@ -54,10 +58,11 @@ pub(super) fn inverse<const N: usize>(matrix: &Matrix<N>, used: [bool; N]) -> Op
     Some(inverse)
 }
 
-/// Solves weighted least squares Σ w·(y − Σ x_k·c_k)² with c ≥ 0; returns the coefficients and the sum of squares.
+/// Solves weighted least squares Σ w·(y − Σ x_k·c_k)² with c ≥ 0; returns the coefficients and the sum of
+/// squares.
 ///
-/// With three coefficients all eight sets of positive ones are tried. The problem is convex, so the smallest sum among the admissible sets
-/// is the minimum.
+/// With three coefficients all eight sets of positive ones are tried. The problem is convex, so the smallest
+/// sum among the admissible sets is the minimum.
 ///
 /// # Source  Lawson and Hanson, «Solving Least Squares Problems», ch. 23; enumeration replaces their search.
 pub(super) fn non_negative<const N: usize>(rows: &[([f64; N], f64, f64)]) -> ([f64; N], f64) {
@@ -72,7 +77,9 @@ pub(super) fn non_negative<const N: usize>(rows: &[([f64; N], f64, f64)]) -> ([f
         }
     }
     let squares = |c: &[f64; N]| {
-        rows.iter().map(|(x, y, weight)| weight * (y - x.iter().zip(c).map(|(x, c)| x * c).sum::<f64>()).powi(2)).sum::<f64>()
+        rows.iter()
+            .map(|(x, y, weight)| weight * (y - x.iter().zip(c).map(|(x, c)| x * c).sum::<f64>()).powi(2))
+            .sum::<f64>()
     };
     let mut best = ([0.0; N], squares(&[0.0; N]));
     for set in 1_usize..1 << N {
@@ -125,14 +132,19 @@ mod tests {
                 .collect()
         };
         let (found, squares) = non_negative(&rows([2.0, 3.0, 0.5]));
-        assert!(found.iter().zip([2.0, 3.0, 0.5]).all(|(found, truth)| (found - truth).abs() < 1e-11) && squares < 1e-20);
+        assert!(
+            found.iter().zip([2.0, 3.0, 0.5]).all(|(found, truth)| (found - truth).abs() < 1e-11)
+                && squares < 1e-20
+        );
         let data = rows([2.0, 3.0, -0.5]);
         let (found, squares) = non_negative(&data);
         assert!(found[2] == 0.0 && found[0] > 0.0);
         // Karush–Kuhn–Tucker: the gradient is zero where c > 0 and not negative where c = 0.
         for k in 0..3 {
-            let gradient: f64 =
-                data.iter().map(|(x, y, w)| -2.0 * w * x[k] * (y - x.iter().zip(found).map(|(x, c)| x * c).sum::<f64>())).sum();
+            let gradient: f64 = data
+                .iter()
+                .map(|(x, y, w)| -2.0 * w * x[k] * (y - x.iter().zip(found).map(|(x, c)| x * c).sum::<f64>()))
+                .sum();
             assert!(if found[k] > 0.0 { gradient.abs() < 1e-10 } else { gradient >= 0.0 });
         }
         assert!(squares > 0.0);

@@ -17,7 +17,8 @@ pub(super) struct RaceGeometry {
     pub contact_angle_rad: f64,
     /// Helix angle λ (rad), 0 in a bearing.
     pub helix_angle_rad: f64,
-    /// Groove radius over ball diameter of the convex race (screw, inner ring) and of the concave one (nut, outer ring).
+    /// Groove radius over ball diameter of the convex race (screw, inner ring) and of the concave one (nut,
+    /// outer ring).
     pub conformity: [f64; 2],
     /// Names of the two races for messages.
     pub names: [&'static str; 2],
@@ -27,7 +28,8 @@ pub(super) struct RaceGeometry {
     pub races: [ContactMaterial; 2],
 }
 
-/// The two contacts of one ball: with the convex race (screw, inner ring) and with the concave one (nut, outer ring).
+/// The two contacts of one ball: with the convex race (screw, inner ring) and with the concave one (nut,
+/// outer ring).
 ///
 /// ```text
 ///        4      1     2 cos β cos λ                          4      1     2 cos β cos λ
@@ -36,7 +38,8 @@ pub(super) struct RaceGeometry {
 /// ```
 ///
 /// # Units      d, d_b in m, Σρ in 1/m
-/// # Source     Duan, Eq. 8; Harris, Eq. 2.28–2.30 with λ = 0. Deviation from Duan's print: 2/d_b instead of 2/d, and the plus sign of the
+/// # Source     Duan, Eq. 8; Harris, Eq. 2.28–2.30 with λ = 0. Deviation from Duan's print: 2/d_b instead of
+///   2/d, and the plus sign of the
 /// screw's term, since a screw is convex.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RaceContacts {
@@ -88,7 +91,8 @@ impl RaceContacts {
     }
 }
 
-/// The balls of one nut, or of one angular contact bearing, under an axial load that all of them share equally.
+/// The balls of one nut, or of one angular contact bearing, under an axial load that all of them share
+/// equally.
 ///
 /// ```text
 ///            P                      δ_inner + δ_outer
@@ -96,11 +100,13 @@ impl RaceContacts {
 ///      N sin β cos λ                  sin β cos λ
 /// ```
 ///
-/// Assumptions: constant contact angle, rigid bodies and screw core. The elasticity of the core belongs to the screw section of a model.
+/// Assumptions: constant contact angle, rigid bodies and screw core. The elasticity of the core belongs to
+/// the screw section of a model.
 ///
 /// # Units      P in N, δ in m
 /// # Limits     N times the balls carry N times the load at the same deflection
-/// # Errors     [`ContactError::BeyondValidity`] above the pressure limit, [`BALL_PRESSURE_LIMIT_PA`](super::BALL_PRESSURE_LIMIT_PA) unless changed
+/// # Errors     [`ContactError::BeyondValidity`] above the pressure limit,
+///   [`BALL_PRESSURE_LIMIT_PA`](super::BALL_PRESSURE_LIMIT_PA) unless changed
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadedBalls {
     contacts: RaceContacts,
@@ -111,7 +117,11 @@ pub struct LoadedBalls {
 
 impl LoadedBalls {
     /// Combines `count` balls between two races.
-    pub(super) fn new(geometry: &RaceGeometry, count: f64, pressure_limit_pa: f64) -> Result<LoadedBalls, ContactError> {
+    pub(super) fn new(
+        geometry: &RaceGeometry,
+        count: f64,
+        pressure_limit_pa: f64,
+    ) -> Result<LoadedBalls, ContactError> {
         let contacts = RaceContacts::new(geometry)?;
         let slope = geometry.contact_angle_rad.sin() * geometry.helix_angle_rad.cos();
         if pressure_limit_pa != f64::INFINITY {
@@ -119,7 +129,11 @@ impl LoadedBalls {
         }
         let load_per_ball = 1.0 / (count * slope);
         let compliance = contacts.approach_per_two_thirds() * load_per_ball.cbrt().powi(2) / slope;
-        let side = Side::of_contacts(compliance, contacts.pressure_per_cube_root() * load_per_ball.cbrt(), pressure_limit_pa);
+        let side = Side::of_contacts(
+            compliance,
+            contacts.pressure_per_cube_root() * load_per_ball.cbrt(),
+            pressure_limit_pa,
+        );
         Ok(LoadedBalls { contacts, count, slope, side })
     }
 

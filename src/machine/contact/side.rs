@@ -37,7 +37,8 @@ impl Stiffness {
 pub struct Side {
     /// c (m/N^(2/3)).
     compliance: f64,
-    /// Largest contact pressure over the cube root of the axial load (Pa/N^(1/3)); 0 where the contacts are unknown.
+    /// Largest contact pressure over the cube root of the axial load (Pa/N^(1/3)); 0 where the contacts are
+    /// unknown.
     pressure: f64,
     /// Largest pressure allowed (Pa).
     pressure_limit_pa: f64,
@@ -49,14 +50,18 @@ impl Side {
         Side { compliance, pressure, pressure_limit_pa }
     }
 
-    /// Creates a side from one point of a catalogue or a measurement: the deflection under a load. Contact pressures are unknown and not
-    /// checked.
+    /// Creates a side from one point of a catalogue or a measurement: the deflection under a load. Contact
+    /// pressures are unknown and not checked.
     ///
     /// # Errors  a load or deflection that is not positive.
     pub fn from_point(load_n: f64, deflection_m: f64) -> Result<Side, ContactError> {
         positive("the load of the known point (N)", load_n)?;
         positive("the deflection of the known point (m)", deflection_m)?;
-        Ok(Side { compliance: deflection_m / two_thirds(load_n), pressure: 0.0, pressure_limit_pa: f64::INFINITY })
+        Ok(Side {
+            compliance: deflection_m / two_thirds(load_n),
+            pressure: 0.0,
+            pressure_limit_pa: f64::INFINITY,
+        })
     }
 
     /// Combines several of these sides in tandem with equal loads: c·n^(−2/3).
@@ -64,7 +69,11 @@ impl Side {
     /// # Errors  a count of zero.
     pub fn tandem(&self, count: usize) -> Result<Side, ContactError> {
         let count = positive("the number of nuts or bearings in tandem", count as f64)?;
-        Ok(Side { compliance: self.compliance / two_thirds(count), pressure: self.pressure / count.cbrt(), ..*self })
+        Ok(Side {
+            compliance: self.compliance / two_thirds(count),
+            pressure: self.pressure / count.cbrt(),
+            ..*self
+        })
     }
 
     /// Replaces the limit of the contact pressure; infinity disables the check.
@@ -77,7 +86,8 @@ impl Side {
         self.compliance
     }
 
-    /// Returns the axial load (N) at which the contact pressure reaches its limit; infinite where the contacts are unknown.
+    /// Returns the axial load (N) at which the contact pressure reaches its limit; infinite where the
+    /// contacts are unknown.
     pub fn load_limit_n(&self) -> f64 {
         if self.pressure > 0.0 { (self.pressure_limit_pa / self.pressure).powi(3) } else { f64::INFINITY }
     }
@@ -137,9 +147,14 @@ mod tests {
     fn limit_tandem_is_parallel_springs() {
         let one = Side::from_point(1000.0, 1e-5).unwrap();
         let three = one.tandem(3).unwrap();
-        assert!((three.deflection_m(3000.0).unwrap() / one.deflection_m(1000.0).unwrap() - 1.0).abs() < 1e-14);
+        assert!(
+            (three.deflection_m(3000.0).unwrap() / one.deflection_m(1000.0).unwrap() - 1.0).abs() < 1e-14
+        );
         for kind in [Stiffness::Secant, Stiffness::Tangent] {
-            let (single, set) = (one.stiffness_n_per_m(1000.0, kind).unwrap(), three.stiffness_n_per_m(3000.0, kind).unwrap());
+            let (single, set) = (
+                one.stiffness_n_per_m(1000.0, kind).unwrap(),
+                three.stiffness_n_per_m(3000.0, kind).unwrap(),
+            );
             assert!((set / (3.0 * single) - 1.0).abs() < 1e-14);
         }
         assert!(one.tandem(0).is_err());

@@ -12,8 +12,8 @@ use numeric::root::bracketed_root;
 /// f(v) = [ F_c + (F_s − F_c)·exp(−(v/v_s)²) ]·sgn(v) + d·v          f(0) = 0
 /// ```
 ///
-/// f is odd: at reversal it jumps from −F_s to +F_s. At rest the friction balances the applied force, up to F_s; the curve gives 0 there,
-/// like sgn.
+/// f is odd: at reversal it jumps from −F_s to +F_s. At rest the friction balances the applied force, up to
+/// F_s; the curve gives 0 there, like sgn.
 ///
 /// # Units      f, F_c, F_s in N, v, v_s in m/s, d in N·s/m
 /// # Limits     |v| ≫ v_s gives F_c + d·|v|; v → 0+ gives F_s
@@ -48,13 +48,16 @@ impl StribeckCurve {
             return 0.0;
         }
         let decay = (-(velocity_m_per_s / self.stribeck_velocity_m_per_s).powi(2)).exp();
-        (self.coulomb_n + (self.static_n - self.coulomb_n) * decay).copysign(velocity_m_per_s) + self.viscous_n_s_per_m * velocity_m_per_s
+        (self.coulomb_n + (self.static_n - self.coulomb_n) * decay).copysign(velocity_m_per_s)
+            + self.viscous_n_s_per_m * velocity_m_per_s
     }
 
-    /// Computes the speed (m/s) of least friction, where the rising branch begins; 0 for a curve that only rises or has no viscous part.
+    /// Computes the speed (m/s) of least friction, where the rising branch begins; 0 for a curve that only
+    /// rises or has no viscous part.
     pub fn least_friction_speed_m_per_s(&self) -> f64 {
         // f' = 0 where u·exp(−u²) = d·v_s/(2·(F_s − F_c)), on the branch u > 1/√2.
-        let level = self.viscous_n_s_per_m * self.stribeck_velocity_m_per_s / (2.0 * (self.static_n - self.coulomb_n));
+        let level = self.viscous_n_s_per_m * self.stribeck_velocity_m_per_s
+            / (2.0 * (self.static_n - self.coulomb_n));
         let top = std::f64::consts::FRAC_1_SQRT_2;
         if !(level > 0.0 && level < top * (-0.5_f64).exp()) {
             return 0.0;
@@ -65,9 +68,11 @@ impl StribeckCurve {
         bracketed_root(top, upper, slope).unwrap_or(top) * self.stribeck_velocity_m_per_s
     }
 
-    /// Computes the speed (m/s) on the rising branch at which the friction reaches a force, for example the unloading force of a nut.
+    /// Computes the speed (m/s) on the rising branch at which the friction reaches a force, for example the
+    /// unloading force of a nut.
     ///
-    /// # Errors  [`ContactError::NoRisingBranch`] without viscous friction or for a force below the branch; invalid parameters.
+    /// # Errors  [`ContactError::NoRisingBranch`] without viscous friction or for a force below the branch;
+    ///   invalid parameters.
     pub fn rising_branch_velocity_m_per_s(&self, force_n: f64) -> Result<f64, ContactError> {
         self.check()?;
         positive("the friction force (N)", force_n)?;
@@ -80,8 +85,10 @@ impl StribeckCurve {
             return Err(ContactError::NoRisingBranch { force_n, reason: ", which begins above it" });
         }
         let upper = (force_n - self.coulomb_n.min(self.static_n)) / self.viscous_n_s_per_m * 1.001;
-        let excess = |velocity: f64| if velocity == 0.0 { start - force_n } else { self.force_n(velocity) - force_n };
-        bracketed_root(lower, upper, excess).ok_or(ContactError::NoRoot { what: "the speed on the rising branch" })
+        let excess =
+            |velocity: f64| if velocity == 0.0 { start - force_n } else { self.force_n(velocity) - force_n };
+        bracketed_root(lower, upper, excess)
+            .ok_or(ContactError::NoRoot { what: "the speed on the rising branch" })
     }
 }
 
@@ -94,7 +101,8 @@ impl StribeckCurve {
 /// ```
 ///
 /// # Units      T in N·m, p in m per turn, F in N
-/// # Source     Duan, Eq. 11, second line; there η = P_T = 0.90 is the efficiency of the motor. It holds while the motor drives: torque,
+/// # Source     Duan, Eq. 11, second line; there η = P_T = 0.90 is the efficiency of the motor. It holds
+///   while the motor drives: torque,
 /// velocity and friction have the same sign.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScrewDrive {
@@ -151,7 +159,11 @@ mod tests {
 
     #[test]
     fn limit_least_friction_and_rising_branch() {
-        for curve in [friction_axis_1(), friction_axis_2(), StribeckCurve { viscous_n_s_per_m: 1.0, ..friction_axis_1() }] {
+        for curve in [
+            friction_axis_1(),
+            friction_axis_2(),
+            StribeckCurve { viscous_n_s_per_m: 1.0, ..friction_axis_1() },
+        ] {
             let least = curve.least_friction_speed_m_per_s();
             let force = curve.force_n(least);
             for factor in [0.7, 0.95, 1.05, 1.5] {
@@ -161,13 +173,24 @@ mod tests {
                 let found = curve.rising_branch_velocity_m_per_s(curve.force_n(velocity)).unwrap();
                 assert!((found / velocity - 1.0).abs() < 1e-9, "{velocity} {found}");
             }
-            assert!(matches!(curve.rising_branch_velocity_m_per_s(0.99 * force), Err(ContactError::NoRisingBranch { .. })));
+            assert!(matches!(
+                curve.rising_branch_velocity_m_per_s(0.99 * force),
+                Err(ContactError::NoRisingBranch { .. })
+            ));
         }
-        let rising = StribeckCurve { coulomb_n: 100.0, static_n: 90.0, viscous_n_s_per_m: 1000.0, stribeck_velocity_m_per_s: 1e-3 };
+        let rising = StribeckCurve {
+            coulomb_n: 100.0,
+            static_n: 90.0,
+            viscous_n_s_per_m: 1000.0,
+            stribeck_velocity_m_per_s: 1e-3,
+        };
         assert_eq!(rising.least_friction_speed_m_per_s(), 0.0);
         assert!((rising.rising_branch_velocity_m_per_s(rising.force_n(0.02)).unwrap() - 0.02).abs() < 1e-12);
         let flat = StribeckCurve { viscous_n_s_per_m: 0.0, ..friction_axis_1() };
-        assert!(matches!(flat.rising_branch_velocity_m_per_s(500.0), Err(ContactError::NoRisingBranch { .. })));
+        assert!(matches!(
+            flat.rising_branch_velocity_m_per_s(500.0),
+            Err(ContactError::NoRisingBranch { .. })
+        ));
     }
 
     #[test]
@@ -176,7 +199,11 @@ mod tests {
         let torque = drive.torque_nm(280.9);
         assert!((torque - 280.9 * 5e-3 / (TAU * 0.9)).abs() < 1e-15);
         assert!((drive.force_n(-torque) + 280.9).abs() < 1e-10);
-        assert!(ScrewDrive::new(0.0, 0.9).is_err() && ScrewDrive::new(5e-3, 1.2).is_err() && ScrewDrive::new(5e-3, 0.0).is_err());
+        assert!(
+            ScrewDrive::new(0.0, 0.9).is_err()
+                && ScrewDrive::new(5e-3, 1.2).is_err()
+                && ScrewDrive::new(5e-3, 0.0).is_err()
+        );
     }
 
     #[test]

@@ -12,14 +12,15 @@ pub(super) fn undescribed(machine: &Machine) -> Option<usize> {
 
 /// Adds a viscous damper between the largest mass and the ground, with a half-normal prior.
 ///
-/// Every guide has some damping. Where the description states none, other joints take its part: their dampings and the stiffness of a hold end far from
-/// their true values, and the misfit does not show it.
+/// Every guide has some damping. Where the description states none, other joints take its part: their
+/// dampings and the stiffness of a hold end far from their true values, and the misfit does not show it.
 pub(super) fn damp_undescribed_guide(machine: &mut Machine) {
     let per_s = machine.tolerance.guide_damping;
     let Some(point) = undescribed(machine).filter(|_| per_s > 0.0) else { return };
     let sd = per_s * size(&machine.points[point].inertia, machine);
     let name = format!("guide damping of {}", machine.points[point].name);
-    let parameter = tolerance(name, (Mechanism::Damping, "N*s/m"), (0.0, Prior::Normal(sd)), [0.0, STOP * sd]);
+    let parameter =
+        tolerance(name, (Mechanism::Damping, "N*s/m"), (0.0, Prior::Normal(sd)), [0.0, STOP * sd]);
     let damping = Value::parameter(machine.parameters.len());
     machine.joints.push(Joint { damping, ..Joint::new(parameter.id.clone(), vec![(point, 1.0)]) });
     machine.parameters.push(parameter);

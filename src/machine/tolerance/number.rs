@@ -7,7 +7,8 @@ use crate::{FitRule, Machine, Mechanism, Operating, Parameter, PointMotion, Prio
 pub(super) const STOP: f64 = 20.0;
 /// Numerical bound of a relative change: a number keeps at least half of its value.
 pub(super) const RELATIVE_STOP: f64 = 0.5;
-/// Begins the ids of tolerances and the names of their parts, which keeps them distinct from those of a description. Nothing is decided by it: see
+/// Begins the ids of tolerances and the names of their parts, which keeps them distinct from those of a
+/// description. Nothing is decided by it: see
 /// [`Role`].
 pub(super) const MARK: char = '~';
 
@@ -44,7 +45,12 @@ pub(super) fn relative(name: String, sd: f64) -> Parameter {
 /// Creates a tolerance for a loss factor around a median.
 pub(super) fn loss(name: String, median: f64, spread: f64) -> Parameter {
     let stop = (STOP * spread).min(7.0).exp();
-    tolerance(name, (Mechanism::LossFactor, "1"), (median, Prior::LogNormal(spread)), [median / stop, median * stop])
+    tolerance(
+        name,
+        (Mechanism::LossFactor, "1"),
+        (median, Prior::LogNormal(spread)),
+        [median / stop, median * stop],
+    )
 }
 
 /// Returns a number at the start values.
@@ -55,6 +61,12 @@ pub(super) fn size(value: &Value, machine: &Machine) -> f64 {
 /// Adds a massless point for a station of a shaft and returns its index; the name begins with [`MARK`].
 pub(super) fn massless(machine: &mut Machine, name: &str, motion: PointMotion) -> usize {
     let name = format!("{name} {}", motion.noun());
-    machine.points.push(Point { name, motion, inertia: Value::number(0.0), fixed: false, role: Role::Tolerance });
+    machine.points.push(Point {
+        name,
+        motion,
+        inertia: Value::number(0.0),
+        fixed: false,
+        role: Role::Tolerance,
+    });
     machine.points.len() - 1
 }

@@ -57,7 +57,12 @@ struct Axis<'r> {
 
 impl<'r> Axis<'r> {
     /// Parses the unit. An unknown one is refused, unless dataset 164 states the units anyway.
-    fn of(axis: &'r RecordAxis, role: &str, has_factors: bool, warnings: &mut Vec<String>) -> Result<Self, Fault> {
+    fn of(
+        axis: &'r RecordAxis,
+        role: &str,
+        has_factors: bool,
+        warnings: &mut Vec<String>,
+    ) -> Result<Self, Fault> {
         let unit = match axis.unit().map(of_frf) {
             None => None,
             Some(Ok(unit)) => Some(unit),
@@ -65,7 +70,9 @@ impl<'r> Axis<'r> {
                 warnings.push(format!("{role}: {fault}; the factors of dataset 164 are used"));
                 None
             }
-            Some(Err(fault)) => return Err(format!("{role}: {fault}; correct it, or state the units in dataset 164")),
+            Some(Err(fault)) => {
+                return Err(format!("{role}: {fault}; correct it, or state the units in dataset 164"));
+            }
         };
         Ok(Axis { label: axis.unit(), unit, code: code(axis) })
     }
@@ -94,8 +101,13 @@ fn label_against_code(axis: &RecordAxis, role: &str, warnings: &mut Vec<String>)
         ("frequency", data_type::FREQUENCY),
         ("time", data_type::TIME),
     ];
-    let named: Vec<i64> = words.iter().filter(|(word, _)| label.contains(word)).map(|(_, code)| *code).collect();
-    let stated = if axis.data_type == data_type::REACTION_FORCE { data_type::EXCITATION_FORCE } else { axis.data_type };
+    let named: Vec<i64> =
+        words.iter().filter(|(word, _)| label.contains(word)).map(|(_, code)| *code).collect();
+    let stated = if axis.data_type == data_type::REACTION_FORCE {
+        data_type::EXCITATION_FORCE
+    } else {
+        axis.data_type
+    };
     if let ([named], Some((word, _))) = (named.as_slice(), words.iter().find(|(_, code)| *code == stated))
         && *named != stated
     {
@@ -108,7 +120,12 @@ fn label_against_code(axis: &RecordAxis, role: &str, warnings: &mut Vec<String>)
 }
 
 /// Returns the factor from the abscissa to Hz.
-pub(super) fn abscissa_to_hz(source: &str, name: &str, axis: &RecordAxis, warnings: &mut Vec<String>) -> Result<f64, MeasurementError> {
+pub(super) fn abscissa_to_hz(
+    source: &str,
+    name: &str,
+    axis: &RecordAxis,
+    warnings: &mut Vec<String>,
+) -> Result<f64, MeasurementError> {
     let refuse = |text: String| MeasurementError::record(source, name, text);
     let kind = match axis.data_type {
         data_type::UNKNOWN | data_type::GENERAL | data_type::FREQUENCY => None,
@@ -119,13 +136,17 @@ pub(super) fn abscissa_to_hz(source: &str, name: &str, axis: &RecordAxis, warnin
     };
     if let Some(kind) = kind {
         let unit = axis.unit().map_or_else(|| "without unit".into(), |unit| format!("in «{unit}»"));
-        return Err(refuse(format!("the abscissa is {kind} ({unit}), not a frequency (code 18); export the FRF over frequency")));
+        return Err(refuse(format!(
+            "the abscissa is {kind} ({unit}), not a frequency (code 18); export the FRF over frequency"
+        )));
     }
     let mut own = Vec::new();
     label_against_code(axis, "abscissa", &mut own);
     warnings.extend(own.into_iter().map(|text| format!("{name}: {text}")));
     match axis.unit() {
-        Some(unit) => to_hz(unit).map_err(|fault| refuse(format!("abscissa: {fault}; write Hz, kHz, rad/s or rpm"))),
+        Some(unit) => {
+            to_hz(unit).map_err(|fault| refuse(format!("abscissa: {fault}; write Hz, kHz, rad/s or rpm")))
+        }
         None if axis.data_type == data_type::ROTATIONAL_SPEED => {
             warnings.push(format!("{name}: the abscissa is a rotational speed without unit; taken in rpm"));
             Ok(1.0 / 60.0)
@@ -136,7 +157,8 @@ pub(super) fn abscissa_to_hz(source: &str, name: &str, axis: &RecordAxis, warnin
 
 /// Returns quantity and factor of a record.
 ///
-/// # Errors  the record is no motion over force; its quantity is not stated; a unit is unknown or contradicts its code.
+/// # Errors  the record is no motion over force; its quantity is not stated; a unit is unknown or contradicts
+///   its code.
 pub(super) fn ordinates(
     source: &str,
     name: &str,
@@ -150,7 +172,11 @@ pub(super) fn ordinates(
     found.map_err(|text| MeasurementError::record(source, name, text))
 }
 
-fn of_header(header: &RecordHeader, requested: Option<Quantity>, warnings: &mut Vec<String>) -> Result<Ordinates, Fault> {
+fn of_header(
+    header: &RecordHeader,
+    requested: Option<Quantity>,
+    warnings: &mut Vec<String>,
+) -> Result<Ordinates, Fault> {
     let has_factors = header.units.is_some();
     let upper = Axis::of(&header.ordinate, "ordinate", has_factors, warnings)?;
     let lower = Axis::of(&header.denominator, "denominator", has_factors, warnings)?;
@@ -159,24 +185,36 @@ fn of_header(header: &RecordHeader, requested: Option<Quantity>, warnings: &mut 
     for (axis, role) in [(&upper, "ordinate"), (&lower, "denominator")] {
         code_against_unit(axis, role)?;
         if let Code::Other(code) = axis.code {
-            return Err(format!("{role}: code {code} is neither motion nor force; an FRF here is motion over force"));
+            return Err(format!(
+                "{role}: code {code} is neither motion nor force; an FRF here is motion over force"
+            ));
         }
     }
-    if let Some(Measures::Ratio(quantity, by_torque) | Measures::Inverse(quantity, by_torque)) = upper.measures() {
+    if let Some(Measures::Ratio(quantity, by_torque) | Measures::Inverse(quantity, by_torque)) =
+        upper.measures()
+    {
         let inverted = matches!(upper.measures(), Some(Measures::Inverse(..)));
         return of_ratio(&upper, &lower, (quantity, by_torque, inverted), header, requested, warnings);
     }
-    let is_force = |axis: &Axis<'_>| axis.code == Code::Force || matches!(axis.measures(), Some(Measures::Force | Measures::Torque));
-    let is_motion = |axis: &Axis<'_>| matches!(axis.code, Code::Motion(_)) || matches!(axis.measures(), Some(Measures::Motion(_)));
+    let is_force = |axis: &Axis<'_>| {
+        axis.code == Code::Force || matches!(axis.measures(), Some(Measures::Force | Measures::Torque))
+    };
+    let is_motion = |axis: &Axis<'_>| {
+        matches!(axis.code, Code::Motion(_)) || matches!(axis.measures(), Some(Measures::Motion(_)))
+    };
     match (is_force(&upper), is_force(&lower)) {
         (true, true) => return Err("the record is force over force; an FRF here is motion over force".into()),
         (true, false) if !is_motion(&lower) => {
-            return Err("the record is force over an unknown quantity; state code or unit of the denominator".into());
+            return Err(
+                "the record is force over an unknown quantity; state code or unit of the denominator".into(),
+            );
         }
         (false, _) if is_motion(&lower) && is_motion(&upper) => {
             return Err("the record is motion over motion, a transmissibility without force; export motion over force".into());
         }
-        (false, _) if is_motion(&lower) => return Err("the denominator is a motion, not a force; export motion over force".into()),
+        (false, _) if is_motion(&lower) => {
+            return Err("the denominator is a motion, not a force; export motion over force".into());
+        }
         _ => {}
     }
     let inverted = is_force(&upper);
@@ -184,10 +222,13 @@ fn of_header(header: &RecordHeader, requested: Option<Quantity>, warnings: &mut 
     let (moving_direction, forcing_direction) = directions(header, inverted);
     if !is_force(forcing) {
         let unit = forcing.label.map_or_else(String::new, |unit| format!(" («{unit}»)"));
-        warnings.push(format!("neither code nor unit{unit} identifies the reference as a force; taken as a force in N"));
+        warnings.push(format!(
+            "neither code nor unit{unit} identifies the reference as a force; taken as a force in N"
+        ));
     }
     let quantity = quantity_of(moving, requested, warnings)?;
-    let by_torque = matches!(forcing.measures(), Some(Measures::Torque)) || (forcing.unit.is_none() && forcing_direction.abs() > 3);
+    let by_torque = matches!(forcing.measures(), Some(Measures::Torque))
+        || (forcing.unit.is_none() && forcing_direction.abs() > 3);
     let own = |axis: &Axis<'_>| axis.measures().and(axis.unit).map(Unit::to_si);
     let (own_motion, own_force) = (own(moving), own(forcing));
     let factor = match &header.units {
@@ -240,9 +281,9 @@ fn code_against_unit(axis: &Axis<'_>, role: &str) -> Result<(), Fault> {
     let fits = match (axis.code, measured) {
         (_, Measures::Ratio(..) | Measures::Inverse(..)) => role == "ordinate",
         (_, Measures::Other) => false,
-        (Code::Motion(_), Measures::Motion(_)) | (Code::Force, Measures::Force | Measures::Torque) | (Code::Open | Code::Other(_), _) => {
-            true
-        }
+        (Code::Motion(_), Measures::Motion(_))
+        | (Code::Force, Measures::Force | Measures::Torque)
+        | (Code::Open | Code::Other(_), _) => true,
         _ => false,
     };
     if fits {
@@ -253,17 +294,26 @@ fn code_against_unit(axis: &Axis<'_>, role: &str) -> Result<(), Fault> {
         Code::Force => "the code means a force".into(),
         _ => "an FRF here is motion over force".into(),
     };
-    Err(format!("{role}: the unit «{}» is that of {}, but {meant}; correct one of them", axis.text(), axis.unit_name()))
+    Err(format!(
+        "{role}: the unit «{}» is that of {}, but {meant}; correct one of them",
+        axis.text(),
+        axis.unit_name()
+    ))
 }
 
 /// Returns the quantity of the response, by code, unit or request.
-fn quantity_of(axis: &Axis<'_>, requested: Option<Quantity>, warnings: &mut Vec<String>) -> Result<Quantity, Fault> {
+fn quantity_of(
+    axis: &Axis<'_>,
+    requested: Option<Quantity>,
+    warnings: &mut Vec<String>,
+) -> Result<Quantity, Fault> {
     let by_code = if let Code::Motion(quantity) = axis.code { Some(quantity) } else { None };
     let by_unit = if let Some(Measures::Motion(quantity)) = axis.measures() { Some(quantity) } else { None };
     if let (Some(code), Some(unit)) = (by_code, by_unit)
         && code != unit
     {
-        let found = format!("the code means {}, the unit «{}» means {}", code.word(), axis.text(), unit.word());
+        let found =
+            format!("the code means {}, the unit «{}» means {}", code.word(), axis.text(), unit.word());
         let Some(chosen) = requested.filter(|q| [code, unit].contains(q)) else {
             return Err(format!("{found}; set the quantity to the right one"));
         };
@@ -272,7 +322,8 @@ fn quantity_of(axis: &Axis<'_>, requested: Option<Quantity>, warnings: &mut Vec<
     }
     let Some(stated) = by_code.or(by_unit) else {
         let remedy = "set the quantity to receptance, mobility or accelerance";
-        return requested.ok_or_else(|| format!("neither code nor unit states the quantity of the response; {remedy}"));
+        return requested
+            .ok_or_else(|| format!("neither code nor unit states the quantity of the response; {remedy}"));
     };
     against_request(stated, requested, warnings);
     Ok(stated)
@@ -281,7 +332,12 @@ fn quantity_of(axis: &Axis<'_>, requested: Option<Quantity>, warnings: &mut Vec<
 /// Warns of a requested quantity that the record contradicts.
 fn against_request(stated: Quantity, requested: Option<Quantity>, warnings: &mut Vec<String>) {
     if let Some(requested) = requested.filter(|requested| *requested != stated) {
-        warnings.push(format!("the record states {}, {} was requested; {} is used", stated.word(), requested.word(), stated.word()));
+        warnings.push(format!(
+            "the record states {}, {} was requested; {} is used",
+            stated.word(),
+            requested.word(),
+            stated.word()
+        ));
     }
 }
 
@@ -304,10 +360,14 @@ fn of_ratio(
             ));
         }
         Code::Motion(_) if inverted => {
-            return Err(format!("the code means a motion, the unit «{label}» is force over motion; correct one of them"));
+            return Err(format!(
+                "the code means a motion, the unit «{label}» is force over motion; correct one of them"
+            ));
         }
         Code::Force if !inverted => {
-            return Err(format!("the code means a force, the unit «{label}» is motion over force; correct one of them"));
+            return Err(format!(
+                "the code means a force, the unit «{label}» is motion over force; correct one of them"
+            ));
         }
         _ => {}
     }
@@ -325,10 +385,18 @@ fn of_ratio(
     }
     if inverted {
         let kind = motion(by_unit);
-        warnings.push(format!("the unit «{label}» is force over {kind}; its reciprocal is taken as {}", by_unit.word()));
+        warnings.push(format!(
+            "the unit «{label}» is force over {kind}; its reciprocal is taken as {}",
+            by_unit.word()
+        ));
     }
     // A reciprocal's factor divides: 1/(value·factor).
-    Ok(Ordinates { quantity: by_unit, factor: if inverted { factor.recip() } else { factor }, inverted, by_torque })
+    Ok(Ordinates {
+        quantity: by_unit,
+        factor: if inverted { factor.recip() } else { factor },
+        inverted,
+        by_torque,
+    })
 }
 
 /// Returns the unit of an axis for display: its label, with what it measures where it is known.

@@ -8,10 +8,11 @@ use universal_files::{NodeLocation, Ordinate, RecordHeader, UniversalRecord};
 /// Largest relative difference of two abscissa values that count as equal (1).
 const ABSCISSA_TOLERANCE: f64 = 1e-6;
 
-/// Returns the coherence of each FRF, where the file has one, with notes on pairs that are not exact and on coherences left out.
+/// Returns the coherence of each FRF, where the file has one, with notes on pairs that are not exact and on
+/// coherences left out.
 ///
-/// Response, reference (node, direction and name), version and load case must agree. Where a file leaves some of them blank, or names entities
-/// differently, a pair counts if neither has another candidate; it is said.
+/// Response, reference (node, direction and name), version and load case must agree. Where a file leaves some
+/// of them blank, or names entities differently, a pair counts if neither has another candidate; it is said.
 pub(super) fn paired(
     source: &str,
     frfs: &[UniversalRecord],
@@ -22,12 +23,17 @@ pub(super) fn paired(
     let mut used = vec![false; coherences.len()];
     exact_pairs(frfs, coherences, &mut pairs, &mut used);
     for (may_belong, what) in [
-        (stated_fields_agree as fn(&RecordHeader, &RecordHeader) -> bool, "fields that one of them leaves blank"),
+        (
+            stated_fields_agree as fn(&RecordHeader, &RecordHeader) -> bool,
+            "fields that one of them leaves blank",
+        ),
         (places_agree, "the names of their entities"),
     ] {
         let open: Vec<usize> = (0..frfs.len()).filter(|at| pairs[*at].is_none()).collect();
         let free: Vec<usize> = (0..coherences.len()).filter(|at| !used[*at]).collect();
-        let fits = |f: usize, c: usize| may_belong(&frfs[f].header, &coherences[c].header) && same_abscissa(&frfs[f], &coherences[c]);
+        let fits = |f: usize, c: usize| {
+            may_belong(&frfs[f].header, &coherences[c].header) && same_abscissa(&frfs[f], &coherences[c])
+        };
         for &f in &open {
             let mut candidates = free.iter().copied().filter(|c| fits(f, *c));
             if let (Some(c), None) = (candidates.next(), candidates.next())
@@ -35,14 +41,26 @@ pub(super) fn paired(
             {
                 pairs[f] = Some(c);
                 used[c] = true;
-                notes.push(format!("{source}: FRF {} and {} are paired in spite of {what}", place(&frfs[f]), coherence_of(&coherences[c])));
+                notes.push(format!(
+                    "{source}: FRF {} and {} are paired in spite of {what}",
+                    place(&frfs[f]),
+                    coherence_of(&coherences[c])
+                ));
             }
         }
     }
     for (c, record) in coherences.iter().enumerate().filter(|(c, _)| !used[*c]) {
         let alike = frfs.iter().filter(|f| places_agree(&f.header, &record.header)).count();
-        let why = if alike > 1 { format!("{alike} FRFs could be its partner") } else { "no FRF is its partner".into() };
-        notes.push(format!("{source}: {} (number {} of the coherences) is left out: {why}", coherence_of(record), c + 1));
+        let why = if alike > 1 {
+            format!("{alike} FRFs could be its partner")
+        } else {
+            "no FRF is its partner".into()
+        };
+        notes.push(format!(
+            "{source}: {} (number {} of the coherences) is left out: {why}",
+            coherence_of(record),
+            c + 1
+        ));
     }
     pairs
 }
@@ -51,7 +69,9 @@ pub(super) fn paired(
 pub(super) fn values(record: &UniversalRecord) -> Option<Vec<f64>> {
     match &record.ordinate {
         Ordinate::Real(values) => Some(values.clone()),
-        Ordinate::Complex(values) => values.iter().all(|v| v.im == 0.0 || v.im.is_nan()).then(|| values.iter().map(|v| v.re).collect()),
+        Ordinate::Complex(values) => {
+            values.iter().all(|v| v.im == 0.0 || v.im.is_nan()).then(|| values.iter().map(|v| v.re).collect())
+        }
     }
 }
 
@@ -67,7 +87,12 @@ pub(super) fn coherence_of(record: &UniversalRecord) -> String {
 }
 
 /// Pairs records whose fields all agree; repeats of one place are paired in their order.
-fn exact_pairs(frfs: &[UniversalRecord], coherences: &[UniversalRecord], pairs: &mut [Option<usize>], used: &mut [bool]) {
+fn exact_pairs(
+    frfs: &[UniversalRecord],
+    coherences: &[UniversalRecord],
+    pairs: &mut [Option<usize>],
+    used: &mut [bool],
+) {
     type Key<'r> = (&'r str, i64, i64, &'r str, i64, i64, i64, i64);
     fn key(record: &UniversalRecord) -> Key<'_> {
         let h = &record.header;
@@ -93,7 +118,9 @@ fn is_blank(text: &str) -> bool {
 
 /// Whether no field differs that both records state.
 fn stated_fields_agree(a: &RecordHeader, b: &RecordHeader) -> bool {
-    let names = |a: &NodeLocation, b: &NodeLocation| is_blank(&a.entity) || is_blank(&b.entity) || a.entity.trim() == b.entity.trim();
+    let names = |a: &NodeLocation, b: &NodeLocation| {
+        is_blank(&a.entity) || is_blank(&b.entity) || a.entity.trim() == b.entity.trim()
+    };
     names(&a.response, &b.response) && names(&a.reference, &b.reference) && places_agree(a, b)
 }
 
@@ -111,5 +138,6 @@ fn places_agree(a: &RecordHeader, b: &RecordHeader) -> bool {
 fn same_abscissa(a: &UniversalRecord, b: &UniversalRecord) -> bool {
     let near = |a: f64, b: f64| (a - b).abs() <= ABSCISSA_TOLERANCE * b.abs().max(ABSCISSA_TOLERANCE);
     let (count, other) = (a.abscissa.len(), b.abscissa.len());
-    count == other && (0..count).all(|at| a.abscissa.at(at).zip(b.abscissa.at(at)).is_some_and(|(a, b)| near(a, b)))
+    count == other
+        && (0..count).all(|at| a.abscissa.at(at).zip(b.abscissa.at(at)).is_some_and(|(a, b)| near(a, b)))
 }

@@ -62,8 +62,11 @@ pub(super) fn column(name: &str) -> Option<Column> {
     }
     let lowercase = rest.to_lowercase();
     let words = if lowercase.trim() == "relative_sd" { vec!["relative_sd"] } else { split(&lowercase) };
-    let (content, at) = WORDS.iter().find_map(|(content, names)| Some((*content, words.iter().position(|w| names.contains(w))?)))?;
-    let mut others: Vec<&str> = words.iter().enumerate().filter(|(index, _)| *index != at).map(|(_, word)| *word).collect();
+    let (content, at) = WORDS
+        .iter()
+        .find_map(|(content, names)| Some((*content, words.iter().position(|w| names.contains(w))?)))?;
+    let mut others: Vec<&str> =
+        words.iter().enumerate().filter(|(index, _)| *index != at).map(|(_, word)| *word).collect();
     if ["hz", "khz", "rpm"].contains(&words[at]) {
         unit = unit.or_else(|| Some(cased(words[at]).into()));
     }
@@ -85,7 +88,10 @@ pub(super) fn column(name: &str) -> Option<Column> {
 }
 
 fn split(lowercase: &str) -> Vec<&str> {
-    lowercase.split(|c: char| !(c.is_alphanumeric() || "°%".contains(c))).filter(|word| !word.is_empty()).collect()
+    lowercase
+        .split(|c: char| !(c.is_alphanumeric() || "°%".contains(c)))
+        .filter(|word| !word.is_empty())
+        .collect()
 }
 
 /// Splits off the last bracket of a name: rest and content. A bracket with a number is part of the name.
@@ -98,7 +104,9 @@ fn without_bracket(name: &str) -> (String, Option<String>) {
         // An unclosed bracket, as where a program cuts long names.
         return (name[..open].trim().into(), Some(name[open + 1..].trim().into()));
     }
-    let Some((last, close)) = name.char_indices().rev().find(|(_, c)| ")]".contains(*c)) else { return whole() };
+    let Some((last, close)) = name.char_indices().rev().find(|(_, c)| ")]".contains(*c)) else {
+        return whole();
+    };
     // Brackets of the other kind belong to the content.
     let open = if close == ')' { '(' } else { '[' };
     let mut depth = 0;
@@ -109,7 +117,10 @@ fn without_bracket(name: &str) -> (String, Option<String>) {
             if inside.is_empty() || inside.chars().all(|c| c.is_ascii_digit()) {
                 return whole();
             }
-            return (format!("{} {}", name[..at].trim(), name[last + 1..].trim()).trim().into(), Some(inside.into()));
+            return (
+                format!("{} {}", name[..at].trim(), name[last + 1..].trim()).trim().into(),
+                Some(inside.into()),
+            );
         }
     }
     whole()
@@ -117,7 +128,12 @@ fn without_bracket(name: &str) -> (String, Option<String>) {
 
 /// Returns the reference of «dB re 1 m/N», «dB(m/N)» or «dB m/N», from the text after «dB».
 fn reference(text: &str) -> Option<String> {
-    let text = text.trim().trim_start_matches("ref").trim_start_matches("re").trim_start_matches([':', '.', '=']).trim();
+    let text = text
+        .trim()
+        .trim_start_matches("ref")
+        .trim_start_matches("re")
+        .trim_start_matches([':', '.', '='])
+        .trim();
     (!text.is_empty()).then(|| text.to_string())
 }
 
@@ -133,7 +149,8 @@ fn cased(word: &str) -> &str {
     }
 }
 
-/// Returns the unit that ends a name, and how many words it has: `frequency_rad_s`, `real_mm_n`, `phase_deg`, `Frequency, rad/s`.
+/// Returns the unit that ends a name, and how many words it has: `frequency_rad_s`, `real_mm_n`, `phase_deg`,
+/// `Frequency, rad/s`.
 fn trailing_unit(name: &str, after: &[&str]) -> Option<(String, usize)> {
     // «Frequency / Hz» and «Real, mm/N» keep the unit as written.
     for sign in [" / ", ", ", " in "] {
@@ -148,7 +165,9 @@ fn trailing_unit(name: &str, after: &[&str]) -> Option<(String, usize)> {
         let words = &after[*from..];
         // «s2» is a unit, «s1» a label.
         let may_be_unit = |word: &str| !word.trim_end_matches('2').contains(|c: char| c.is_ascii_digit());
-        words.iter().all(|word| may_be_unit(word) && word.starts_with(char::is_alphabetic) && parse(cased(word)).is_ok())
+        words.iter().all(|word| {
+            may_be_unit(word) && word.starts_with(char::is_alphabetic) && parse(cased(word)).is_ok()
+        })
     })?;
     let words: Vec<&str> = after[from..].iter().map(|word| cased(word)).collect();
     Some((words.join("/"), words.len()))

@@ -21,7 +21,8 @@ pub struct ImportedFrf {
     pub response: String,
     /// Point and direction of the excitation.
     pub excitation: String,
-    /// Direction of the response: ±1, ±2, ±3 along X, Y, Z; ±4, ±5, ±6 about them; 0 where the file states none.
+    /// Direction of the response: ±1, ±2, ±3 along X, Y, Z; ±4, ±5, ±6 about them; 0 where the file states
+    /// none.
     pub response_direction: i64,
     /// Direction of the excitation.
     pub excitation_direction: i64,
@@ -47,14 +48,18 @@ pub struct ImportedFrf {
 const MOST_NAMED: usize = 5;
 
 impl ImportedFrf {
-    /// Drops the line at 0 Hz and lines without a finite value, clamps coherences that rounding puts above 1, and refuses invalid data.
+    /// Drops the line at 0 Hz and lines without a finite value, clamps coherences that rounding puts above 1,
+    /// and refuses invalid data.
     ///
-    /// # Errors  a frequency is negative, repeated or falling; no line remains; where `strict`, also a value that is not finite and a
+    /// # Errors  a frequency is negative, repeated or falling; no line remains; where `strict`, also a value
+    ///   that is not finite and a
     /// coherence outside [0, 1].
     pub(super) fn checked(mut self, strict: bool) -> Result<Self, MeasurementError> {
         let fault = |text: String| MeasurementError::record(&self.source, &self.name, text);
         if let Some(f) = self.frequency_hz.iter().find(|f| !(0.0..=LARGEST_NUMBER).contains(*f)) {
-            return Err(fault(format!("a frequency is {f:e} Hz; frequencies are 0 or above, and below {LARGEST_NUMBER:e}")));
+            return Err(fault(format!(
+                "a frequency is {f:e} Hz; frequencies are 0 or above, and below {LARGEST_NUMBER:e}"
+            )));
         }
         for (at, pair) in self.frequency_hz.windows(2).enumerate() {
             if pair[0] >= pair[1] {
@@ -66,7 +71,9 @@ impl ImportedFrf {
                 )));
             }
         }
-        if let Some(v) = self.values.iter().find(|v| v.re.is_finite() && v.im.is_finite() && v.norm() > LARGEST_NUMBER) {
+        if let Some(v) =
+            self.values.iter().find(|v| v.re.is_finite() && v.im.is_finite() && v.norm() > LARGEST_NUMBER)
+        {
             return Err(fault(format!("a value is {:e}; no quantity in SI units is that large", v.norm())));
         }
         let is_bad = |v: &Complex64| !v.re.is_finite() || !v.im.is_finite();
@@ -75,19 +82,30 @@ impl ImportedFrf {
         if let Some(&at) = all_bad.first() {
             let count = all_bad.len();
             if strict || count == self.frequency_hz.iter().filter(|f| **f > 0.0).count() {
-                return Err(fault(format!("the value at {} Hz (line {}) is not finite", self.frequency_hz[at], at + 1)));
+                return Err(fault(format!(
+                    "the value at {} Hz (line {}) is not finite",
+                    self.frequency_hz[at],
+                    at + 1
+                )));
             }
-            let named: Vec<String> = all_bad.iter().take(MOST_NAMED).map(|at| format!("{} Hz", self.frequency_hz[*at])).collect();
+            let named: Vec<String> =
+                all_bad.iter().take(MOST_NAMED).map(|at| format!("{} Hz", self.frequency_hz[*at])).collect();
             let more = if count > MOST_NAMED { " …" } else { "" };
-            let text =
-                if count == 1 { "1 line without a finite value is".into() } else { format!("{count} lines without a finite value are") };
+            let text = if count == 1 {
+                "1 line without a finite value is".into()
+            } else {
+                format!("{count} lines without a finite value are")
+            };
             self.warnings.push(format!("{}: {text} left out, at {}{more}", self.name, named.join(", ")));
         }
         if let Some(sd) = self.relative_sd.iter().flatten().find(|sd| **sd <= 0.0 || **sd > LARGEST_NUMBER) {
-            return Err(fault(format!("a relative_sd is {sd}; write a number above 0, or leave the column out")));
+            return Err(fault(format!(
+                "a relative_sd is {sd}; write a number above 0, or leave the column out"
+            )));
         }
         self.check_coherence(strict)?;
-        let keep: Vec<bool> = self.frequency_hz.iter().zip(&self.values).map(|(f, v)| *f > 0.0 && !is_bad(v)).collect();
+        let keep: Vec<bool> =
+            self.frequency_hz.iter().zip(&self.values).map(|(f, v)| *f > 0.0 && !is_bad(v)).collect();
         let left = keep.iter().filter(|k| **k).count();
         self.dropped += keep.len() - left;
         if left == 0 {
@@ -104,13 +122,18 @@ impl ImportedFrf {
     /// Clamps coherences that rounding puts outside [0, 1]; leaves out a coherence that lies farther outside.
     fn check_coherence(&mut self, strict: bool) -> Result<(), MeasurementError> {
         let Some(coherence) = &mut self.coherence else { return Ok(()) };
-        let above_zero = || self.frequency_hz.iter().zip(coherence.iter()).filter(|(f, _)| **f > 0.0).map(|(_, c)| *c);
-        let farthest =
-            above_zero().filter(|c| c.is_finite()).fold(0.5, |far: f64, c| if (c - 0.5).abs() > (far - 0.5).abs() { c } else { far });
+        let above_zero =
+            || self.frequency_hz.iter().zip(coherence.iter()).filter(|(f, _)| **f > 0.0).map(|(_, c)| *c);
+        let farthest = above_zero()
+            .filter(|c| c.is_finite())
+            .fold(0.5, |far: f64, c| if (c - 0.5).abs() > (far - 0.5).abs() { c } else { far });
         let has_gap = above_zero().any(|c| !c.is_finite());
         let tolerance = if strict { 1e-6 } else { ROUNDING };
         if !(-tolerance..=1.0 + tolerance).contains(&farthest) || (strict && has_gap) {
-            let text = format!("a coherence is {}; it lies between 0 and 1", if has_gap { f64::NAN } else { farthest });
+            let text = format!(
+                "a coherence is {}; it lies between 0 and 1",
+                if has_gap { f64::NAN } else { farthest }
+            );
             if strict {
                 return Err(MeasurementError::record(&self.source, &self.name, text));
             }
@@ -119,10 +142,16 @@ impl ImportedFrf {
             return Ok(());
         }
         if !(-1e-6..=1.0 + 1e-6).contains(&farthest) {
-            self.warnings.push(format!("{}: a coherence is {farthest}; values outside 0 to 1 are taken as 0 or 1", self.name));
+            self.warnings.push(format!(
+                "{}: a coherence is {farthest}; values outside 0 to 1 are taken as 0 or 1",
+                self.name
+            ));
         }
         if has_gap {
-            self.warnings.push(format!("{}: some lines have no coherence; they are left out where the coherence is used", self.name));
+            self.warnings.push(format!(
+                "{}: some lines have no coherence; they are left out where the coherence is used",
+                self.name
+            ));
         }
         coherence.iter_mut().for_each(|c| *c = if c.is_finite() { c.clamp(0.0, 1.0) } else { f64::NAN });
         Ok(())

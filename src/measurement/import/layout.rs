@@ -42,7 +42,9 @@ impl Separator {
 
     /// Returns the cells of a header line, in which a quoted name may contain the separator.
     fn names(self, line: &str) -> Vec<String> {
-        let Separator::Character(separator) = self else { return self.cells(line).map(String::from).collect() };
+        let Separator::Character(separator) = self else {
+            return self.cells(line).map(String::from).collect();
+        };
         let (mut names, mut is_quoted) = (vec![String::new()], false);
         for character in line.chars() {
             match character {
@@ -71,15 +73,28 @@ pub(super) enum Cell {
 /// Reads a cell. A decimal comma is read where `comma`.
 pub(super) fn cell(text: &str, comma: bool) -> Cell {
     let parse = |text: &str| text.parse::<f64>().ok();
-    let number = if comma && text.contains(',') && !text.contains('.') { parse(&text.replacen(',', ".", 1)) } else { parse(text) };
-    match number.or_else(|| text.contains(['D', 'd']).then(|| parse(&text.replace(['D', 'd'], "e"))).flatten()) {
+    let number = if comma && text.contains(',') && !text.contains('.') {
+        parse(&text.replacen(',', ".", 1))
+    } else {
+        parse(text)
+    };
+    match number
+        .or_else(|| text.contains(['D', 'd']).then(|| parse(&text.replace(['D', 'd'], "e"))).flatten())
+    {
         Some(number) if number.is_finite() => return Cell::Number(number),
         Some(_) => return Cell::Missing,
         None => {}
     }
     let word = text.trim_start_matches(['+', '-']).to_lowercase();
-    let is_missing = ["", "na", "n/a", "#n/a", "nan(ind)", "null", "none", "1.#qnan", "1.#ind", "1.#inf", "1.#qnb", "#num!", "#div/0!"];
-    if is_missing.contains(&word.as_str()) || word.bytes().all(|byte| byte == b'*') { Cell::Missing } else { Cell::Text }
+    let is_missing = [
+        "", "na", "n/a", "#n/a", "nan(ind)", "null", "none", "1.#qnan", "1.#ind", "1.#inf", "1.#qnb",
+        "#num!", "#div/0!",
+    ];
+    if is_missing.contains(&word.as_str()) || word.bytes().all(|byte| byte == b'*') {
+        Cell::Missing
+    } else {
+        Cell::Text
+    }
 }
 
 /// Whether a line is empty or a comment.
@@ -114,7 +129,9 @@ pub(super) fn layout(text: &str) -> Option<Layout> {
         (Separator::Character(','), false),
         (Separator::Blanks, true),
     ];
-    let found = forms.into_iter().filter_map(|(separator, comma)| Some((separator, comma, first_numbers(text, separator, comma)?)));
+    let found = forms
+        .into_iter()
+        .filter_map(|(separator, comma)| Some((separator, comma, first_numbers(text, separator, comma)?)));
     // The first of several that begin in the same line.
     let (separator, comma, (first, cells)) = found.min_by_key(|(_, _, (first, _))| *first)?;
     let before: Vec<(usize, &str)> = text.lines().enumerate().take(first).collect();
@@ -127,7 +144,11 @@ fn first_numbers(text: &str, separator: Separator, comma: bool) -> Option<(usize
     let lines = || text.lines().enumerate().take(LONGEST_HEADER).filter(|(_, line)| !is_void(line));
     lines().find_map(|(index, line)| {
         let cells = numbers(line, separator, comma)?;
-        let mut after = text.lines().skip(index + 1).filter(|line| !is_void(line)).map(|line| numbers(line, separator, comma));
+        let mut after = text
+            .lines()
+            .skip(index + 1)
+            .filter(|line| !is_void(line))
+            .map(|line| numbers(line, separator, comma));
         let next = after.next().flatten();
         // Numbers above the table, such as a date: the two lines below agree with each other alone.
         let is_above = next.is_some_and(|next| next != cells) && after.next().flatten() == next;
@@ -138,10 +159,19 @@ fn first_numbers(text: &str, separator: Separator, comma: bool) -> Option<(usize
 /// Returns the names of the columns and their line.
 fn header(before: &[(usize, &str)], separator: Separator, cells: usize) -> (Option<Vec<String>>, u64) {
     // Names may contain blanks, so that another separator may be used for them.
-    let separators = [separator, Separator::Character('\t'), Separator::Character(';'), Separator::Character(','), Separator::Blanks];
+    let separators = [
+        separator,
+        Separator::Character('\t'),
+        Separator::Character(';'),
+        Separator::Character(','),
+        Separator::Blanks,
+    ];
     let fitting = |line: &str| {
         let line = line.trim_start_matches('\u{feff}').trim_start_matches(COMMENT).trim_matches(['\r', '\n']);
-        let split = |s: &Separator| Some(s.names(line)).filter(|names| names.len() == cells && names.iter().any(|name| !name.is_empty()));
+        let split = |s: &Separator| {
+            Some(s.names(line))
+                .filter(|names| names.len() == cells && names.iter().any(|name| !name.is_empty()))
+        };
         separators.iter().find_map(split)
     };
     let mut above = before.iter().rev().filter(|(_, line)| !line.trim().is_empty());

@@ -21,5 +21,9 @@ pub(super) fn point(location: &NodeLocation) -> String {
     let direction = direction_name(location.direction);
     let entity = location.entity.trim();
     let entity = if entity.is_empty() || entity == "NONE" { String::new() } else { format!("{entity}:") };
-    if direction.is_empty() { format!("{entity}{}", location.node) } else { format!("{entity}{}:{direction}", location.node) }
+    if direction.is_empty() {
+        format!("{entity}{}", location.node)
+    } else {
+        format!("{entity}{}:{direction}", location.node)
+    }
 }

@@ -14,10 +14,11 @@ pub fn is_of_frf(header: &RecordHeader) -> bool {
     [function_type::FREQUENCY_RESPONSE, function_type::COHERENCE].contains(&header.function_type)
 }
 
-/// Returns the FRFs of a universal file, each with its coherence where the file holds one, and notes on data left out.
+/// Returns the FRFs of a universal file, each with its coherence where the file holds one, and notes on data
+/// left out.
 ///
-/// `requested` is the quantity of records whose codes and units do not state one. A record that is not a valid FRF is left out, named in the
-/// notes; where `strict` or where no other is left, it is refused.
+/// `requested` is the quantity of records whose codes and units do not state one. A record that is not a
+/// valid FRF is left out, named in the notes; where `strict` or where no other is left, it is refused.
 ///
 /// # Errors  such a record; its text names what is wrong with it.
 pub fn frfs_from_universal(
@@ -36,10 +37,15 @@ pub fn frfs_from_universal(
         }
     }
     if other_records > 0 {
-        notes.push(format!("{source}: {other_records} records of dataset 58 are not FRFs (function type 4) and are skipped"));
+        notes.push(format!(
+            "{source}: {other_records} records of dataset 58 are not FRFs (function type 4) and are skipped"
+        ));
     }
-    let (coherences, frfs): (Vec<UniversalRecord>, Vec<UniversalRecord>) =
-        file.functions.into_iter().filter(|r| is_of_frf(&r.header)).partition(|r| r.header.function_type == function_type::COHERENCE);
+    let (coherences, frfs): (Vec<UniversalRecord>, Vec<UniversalRecord>) = file
+        .functions
+        .into_iter()
+        .filter(|r| is_of_frf(&r.header))
+        .partition(|r| r.header.function_type == function_type::COHERENCE);
     let pairs = paired(source, &frfs, &coherences, &mut notes);
     let alone = frfs.len() == 1;
     let (mut imported, mut refused) = (Vec::new(), Vec::new());
@@ -70,9 +76,14 @@ fn import_record(
     let UniversalRecord { header, abscissa, ordinate } = record;
     let mut warnings: Vec<String> = header.warnings.iter().map(|w| format!("{name}: {w}")).collect();
     let to_hz = abscissa_to_hz(source, &name, &header.abscissa, &mut warnings)?;
-    let Ordinates { quantity, factor, inverted, by_torque } = ordinates(source, &name, &header, requested, &mut warnings)?;
+    let Ordinates { quantity, factor, inverted, by_torque } =
+        ordinates(source, &name, &header, requested, &mut warnings)?;
     let Ordinate::Complex(mut values) = ordinate else {
-        return Err(MeasurementError::record(source, &name, "the FRF is stored as real numbers, without phase; export it as complex"));
+        return Err(MeasurementError::record(
+            source,
+            &name,
+            "the FRF is stored as real numbers, without phase; export it as complex",
+        ));
     };
     let si = |v: Complex64| if inverted { factor / v } else { v * factor };
     values.iter_mut().for_each(|v| *v = si(*v));
@@ -84,10 +95,16 @@ fn import_record(
         warnings.push(format!("{name}: {} is complex and is left out", coherence_of(complex)));
     }
     let entity = |l: &NodeLocation| l.entity.trim().to_string();
-    let (moving, struck) = if inverted { (&header.reference, &header.response) } else { (&header.response, &header.reference) };
+    let (moving, struck) =
+        if inverted { (&header.reference, &header.response) } else { (&header.response, &header.reference) };
     ImportedFrf {
         source: source.into(),
-        texts: header.id_lines.iter().map(|l| l.trim().to_string()).chain([entity(&header.response), entity(&header.reference)]).collect(),
+        texts: header
+            .id_lines
+            .iter()
+            .map(|l| l.trim().to_string())
+            .chain([entity(&header.response), entity(&header.reference)])
+            .collect(),
         response: point(moving),
         excitation: point(struck),
         response_direction: moving.direction,
@@ -121,7 +138,12 @@ pub fn described(header: &RecordHeader) -> String {
         format!("uneven abscissa{unit}")
     };
     let items = if is_of_frf(header) { "lines" } else { "values" };
-    let mut text = format!("{kind}  {} {items}  {range}  {} / {}", header.count, point(&header.response), point(&header.reference));
+    let mut text = format!(
+        "{kind}  {} {items}  {range}  {} / {}",
+        header.count,
+        point(&header.response),
+        point(&header.reference)
+    );
     if header.function_type == function_type::FREQUENCY_RESPONSE {
         let quantity = match ordinates("", "", header, None, &mut Vec::new()) {
             Ok(found) if found.inverted => format!("reciprocal of {}", found.quantity.word()),
@@ -129,7 +151,10 @@ pub fn described(header: &RecordHeader) -> String {
             Err(_) => "quantity unclear".into(),
         };
         let (upper, lower) = (shown_unit(&header.ordinate), shown_unit(&header.denominator));
-        let set = header.units.as_ref().map_or_else(String::new, |units| format!(", dataset 164 «{}»", units.description.trim()));
+        let set = header
+            .units
+            .as_ref()
+            .map_or_else(String::new, |units| format!(", dataset 164 «{}»", units.description.trim()));
         text += &format!("  {quantity}, {upper} / {lower}{set}");
     }
     if header.version != 0 {

@@ -1,4 +1,5 @@
-//! Import of FRFs from tables: frequency with real and imaginary parts, or with magnitudes and phases, of one or several FRFs.
+//! Import of FRFs from tables: frequency with real and imaginary parts, or with magnitudes and phases, of one
+//! or several FRFs.
 
 use std::collections::{HashMap, HashSet};
 
@@ -53,14 +54,23 @@ impl Form {
     }
 }
 
-/// Reads the FRFs of a table: cells separated by commas, semicolons, tabs or blanks, with points or commas in numbers, with or without lines
-/// of text before the table.
+/// Reads the FRFs of a table: cells separated by commas, semicolons, tabs or blanks, with points or commas in
+/// numbers, with or without lines of text before the table.
 ///
-/// # Errors  no table; a column without meaning, without partner or with an unknown unit; a cell that is no number; the quantity is not stated.
-pub fn frfs_from_table(source: &str, stem: &str, text: &str, request: &TableRequest) -> Result<Vec<ImportedFrf>, MeasurementError> {
+/// # Errors  no table; a column without meaning, without partner or with an unknown unit; a cell that is no
+///   number; the quantity is not stated.
+pub fn frfs_from_table(
+    source: &str,
+    stem: &str,
+    text: &str,
+    request: &TableRequest,
+) -> Result<Vec<ImportedFrf>, MeasurementError> {
     let layout = layout(text).ok_or_else(|| {
         let fault = if text.trim().is_empty() { "is empty" } else { "holds no line of numbers" };
-        MeasurementError::file(source, format!("{fault}; write a table with the columns frequency_hz,real,imag"))
+        MeasurementError::file(
+            source,
+            format!("{fault}; write a table with the columns frequency_hz,real,imag"),
+        )
     })?;
     let at_header = |fault: String| MeasurementError::line(source, layout.header_line, fault);
     let columns = columns(&layout, request).map_err(at_header)?;
@@ -72,7 +82,9 @@ pub fn frfs_from_table(source: &str, stem: &str, text: &str, request: &TableRequ
         let part = if label.is_empty() { format!("{}", index + 1) } else { label.replace(' ', "-") };
         let name = if several { format!("{stem}-{part}") } else { stem.to_string() };
         frf.warnings.iter_mut().for_each(|note| *note = format!("{name}: {note}"));
-        ImportedFrf { name, source: source.into(), ..frf }.checked(request.strict).map_err(|fault| in_lines(fault, &layout))
+        ImportedFrf { name, source: source.into(), ..frf }
+            .checked(request.strict)
+            .map_err(|fault| in_lines(fault, &layout))
     };
     groups.into_iter().enumerate().map(named).collect()
 }
@@ -80,9 +92,11 @@ pub fn frfs_from_table(source: &str, stem: &str, text: &str, request: &TableRequ
 /// States the first line of numbers where a value is at fault, so that its line can be found.
 fn in_lines(fault: MeasurementError, layout: &Layout) -> MeasurementError {
     match fault {
-        MeasurementError::Record { path, record, fault } => {
-            MeasurementError::Record { path, record, fault: format!("{fault}; the numbers begin in line {}", layout.first + 1) }
-        }
+        MeasurementError::Record { path, record, fault } => MeasurementError::Record {
+            path,
+            record,
+            fault: format!("{fault}; the numbers begin in line {}", layout.first + 1),
+        },
         other => other,
     }
 }
@@ -92,7 +106,11 @@ fn columns(layout: &Layout, request: &TableRequest) -> Result<Vec<Column>, Fault
     let names = match (&request.columns, &layout.header) {
         (Some(names), _) if names.len() == layout.cells => names.clone(),
         (Some(names), _) => {
-            return Err(format!("{} columns are named, but the table has {}; name each of them", names.len(), layout.cells));
+            return Err(format!(
+                "{} columns are named, but the table has {}; name each of them",
+                names.len(),
+                layout.cells
+            ));
         }
         (None, Some(names)) => names.clone(),
         (None, None) => {
@@ -106,7 +124,13 @@ fn columns(layout: &Layout, request: &TableRequest) -> Result<Vec<Column>, Fault
     for (at, name) in names.iter().enumerate() {
         // Lines that end in a separator have a last column without name.
         if name.is_empty() && at + 1 == names.len() {
-            columns.push(Column { name: String::new(), content: Content::Empty, unit: None, decibels: false, label: String::new() });
+            columns.push(Column {
+                name: String::new(),
+                content: Content::Empty,
+                unit: None,
+                decibels: false,
+                label: String::new(),
+            });
             continue;
         }
         columns.push(column(name).ok_or_else(|| {
@@ -126,13 +150,20 @@ fn groups(columns: &[Column], requested: Option<Quantity>) -> Result<Vec<Group>,
     let mut labelled: HashSet<&str> = HashSet::new();
     for (at, column) in columns.iter().enumerate() {
         places.entry((column.content, column.label.as_str())).or_default().push(at);
-        let is_value = matches!(column.content, Content::Real | Content::Imaginary | Content::Magnitude | Content::Phase);
+        let is_value = matches!(
+            column.content,
+            Content::Real | Content::Imaginary | Content::Magnitude | Content::Phase
+        );
         if is_value && labelled.insert(&column.label) {
             labels.push(&column.label);
         }
     }
-    let of = |content: Content, label: &str| -> Vec<usize> { places.get(&(content, label)).cloned().unwrap_or_default() };
-    let every = |content: Content| (0..columns.len()).filter(|at| columns[*at].content == content).collect::<Vec<_>>();
+    let of = |content: Content, label: &str| -> Vec<usize> {
+        places.get(&(content, label)).cloned().unwrap_or_default()
+    };
+    let every = |content: Content| {
+        (0..columns.len()).filter(|at| columns[*at].content == content).collect::<Vec<_>>()
+    };
     let frequencies = every(Content::Frequency);
     if frequencies.is_empty() {
         return Err(format!("no frequency column among «{}»; name one frequency_hz", all()));
@@ -140,13 +171,21 @@ fn groups(columns: &[Column], requested: Option<Quantity>) -> Result<Vec<Group>,
     let mut used: Vec<bool> = columns.iter().map(|column| column.content == Content::Empty).collect();
     let mut groups = Vec::new();
     for label in &labels {
-        let (real, imaginary, magnitude, phase) =
-            (of(Content::Real, label), of(Content::Imaginary, label), of(Content::Magnitude, label), of(Content::Phase, label));
+        let (real, imaginary, magnitude, phase) = (
+            of(Content::Real, label),
+            of(Content::Imaginary, label),
+            of(Content::Magnitude, label),
+            of(Content::Phase, label),
+        );
         let has_both = !real.is_empty() && !magnitude.is_empty();
-        let (firsts, seconds, is_polar) = if real.is_empty() { (magnitude.clone(), phase.clone(), true) } else { (real, imaginary, false) };
+        let (firsts, seconds, is_polar) =
+            if real.is_empty() { (magnitude.clone(), phase.clone(), true) } else { (real, imaginary, false) };
         if firsts.len() != seconds.len() || firsts.is_empty() {
             let which = if label.is_empty() { String::new() } else { format!(" of «{label}»") };
-            return Err(format!("write columns real,imag or magnitude,phase_deg (or phase_rad){which}; found {}", all()));
+            return Err(format!(
+                "write columns real,imag or magnitude,phase_deg (or phase_rad){which}; found {}",
+                all()
+            ));
         }
         let own = |content: Content, index: usize| {
             let own = of(content, label);
@@ -155,30 +194,47 @@ fn groups(columns: &[Column], requested: Option<Quantity>) -> Result<Vec<Group>,
         for (index, (first, second)) in firsts.iter().copied().zip(seconds.iter().copied()).enumerate() {
             let frequency = match frequencies.as_slice() {
                 [only] => *only,
-                _ => own(Content::Frequency, index)
-                    .ok_or_else(|| format!("several frequency columns in «{}», and none belongs to «{label}»; keep one", all()))?,
+                _ => own(Content::Frequency, index).ok_or_else(|| {
+                    format!(
+                        "several frequency columns in «{}», and none belongs to «{label}»; keep one",
+                        all()
+                    )
+                })?,
             };
             let alone = labels.len() == 1 && firsts.len() == 1;
-            let shared = |content: Content| own(content, index).or_else(|| every(content).first().copied().filter(|_| alone));
+            let shared = |content: Content| {
+                own(content, index).or_else(|| every(content).first().copied().filter(|_| alone))
+            };
             let mut group = group(columns, frequency, (first, second), is_polar, requested)?;
-            group.coherence = shared(Content::Coherence).map(|at| (at, if columns[at].unit.as_deref() == Some("%") { 0.01 } else { 1.0 }));
+            group.coherence = shared(Content::Coherence)
+                .map(|at| (at, if columns[at].unit.as_deref() == Some("%") { 0.01 } else { 1.0 }));
             group.relative_sd = shared(Content::RelativeSd);
             group.frf.coherence = group.coherence.map(|_| Vec::new());
             group.frf.relative_sd = group.relative_sd.map(|_| Vec::new());
             if has_both && !is_polar {
                 magnitude.iter().chain(&phase).for_each(|at| used[*at] = true);
-                group.frf.warnings.push("magnitude and phase repeat the real and imaginary parts, which are used".into());
+                group
+                    .frf
+                    .warnings
+                    .push("magnitude and phase repeat the real and imaginary parts, which are used".into());
             }
-            let own = [Some(frequency), Some(first), Some(second), group.coherence.map(|c| c.0), group.relative_sd];
+            let own =
+                [Some(frequency), Some(first), Some(second), group.coherence.map(|c| c.0), group.relative_sd];
             own.into_iter().flatten().for_each(|at| used[at] = true);
             groups.push(group);
         }
     }
     if groups.is_empty() {
-        return Err(format!("write columns real,imag or magnitude,phase_deg (or phase_rad); found {}", all()));
+        return Err(format!(
+            "write columns real,imag or magnitude,phase_deg (or phase_rad); found {}",
+            all()
+        ));
     }
     if let Some(at) = used.iter().position(|used| !used) {
-        return Err(format!("the column «{}» is left over: it belongs to none of the FRFs; remove or rename it", columns[at].name));
+        return Err(format!(
+            "the column «{}» is left over: it belongs to none of the FRFs; remove or rename it",
+            columns[at].name
+        ));
     }
     Ok(groups)
 }
@@ -195,7 +251,8 @@ fn group(
     let (a, b) = (&columns[first], &columns[second]);
     let factor_hz = match &columns[frequency].unit {
         None => 1.0,
-        Some(unit) => to_hz(unit).map_err(|fault| format!("{}: {fault}; write Hz, kHz, rad/s or rpm", columns[frequency].name))?,
+        Some(unit) => to_hz(unit)
+            .map_err(|fault| format!("{}: {fault}; write Hz, kHz, rad/s or rpm", columns[frequency].name))?,
     };
     let form = match (is_polar, a.decibels) {
         (false, _) => Form::Cartesian,
@@ -252,7 +309,10 @@ fn group(
         });
     }
     if inverted {
-        notes.push(format!("the columns hold force over motion; their reciprocal is taken as {}", quantity.word()));
+        notes.push(format!(
+            "the columns hold force over motion; their reciprocal is taken as {}",
+            quantity.word()
+        ));
     }
     let frf = ImportedFrf {
         name: String::new(),
@@ -285,8 +345,9 @@ fn group(
 
 /// Returns factor and kind of the unit of a value.
 fn value_unit(column: &Column, label: &str) -> Result<(f64, Measures), Fault> {
-    let unit =
-        of_frf(label).map_err(|fault| format!("{}: {fault}; write one like m/N, (mm/s)/N or (m/s^2)/N, or none for SI", column.name))?;
+    let unit = of_frf(label).map_err(|fault| {
+        format!("{}: {fault}; write one like m/N, (mm/s)/N or (m/s^2)/N, or none for SI", column.name)
+    })?;
     match measures(unit) {
         kind @ (Measures::Ratio(..) | Measures::Inverse(..)) => Ok((unit.to_si(), kind)),
         _ => Err(format!(
@@ -299,14 +360,27 @@ fn value_unit(column: &Column, label: &str) -> Result<(f64, Measures), Fault> {
 
 /// Returns the factor of a phase to rad.
 fn phase_factor(column: &Column) -> Result<f64, Fault> {
-    let label = column.unit.as_deref().ok_or("the phase has no unit; name the column phase_deg or phase_rad")?;
-    let unit = numeric::unit::parse(label).map_err(|fault| format!("{}: {fault}; write deg or rad", column.name))?;
-    let is_angle = unit.dimension == numeric::unit::Unit::ONE.dimension && (unit.angle == 1 || unit.turns == 1);
-    if is_angle { Ok(unit.to_si()) } else { Err(format!("{}: «{label}» is no angle; write deg or rad", column.name)) }
+    let label =
+        column.unit.as_deref().ok_or("the phase has no unit; name the column phase_deg or phase_rad")?;
+    let unit =
+        numeric::unit::parse(label).map_err(|fault| format!("{}: {fault}; write deg or rad", column.name))?;
+    let is_angle =
+        unit.dimension == numeric::unit::Unit::ONE.dimension && (unit.angle == 1 || unit.turns == 1);
+    if is_angle {
+        Ok(unit.to_si())
+    } else {
+        Err(format!("{}: «{label}» is no angle; write deg or rad", column.name))
+    }
 }
 
 /// Reads all lines of numbers into the FRFs.
-fn read_values(source: &str, text: &str, layout: &Layout, columns: &[Column], groups: &mut [Group]) -> Result<(), MeasurementError> {
+fn read_values(
+    source: &str,
+    text: &str,
+    layout: &Layout,
+    columns: &[Column],
+    groups: &mut [Group],
+) -> Result<(), MeasurementError> {
     let mut numbers = vec![f64::NAN; columns.len()];
     for (index, line) in text.lines().enumerate().skip(layout.first) {
         if is_void(line) {
@@ -321,7 +395,10 @@ fn read_values(source: &str, text: &str, layout: &Layout, columns: &[Column], gr
             }
             let frequency = numbers[group.frequency.0];
             if !frequency.is_finite() {
-                return Err(in_line(format!("{} is missing; each line has a frequency", columns[group.frequency.0].name)));
+                return Err(in_line(format!(
+                    "{} is missing; each line has a frequency",
+                    columns[group.frequency.0].name
+                )));
             }
             let value = group.form.value(a, b, (group.first.1, group.second.1));
             group.frf.frequency_hz.push(frequency * group.frequency.1);
@@ -345,7 +422,9 @@ fn read_line(line: &str, layout: &Layout, columns: &[Column], numbers: &mut [f64
             *number = match cell(text, layout.comma) {
                 _ if columns[count].content == Content::Empty && !text.is_empty() => {
                     let shown: String = text.chars().take(40).collect();
-                    return Err(format!("the column without a name holds «{shown}»; name it in the header, or remove it"));
+                    return Err(format!(
+                        "the column without a name holds «{shown}»; name it in the header, or remove it"
+                    ));
                 }
                 Cell::Number(number) => number,
                 Cell::Missing => f64::NAN,
@@ -360,7 +439,8 @@ fn read_line(line: &str, layout: &Layout, columns: &[Column], numbers: &mut [f64
     };
     layout.separator.cells(line).try_for_each(&mut read)?;
     if count != columns.len() {
-        let hint = if count > columns.len() && !layout.comma { " (decimal commas? write points)" } else { "" };
+        let hint =
+            if count > columns.len() && !layout.comma { " (decimal commas? write points)" } else { "" };
         return Err(format!("has {count} cells, not {} as the first line of numbers{hint}", columns.len()));
     }
     Ok(())
@@ -378,15 +458,19 @@ pub fn described_table(source: &str, text: &str, request: &TableRequest) -> Resu
     )
     .or_else(|_| frfs_from_table(source, "table", text, request))?;
     let layout = layout(text);
-    let names = request.columns.clone().or(layout.and_then(|layout| layout.header)).unwrap_or_default().join(", ");
+    let names =
+        request.columns.clone().or(layout.and_then(|layout| layout.header)).unwrap_or_default().join(", ");
     let mut described = format!("a table of {} FRFs, columns {names}", frfs.len());
     for frf in &frfs {
-        let (first, last) = (frf.frequency_hz.first().unwrap_or(&0.0), frf.frequency_hz.last().unwrap_or(&0.0));
+        let (first, last) =
+            (frf.frequency_hz.first().unwrap_or(&0.0), frf.frequency_hz.last().unwrap_or(&0.0));
         let has_unit = frf.warnings.iter().all(|w| !w.contains("taken as"));
         let quantity = if has_unit { frf.quantity.word() } else { "quantity and unit not stated" };
         let coherence = if frf.coherence.is_some() { ", with coherence" } else { "" };
-        described +=
-            &format!("\n  {} lines  {first}…{last} Hz  {quantity}{coherence}  directions and averages not stated", frf.frequency_hz.len());
+        described += &format!(
+            "\n  {} lines  {first}…{last} Hz  {quantity}{coherence}  directions and averages not stated",
+            frf.frequency_hz.len()
+        );
     }
     Ok(described)
 }

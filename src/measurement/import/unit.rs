@@ -59,8 +59,10 @@ pub(super) fn measures(unit: Unit) -> Measures {
         (0, 1) => quantity(time).map_or(Measures::Other, Measures::Motion),
         (0, 0) if is_angular => quantity(time).map_or(Measures::Other, Measures::Motion),
         // Force has the time exponent -2.
-        (-1, -2..=0) => quantity(time - 2).map_or(Measures::Other, |q| Measures::Ratio(q, length == -2 || (length == -1 && !is_angular))),
-        (1, 0..=2) => quantity(-time - 2).map_or(Measures::Other, |q| Measures::Inverse(q, length == 2 || (length == 1 && !is_angular))),
+        (-1, -2..=0) => quantity(time - 2)
+            .map_or(Measures::Other, |q| Measures::Ratio(q, length == -2 || (length == -1 && !is_angular))),
+        (1, 0..=2) => quantity(-time - 2)
+            .map_or(Measures::Other, |q| Measures::Inverse(q, length == 2 || (length == 1 && !is_angular))),
         _ => Measures::Other,
     }
 }
@@ -75,7 +77,8 @@ pub(super) fn of_frf(label: &str) -> Result<Unit, UnitError> {
 /// # Errors  the unit is unknown, or none of frequency; the text says what it is.
 pub(super) fn to_hz(label: &str) -> Result<f64, Fault> {
     let unit = parse(label).map_err(|fault| fault.to_string())?;
-    unit.to_hz().ok_or_else(|| format!("the unit «{label}» is that of {}, not of a frequency", unit.dimension.name()))
+    unit.to_hz()
+        .ok_or_else(|| format!("the unit «{label}» is that of {}, not of a frequency", unit.dimension.name()))
 }
 
 /// What is wrong, without its place.

@@ -48,24 +48,30 @@ fn table_paths(frfs: &[(ImportedFrf, Placement)]) -> Vec<String> {
     paths
 }
 
-/// Returns the paths of FRF tables in a set's folder that its manifest lists and a set of these FRFs does not: they are left behind where it
-/// replaces the other. Only files in `frf/` of the folder itself count.
+/// Returns the paths of FRF tables in a set's folder that its manifest lists and a set of these FRFs does
+/// not: they are left behind where it replaces the other. Only files in `frf/` of the folder itself count.
 pub fn left_behind(frfs: &[(ImportedFrf, Placement)], folder: &Path) -> Vec<PathBuf> {
-    let manifest = read_text(&folder.join("manifest.toml"), MOST_TEXT_BYTES).ok().and_then(|text| text.parse::<toml::Table>().ok());
+    let manifest = read_text(&folder.join("manifest.toml"), MOST_TEXT_BYTES)
+        .ok()
+        .and_then(|text| text.parse::<toml::Table>().ok());
     if !folder.join("frf").symlink_metadata().is_ok_and(|m| m.is_dir()) {
         return Vec::new();
     }
-    let entries = manifest.as_ref().and_then(|m| m.get("frf")?.as_array()).map(Vec::as_slice).unwrap_or_default();
+    let entries =
+        manifest.as_ref().and_then(|m| m.get("frf")?.as_array()).map(Vec::as_slice).unwrap_or_default();
     let listed = entries.iter().filter_map(|entry| entry.get("file")?.as_str());
     let kept: BTreeSet<String> = table_paths(frfs).into_iter().collect();
-    let in_folder = |name: &&str| name.strip_prefix("frf/").is_some_and(|file| !file.contains(['/', '\\']) && file.ends_with(".csv"));
+    let in_folder = |name: &&str| {
+        name.strip_prefix("frf/").is_some_and(|file| !file.contains(['/', '\\']) && file.ends_with(".csv"))
+    };
     let left: BTreeSet<&str> = listed.filter(in_folder).filter(|name| !kept.contains(*name)).collect();
     left.into_iter().map(|name| folder.join(name)).collect()
 }
 
 /// Returns path and content of every file of the set, each generated on demand.
 ///
-/// `nuts_m` holds the nut positions (m) by position name. Coherences are written only together with `averages`.
+/// `nuts_m` holds the nut positions (m) by position name. Coherences are written only together with
+/// `averages`.
 pub fn set_files(
     title: &str,
     frfs: &[(ImportedFrf, Placement)],
@@ -73,7 +79,8 @@ pub fn set_files(
     averages: Option<u32>,
 ) -> impl Iterator<Item = (String, String)> {
     let all = |holds: fn(&(ImportedFrf, Placement)) -> bool| !frfs.is_empty() && frfs.iter().all(holds);
-    let unit = if all(|(frf, placement)| placement.excitation.as_ref().unwrap_or(&frf.excitation) == COMMAND) {
+    let unit = if all(|(frf, placement)| placement.excitation.as_ref().unwrap_or(&frf.excitation) == COMMAND)
+    {
         "m"
     } else if all(|(frf, _)| frf.by_torque) {
         "N*m"
@@ -116,14 +123,18 @@ pub fn set_files(
             quoted(excitation),
             frf.quantity.word()
         );
-        for (key, direction) in [("response_direction", frf.response_direction), ("excitation_direction", frf.excitation_direction)] {
+        for (key, direction) in [
+            ("response_direction", frf.response_direction),
+            ("excitation_direction", frf.excitation_direction),
+        ] {
             let name = direction_name(direction);
             if !name.is_empty() {
                 let _ = writeln!(manifest, "{key} = \"{name}\"");
             }
         }
     }
-    let tables = paths.into_iter().zip(frfs).map(move |(path, (frf, _))| (path, table(frf, averages.is_some())));
+    let tables =
+        paths.into_iter().zip(frfs).map(move |(path, (frf, _))| (path, table(frf, averages.is_some())));
     tables.chain([("manifest.toml".into(), manifest)])
 }
 

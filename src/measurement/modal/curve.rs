@@ -6,16 +6,18 @@ use num_complex::Complex64;
 
 use super::ModalError;
 
-/// Smallest number of usable lines of a fit: one mode and the background have eight real unknowns, a line gives two equations.
+/// Smallest number of usable lines of a fit: one mode and the background have eight real unknowns, a line
+/// gives two equations.
 pub const LEAST_LINES: usize = 12;
 
 /// One frequency response function, e^{+iωt}.
 ///
 /// # Units
 ///
-/// `frequency_hz` Hz, rising, above 0, in any spacing; `receptance` response over force (m/N or any other unit: kept in the results);
-/// `component_sd` standard deviation of the real and of the imaginary part of ln H (1), `None` where unknown.
-/// `omega_power` is the measured quantity, in which amplitudes are returned: 0 receptance, 1 mobility, 2 accelerance.
+/// `frequency_hz` Hz, rising, above 0, in any spacing; `receptance` response over force (m/N or any other
+/// unit: kept in the results); `component_sd` standard deviation of the real and of the imaginary part of ln
+/// H (1), `None` where unknown. `omega_power` is the measured quantity, in which amplitudes are returned: 0
+/// receptance, 1 mobility, 2 accelerance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrfCurve<'a> {
     /// Frequency lines (Hz).
@@ -76,16 +78,21 @@ impl CurveLines {
     pub fn of(curve: &FrfCurve, options: &CurveOptions) -> Result<Self, ModalError> {
         check(curve)?;
         let (from_hz, to_hz, local) = match options.fit {
-            CurveFit::Full => {
-                (curve.frequency_hz.first().copied().unwrap_or(0.0), curve.frequency_hz.last().copied().unwrap_or(0.0), false)
+            CurveFit::Full => (
+                curve.frequency_hz.first().copied().unwrap_or(0.0),
+                curve.frequency_hz.last().copied().unwrap_or(0.0),
+                false,
+            ),
+            CurveFit::Local { from_hz, to_hz } if from_hz >= 0.0 && to_hz > from_hz && to_hz.is_finite() => {
+                (from_hz, to_hz, true)
             }
-            CurveFit::Local { from_hz, to_hz } if from_hz >= 0.0 && to_hz > from_hz && to_hz.is_finite() => (from_hz, to_hz, true),
             CurveFit::Local { from_hz, to_hz } => return Err(ModalError::Band { from_hz, to_hz }),
         };
         if !curve.receptance.is_empty() && curve.receptance.iter().all(|h| *h == Complex64::ZERO) {
             return Err(ModalError::AllZero { lines: curve.receptance.len() });
         }
-        let mut lines = Self { omega: Vec::new(), h: Vec::new(), sd: curve.component_sd.map(|_| Vec::new()), local };
+        let mut lines =
+            Self { omega: Vec::new(), h: Vec::new(), sd: curve.component_sd.map(|_| Vec::new()), local };
         for (at, (f, h)) in curve.frequency_hz.iter().zip(curve.receptance).enumerate() {
             if *f >= from_hz && *f <= to_hz && *h != Complex64::ZERO {
                 lines.omega.push(TAU * f);
@@ -139,7 +146,12 @@ fn check(curve: &FrfCurve) -> Result<(), ModalError> {
     let mut previous_hz = 0.0;
     for (line, f) in curve.frequency_hz.iter().enumerate() {
         if !(f.is_finite() && *f > 0.0) {
-            return Err(ModalError::Value { line, what: "frequency_hz", value: *f, remedy: "remove lines at or below 0 Hz" });
+            return Err(ModalError::Value {
+                line,
+                what: "frequency_hz",
+                value: *f,
+                remedy: "remove lines at or below 0 Hz",
+            });
         }
         if line > 0 && *f <= previous_hz {
             return Err(ModalError::Order { line, frequency_hz: *f, previous_hz });
@@ -149,7 +161,12 @@ fn check(curve: &FrfCurve) -> Result<(), ModalError> {
     for (line, h) in curve.receptance.iter().enumerate() {
         if !h.is_finite() {
             let value = if h.re.is_finite() { h.im } else { h.re };
-            return Err(ModalError::Value { line, what: "H", value, remedy: "remove lines without a finite value" });
+            return Err(ModalError::Value {
+                line,
+                what: "H",
+                value,
+                remedy: "remove lines without a finite value",
+            });
         }
     }
     for (line, sd) in curve.component_sd.unwrap_or(&[]).iter().enumerate() {

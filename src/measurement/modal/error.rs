@@ -68,7 +68,9 @@ pub enum ModalError {
         to_hz: f64,
     },
     /// The weighted normal equations cannot be solved.
-    #[error("the modal fit of {from_hz}..{to_hz} Hz is singular with {modes} modes; ask for fewer modes or a wider band")]
+    #[error(
+        "the modal fit of {from_hz}..{to_hz} Hz is singular with {modes} modes; ask for fewer modes or a wider band"
+    )]
     Singular {
         /// Poles in the model.
         modes: usize,

@@ -1,7 +1,7 @@
 //! Weighted normal equations of the modal model, and their solution by Levenberg–Marquardt steps.
 //!
-//! Rows are the real and imaginary part of w (H − Ĥ) per line; the Jacobian is never stored as a whole. Unknowns are scaled to unit
-//! column norm.
+//! Rows are the real and imaginary part of w (H − Ĥ) per line; the Jacobian is never stored as a whole.
+//! Unknowns are scaled to unit column norm.
 //!
 //! # Source  Moré, Lecture Notes in Mathematics 630 (1978), 105–116, on the scaling.
 
@@ -37,7 +37,8 @@ impl ModalNormalEquations {
             }
             for (at, weight) in weight[from..to].iter().enumerate() {
                 let (line, row) = (from + at, 2 * at);
-                let difference = (lines.h[line] - model.derivatives(lines.omega[line], &mut columns)) * *weight;
+                let difference =
+                    (lines.h[line] - model.derivatives(lines.omega[line], &mut columns)) * *weight;
                 residual[row] = difference.re;
                 residual[row + 1] = difference.im;
                 sums.chi2 += difference.norm_sqr();
@@ -59,10 +60,15 @@ impl ModalNormalEquations {
         Self { gram, right: DVector::from_fn(n, |i, _| self.right[unknowns[i]]), chi2: self.chi2 }
     }
 
-    /// Returns the step with damping λ, and Gram⁻¹ if requested; `None` where the matrix is not positive definite.
+    /// Returns the step with damping λ, and Gram⁻¹ if requested; `None` where the matrix is not positive
+    /// definite.
     pub fn solve(&self, lambda: f64, inverse: bool) -> Option<(DVector<f64>, DMatrix<f64>)> {
         let n = self.right.len();
-        let scale = DVector::from_fn(n, |i, _| if self.gram[(i, i)] > 0.0 { 1.0 / self.gram[(i, i)].sqrt() } else { 0.0 });
+        let scale =
+            DVector::from_fn(
+                n,
+                |i, _| if self.gram[(i, i)] > 0.0 { 1.0 / self.gram[(i, i)].sqrt() } else { 0.0 },
+            );
         let scaled = DMatrix::from_fn(n, n, |i, j| {
             let diagonal = if i != j {
                 0.0
@@ -113,7 +119,13 @@ pub(super) fn solve_linear(model: &mut ModalModel, lines: &CurveLines, weight: &
 /// Refines all unknowns and returns χ².
 ///
 /// Stops when a step reduces χ² by less than the share `tolerance` twice in a row, or after `trials` trials.
-pub(super) fn refine(model: &mut ModalModel, lines: &CurveLines, weight: &[f64], tolerance: f64, trials: usize) -> f64 {
+pub(super) fn refine(
+    model: &mut ModalModel,
+    lines: &CurveLines,
+    weight: &[f64],
+    tolerance: f64,
+    trials: usize,
+) -> f64 {
     let mut current = ModalNormalEquations::of(model, lines, weight);
     let mut lambda = 1e-4;
     let mut slow = 0;

@@ -1,14 +1,15 @@
 //! Least-squares complex-frequency estimator: poles of one band at every polynomial order.
 //!
-//! The band is mapped onto the unit circle, z = e^{iθ}, and H ≈ B(z)/A(z) with polynomials in z is solved by least squares. The normal
-//! matrices are Toeplitz: an order needs three sums per lag. Fixing the lowest coefficient of A at 1 moves poles that fit noise outside
-//! the unit circle, where they are unstable. Repeated weighting with 1/|A| turns the equation error into the error of H.
+//! The band is mapped onto the unit circle, z = e^{iθ}, and H ≈ B(z)/A(z) with polynomials in z is solved by
+//! least squares. The normal matrices are Toeplitz: an order needs three sums per lag. Fixing the lowest
+//! coefficient of A at 1 moves poles that fit noise outside the unit circle, where they are unstable.
+//! Repeated weighting with 1/|A| turns the equation error into the error of H.
 //!
 //! # Source
 //!
-//! Guillaume, Verboven, Vanlanduit, Van der Auweraer, Peeters, IMAC XXI (2003), on the poly-reference estimator (one input, one
-//! output here); Cauberghe, thesis, Vrije Universiteit Brussel (2004), on the constraint; Sanathanan and Koerner, IEEE Trans.
-//! Automatic Control 8 (1963), 56–58, on the weighting.
+//! Guillaume, Verboven, Vanlanduit, Van der Auweraer, Peeters, IMAC XXI (2003), on the poly-reference
+//! estimator (one input, one output here); Cauberghe, thesis, Vrije Universiteit Brussel (2004), on the
+//! constraint; Sanathanan and Koerner, IEEE Trans. Automatic Control 8 (1963), 56–58, on the weighting.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
@@ -25,7 +26,8 @@ const REWEIGHTINGS: usize = 3;
 const MIRRORED_TOP: f64 = 0.85 * PI;
 /// Angles of the first and last line (rad) where the lines are not mirrored.
 const ARC: (f64, f64) = (0.2 * PI, 1.8 * PI);
-/// Ratio of lower to upper band end (1) below which the lines are mirrored at 0 Hz: there poles and their conjugates are neighbours.
+/// Ratio of lower to upper band end (1) below which the lines are mirrored at 0 Hz: there poles and their
+/// conjugates are neighbours.
 const MIRROR_BELOW: f64 = 0.3;
 /// Largest distance of a kept pole outside the band, as a share of the band width (1).
 const MARGIN: f64 = 0.15;
@@ -48,7 +50,8 @@ impl UnitCircle {
         }
     }
 
-    /// Returns the pole in s of a root in z; `None` where it is unstable, heavily damped or far outside the band.
+    /// Returns the pole in s of a root in z; `None` where it is unstable, heavily damped or far outside the
+    /// band.
     fn pole(&self, z: Complex64) -> Option<Complex64> {
         let mut angle = z.arg();
         if !self.mirrored && angle < 0.0 {
@@ -56,13 +59,20 @@ impl UnitCircle {
         }
         let pole = Complex64::new(z.norm().ln(), angle - self.offset) / self.slope;
         let margin = MARGIN * (self.band.1 - self.band.0);
-        let inside = pole.im > (self.band.0 - margin).max(1e-3 * self.band.0) && pole.im < self.band.1 + margin;
+        let inside =
+            pole.im > (self.band.0 - margin).max(1e-3 * self.band.0) && pole.im < self.band.1 + margin;
         (pole.re < 0.0 && inside && -pole.re < 0.75 * pole.im).then_some(pole)
     }
 }
 
-/// Returns the poles (rad/s) of the lines in `range` for each order, with Re < 0 < Im, inside the band or close to it; `weight` is the inverse relative standard deviation of each line.
-pub(super) fn diagram(lines: &CurveLines, range: Range<usize>, weight: &[f64], orders: &[usize]) -> Vec<Vec<Complex64>> {
+/// Returns the poles (rad/s) of the lines in `range` for each order, with Re < 0 < Im, inside the band or
+/// close to it; `weight` is the inverse relative standard deviation of each line.
+pub(super) fn diagram(
+    lines: &CurveLines,
+    range: Range<usize>,
+    weight: &[f64],
+    orders: &[usize],
+) -> Vec<Vec<Complex64>> {
     let omega = &lines.omega[range.clone()];
     let h = &lines.h[range.clone()];
     let weight = &weight[range];
@@ -88,8 +98,12 @@ pub(super) fn diagram(lines: &CurveLines, range: Range<usize>, weight: &[f64], o
                 reweight(&mut squared, &first, &z, &a);
                 found = Some(a);
             }
-            let mut poles: Vec<Complex64> =
-                found.map(|a| roots(&a)).unwrap_or_default().into_iter().filter_map(|z| circle.pole(z)).collect();
+            let mut poles: Vec<Complex64> = found
+                .map(|a| roots(&a))
+                .unwrap_or_default()
+                .into_iter()
+                .filter_map(|z| circle.pole(z))
+                .collect();
             poles.sort_by(|a, b| a.im.total_cmp(&b.im));
             poles
         })
@@ -98,7 +112,8 @@ pub(super) fn diagram(lines: &CurveLines, range: Range<usize>, weight: &[f64], o
 
 /// Computes the squared weights of the next solution: the first ones over |A|².
 fn reweight(squared: &mut [f64], first: &[f64], z: &[Complex64], a: &[Complex64]) {
-    let size: Vec<f64> = z.iter().map(|z| a.iter().rev().fold(Complex64::ZERO, |sum, c| sum * z + c).norm_sqr()).collect();
+    let size: Vec<f64> =
+        z.iter().map(|z| a.iter().rev().fold(Complex64::ZERO, |sum, c| sum * z + c).norm_sqr()).collect();
     let largest = size.iter().copied().fold(0.0, f64::max);
     for ((out, first), size) in squared.iter_mut().zip(first).zip(size) {
         *out = first / size.max(1e-14 * largest);
@@ -141,8 +156,12 @@ impl Sums {
     }
 }
 
-/// Solves for the coefficients of A (lowest 1) by the reduced normal equations T − Sᴴ R⁻¹ S; `part` takes 2·Re for mirrored lines.
-fn denominator<T: ComplexField<RealField = f64>>(sums: &Sums, part: impl Fn(Complex64) -> T) -> Option<Vec<T>> {
+/// Solves for the coefficients of A (lowest 1) by the reduced normal equations T − Sᴴ R⁻¹ S; `part` takes
+/// 2·Re for mirrored lines.
+fn denominator<T: ComplexField<RealField = f64>>(
+    sums: &Sums,
+    part: impl Fn(Complex64) -> T,
+) -> Option<Vec<T>> {
     let n = sums.order + 1;
     let r = DMatrix::from_fn(n, n, |i, j| part(Sums::hermitian(&sums.one, i, j)));
     let s = DMatrix::from_fn(n, n, |i, j| part(sums.cross[sums.order + j - i]));

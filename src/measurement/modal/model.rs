@@ -8,8 +8,8 @@
 //!   b = U + V x         local fit, x from −1 to 1 over the band
 //! ```
 //!
-//! Residues and background are complex, so that a delay or phase error of the measuring chain does not bias the poles. The nonlinear
-//! unknowns are ln σ and ln ω_k, which keep both positive.
+//! Residues and background are complex, so that a delay or phase error of the measuring chain does not bias
+//! the poles. The nonlinear unknowns are ln σ and ln ω_k, which keep both positive.
 
 use num_complex::Complex64;
 
@@ -52,7 +52,11 @@ impl Background {
     /// Returns the two basis functions.
     fn basis(&self, omega: f64) -> [f64; 2] {
         let (low, high) = self.band;
-        if self.local { [1.0, (2.0 * omega - low - high) / (high - low)] } else { [low * low / (omega * omega), 1.0] }
+        if self.local {
+            [1.0, (2.0 * omega - low - high) / (high - low)]
+        } else {
+            [low * low / (omega * omega), 1.0]
+        }
     }
 }
 
@@ -69,7 +73,14 @@ impl ModalModel {
     /// Creates a model with residue 0 at the poles.
     pub fn of(lines: &CurveLines, poles: &[Complex64]) -> Self {
         let terms = poles.iter().map(|pole| Term { pole: *pole, residue: Complex64::ZERO }).collect();
-        Self { terms, background: Background { coefficients: [Complex64::ZERO; 2], band: lines.band(), local: lines.local } }
+        Self {
+            terms,
+            background: Background {
+                coefficients: [Complex64::ZERO; 2],
+                band: lines.band(),
+                local: lines.local,
+            },
+        }
     }
 
     /// Returns the number of real unknowns.
@@ -134,7 +145,8 @@ mod tests {
 
     #[test]
     fn limit_derivatives_match_differences() {
-        let lines = CurveLines { omega: vec![10.0, 90.0], h: vec![Complex64::ONE; 2], sd: None, local: false };
+        let lines =
+            CurveLines { omega: vec![10.0, 90.0], h: vec![Complex64::ONE; 2], sd: None, local: false };
         let mut model = ModalModel::of(&lines, &[Complex64::new(-1.0, 40.0), Complex64::new(-9.0, 60.0)]);
         model.terms[0].residue = Complex64::new(0.3, -2.0);
         model.terms[1].residue = Complex64::new(-0.5, 1.0);
@@ -147,7 +159,11 @@ mod tests {
                 let up = model.stepped(&step).at(omega);
                 step[at] = -1e-6;
                 let slope = (up - model.stepped(&step).at(omega)) / 2e-6;
-                assert!((slope - columns[at]).norm() < 1e-7 * (1.0 + slope.norm()), "{at} at {omega}: {slope} {}", columns[at]);
+                assert!(
+                    (slope - columns[at]).norm() < 1e-7 * (1.0 + slope.norm()),
+                    "{at} at {omega}: {slope} {}",
+                    columns[at]
+                );
             }
         }
     }

@@ -1,4 +1,5 @@
-//! Noise estimate of lines without given noise: first from the curve alone, then from the residual of the fit.
+//! Noise estimate of lines without given noise: first from the curve alone, then from the residual of the
+//! fit.
 
 use num_complex::Complex64;
 
@@ -7,7 +8,8 @@ use super::model::ModalModel;
 
 /// Smallest number of lines of a running estimate.
 const WINDOW: usize = 41;
-/// Lower bound on the relative standard deviation before a fit (1): it represents the misfit of a first model.
+/// Lower bound on the relative standard deviation before a fit (1): it represents the misfit of a first
+/// model.
 const FIRST_FLOOR: f64 = 0.005;
 /// Relative standard deviation below which residuals are rounding errors (1).
 pub(super) const SD_FLOOR: f64 = 1e-7;
@@ -18,7 +20,8 @@ const MEDIAN_CHI2_2: f64 = 1.386_294_361_119_890_6;
 /// Residuals beyond this many standard deviations are weighted down (Huber).
 const OUTLIER: f64 = 4.0;
 
-/// Estimates the relative standard deviation per component from the error of interpolating each line by a cubic through four neighbours.
+/// Estimates the relative standard deviation per component from the error of interpolating each line by a
+/// cubic through four neighbours.
 ///
 /// Noise-free curves give the lower bound of 0.5 % on all lines.
 pub(super) fn from_curve(lines: &CurveLines) -> Vec<f64> {
@@ -44,7 +47,8 @@ pub(super) fn from_curve(lines: &CurveLines) -> Vec<f64> {
     local.iter().map(|s| ((s + overall) / MEDIAN_CHI2_2).sqrt()).collect()
 }
 
-/// Estimates the relative standard deviation per component from the residual of a model, as a running median over the lines.
+/// Estimates the relative standard deviation per component from the residual of a model, as a running median
+/// over the lines.
 pub(super) fn from_residual(lines: &CurveLines, model: &ModalModel) -> Vec<f64> {
     let squares: Vec<f64> = relative(lines, model).iter().map(|e| e.norm_sqr()).collect();
     let window = WINDOW.max(lines.len() / 12);
@@ -55,7 +59,8 @@ pub(super) fn from_residual(lines: &CurveLines, model: &ModalModel) -> Vec<f64> 
         .collect()
 }
 
-/// Returns the weights 1/(s·|Ĥ|) of the next fit. They use |Ĥ| of the model instead of |H|, so that noise does not affect its own weight.
+/// Returns the weights 1/(s·|Ĥ|) of the next fit. They use |Ĥ| of the model instead of |H|, so that noise
+/// does not affect its own weight.
 ///
 /// Lines far from the model are weighted down (Huber), and |Ĥ| is kept within a factor of 4 of |H|.
 pub(super) fn weights(lines: &CurveLines, sd: &[f64], model: Option<&ModalModel>) -> Vec<f64> {
@@ -78,12 +83,20 @@ fn relative(lines: &CurveLines, model: &ModalModel) -> Vec<Complex64> {
     lines.omega.iter().zip(&lines.h).map(relative_error).collect()
 }
 
-/// Returns the root mean square of |Ĥ − H|/|H| (1), and the correlation of neighbouring weighted residuals (1).
+/// Returns the root mean square of |Ĥ − H|/|H| (1), and the correlation of neighbouring weighted residuals
+/// (1).
 pub(super) fn misfit(lines: &CurveLines, model: &ModalModel, weight: &[f64]) -> (f64, f64) {
-    let residual: Vec<Complex64> = lines.omega.iter().zip(&lines.h).zip(weight).map(|((omega, h), w)| (model.at(*omega) - h) * w).collect();
+    let residual: Vec<Complex64> = lines
+        .omega
+        .iter()
+        .zip(&lines.h)
+        .zip(weight)
+        .map(|((omega, h), w)| (model.at(*omega) - h) * w)
+        .collect();
     let squares: f64 = residual.iter().map(|e| e.norm_sqr()).sum();
     let neighbours: f64 = residual.windows(2).map(|e| (e[0] * e[1].conj()).re).sum();
-    let relative: f64 = lines.omega.iter().zip(&lines.h).map(|(omega, h)| ((model.at(*omega) - h) / h).norm_sqr()).sum();
+    let relative: f64 =
+        lines.omega.iter().zip(&lines.h).map(|(omega, h)| ((model.at(*omega) - h) / h).norm_sqr()).sum();
     ((relative / lines.len() as f64).sqrt(), if squares > 0.0 { neighbours / squares } else { 0.0 })
 }
 
@@ -97,7 +110,8 @@ pub(super) fn median(mut values: Vec<f64>) -> f64 {
     }
 }
 
-/// Returns the median over a window around each value, computed at steps of an eighth of the window and interpolated linearly.
+/// Returns the median over a window around each value, computed at steps of an eighth of the window and
+/// interpolated linearly.
 fn running_median(values: &[f64], window: usize) -> Vec<f64> {
     let window = window.min(values.len());
     let step = (window / 8).max(1);

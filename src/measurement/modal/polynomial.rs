@@ -13,7 +13,8 @@ fn value_and_slope(coefficients: &[Complex64], z: Complex64) -> (Complex64, Comp
     (value, slope)
 }
 
-/// Returns the Newton step p/p' at z. Outside the unit circle it uses the reversed polynomial, which does not overflow there.
+/// Returns the Newton step p/p' at z. Outside the unit circle it uses the reversed polynomial, which does not
+/// overflow there.
 fn newton(coefficients: &[Complex64], reversed: &[Complex64], z: Complex64) -> Complex64 {
     if z.norm_sqr() <= 1.0 {
         let (value, slope) = value_and_slope(coefficients, z);
@@ -26,9 +27,11 @@ fn newton(coefficients: &[Complex64], reversed: &[Complex64], z: Complex64) -> C
     (y * n - slope / value * y * y).inv()
 }
 
-/// Returns the roots of Σ c_k z^k by simultaneous iteration, started on the circle of the roots' geometric mean.
+/// Returns the roots of Σ c_k z^k by simultaneous iteration, started on the circle of the roots' geometric
+/// mean.
 ///
-/// A root that has not converged after 80 sweeps is returned as it is: the caller keeps only poles that repeat over orders.
+/// A root that has not converged after 80 sweeps is returned as it is: the caller keeps only poles that
+/// repeat over orders.
 ///
 /// # Source  Aberth, Mathematics of Computation 27 (1973), 339–344.
 pub(super) fn roots(coefficients: &[Complex64]) -> Vec<Complex64> {
@@ -37,8 +40,9 @@ pub(super) fn roots(coefficients: &[Complex64]) -> Vec<Complex64> {
     let reversed: Vec<Complex64> = coefficients.iter().rev().copied().collect();
     let radius = (coefficients[0].norm() / coefficients[top].norm()).powf(1.0 / top.max(1) as f64);
     let radius = if radius.is_finite() && radius > 0.0 { radius.clamp(0.2, 5.0) } else { 1.0 };
-    let mut z: Vec<Complex64> =
-        (0..top).map(|k| Complex64::from_polar(radius, std::f64::consts::TAU * (k as f64 + 0.31) / top as f64)).collect();
+    let mut z: Vec<Complex64> = (0..top)
+        .map(|k| Complex64::from_polar(radius, std::f64::consts::TAU * (k as f64 + 0.31) / top as f64))
+        .collect();
     let mut converged = vec![false; top];
     for _ in 0..80 {
         for k in 0..top {
@@ -54,7 +58,8 @@ pub(super) fn roots(coefficients: &[Complex64]) -> Vec<Complex64> {
             }
             let step = step / (1.0 - step * repulsion);
             if !step.is_finite() {
-                // Two iterates coincide, or an iterate is an exact root: continue from a nearby point, or stop.
+                // Two iterates coincide, or an iterate is an exact root: continue from a nearby point, or
+                // stop.
                 converged[k] = step.re.is_nan() && newton(coefficients, &reversed, z[k]).is_nan();
                 z[k] *= Complex64::new(1.0 + 1e-9, 1e-9);
                 continue;
@@ -76,8 +81,9 @@ mod tests {
 
     #[test]
     fn recover_roots_of_a_product() {
-        let planted: Vec<Complex64> =
-            (0..24).map(|k| Complex64::from_polar(0.9 + 0.01 * f64::from(k), 0.26 * f64::from(k) + 0.1)).collect();
+        let planted: Vec<Complex64> = (0..24)
+            .map(|k| Complex64::from_polar(0.9 + 0.01 * f64::from(k), 0.26 * f64::from(k) + 0.1))
+            .collect();
         let mut coefficients = vec![Complex64::ONE];
         for root in &planted {
             let mut next = vec![Complex64::ZERO; coefficients.len() + 1];

@@ -1,6 +1,8 @@
-//! Selection of modes: backward elimination of candidates, refinement, and addition of modes found in the residual.
+//! Selection of modes: backward elimination of candidates, refinement, and addition of modes found in the
+//! residual.
 //!
-//! A mode has four real unknowns; it is kept if it reduces χ² by more than 4 ln N times the residual variance, with N real data.
+//! A mode has four real unknowns; it is kept if it reduces χ² by more than 4 ln N times the residual
+//! variance, with N real data.
 //!
 //! # Source  Schwarz, Annals of Statistics 6 (1978), 461–464, on the penalty of an unknown.
 
@@ -83,9 +85,13 @@ fn merge(model: &mut ModalModel, task: &Task) {
 fn weaker_duplicate(model: &ModalModel) -> Option<usize> {
     let mut weakest: Option<(usize, f64)> = None;
     for (at, a) in model.terms.iter().enumerate() {
-        let close =
-            |b: &&Term| **b != *a && (a.pole - b.pole).norm() < 0.33 * (-a.pole.re).min(-b.pole.re) && b.residue.norm() >= a.residue.norm();
-        if model.terms.iter().any(|b| close(&b)) && weakest.is_none_or(|(_, least)| a.residue.norm() < least) {
+        let close = |b: &&Term| {
+            **b != *a
+                && (a.pole - b.pole).norm() < 0.33 * (-a.pole.re).min(-b.pole.re)
+                && b.residue.norm() >= a.residue.norm()
+        };
+        if model.terms.iter().any(|b| close(&b)) && weakest.is_none_or(|(_, least)| a.residue.norm() < least)
+        {
             weakest = Some((at, a.residue.norm()));
         }
     }
@@ -109,8 +115,13 @@ fn with_best_pole(model: &ModalModel, chi2: f64, task: &Task) -> Option<(ModalMo
 /// Returns the pole whose resonance explains most of the residual.
 fn best_pole(model: &ModalModel, task: &Task) -> Option<Complex64> {
     let lines = task.lines;
-    let residual: Vec<Complex64> =
-        lines.omega.iter().zip(&lines.h).zip(task.weight).map(|((omega, h), w)| (h - model.at(*omega)) * w).collect();
+    let residual: Vec<Complex64> = lines
+        .omega
+        .iter()
+        .zip(&lines.h)
+        .zip(task.weight)
+        .map(|((omega, h), w)| (h - model.at(*omega)) * w)
+        .collect();
     let mut best: Option<(f64, Complex64)> = None;
     for at in (0..lines.len()).step_by(lines.len().div_ceil(TRIED_FREQUENCIES)) {
         let omega = lines.omega[at];
@@ -122,7 +133,9 @@ fn best_pole(model: &ModalModel, task: &Task) -> Option<Complex64> {
             let from = lines.omega.partition_point(|w| *w < omega - 25.0 * sigma);
             let to = lines.omega.partition_point(|w| *w < omega + 25.0 * sigma);
             let (mut projection, mut length) = (Complex64::ZERO, 0.0);
-            for ((omega, weight), residual) in lines.omega[from..to].iter().zip(&task.weight[from..to]).zip(&residual[from..to]) {
+            for ((omega, weight), residual) in
+                lines.omega[from..to].iter().zip(&task.weight[from..to]).zip(&residual[from..to])
+            {
                 let column = (Complex64::new(0.0, *omega) - pole).inv() * *weight;
                 projection += column.conj() * residual;
                 length += column.norm_sqr();
@@ -143,7 +156,9 @@ pub(super) fn prune(model: &mut ModalModel, task: &Task) {
         return;
     }
     while let Some((chi2, gains)) = gains(model, task) {
-        let Some((at, least)) = gains.iter().copied().enumerate().min_by(|a, b| a.1.total_cmp(&b.1)) else { return };
+        let Some((at, least)) = gains.iter().copied().enumerate().min_by(|a, b| a.1.total_cmp(&b.1)) else {
+            return;
+        };
         if least > task.penalty(chi2, model.unknowns()) {
             return;
         }
@@ -156,7 +171,8 @@ pub(super) fn prune(model: &mut ModalModel, task: &Task) {
 
 /// Returns χ² and its increase without each mode, with all other residues solved again.
 pub(super) fn gains(model: &ModalModel, task: &Task) -> Option<(f64, Vec<f64>)> {
-    let normal = ModalNormalEquations::of(model, task.lines, task.weight).restricted_to(&linear_unknowns(model));
+    let normal =
+        ModalNormalEquations::of(model, task.lines, task.weight).restricted_to(&linear_unknowns(model));
     let (_, inverse) = normal.solve(1e-13, true)?;
     let gain = |(at, term): (usize, &Term)| {
         let block = inverse.fixed_view::<2, 2>(2 * at, 2 * at).into_owned();

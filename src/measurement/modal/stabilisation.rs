@@ -1,8 +1,9 @@
 //! Stabilisation diagram: poles that repeat from order to order.
 //!
-//! Poles are estimated at all orders over the whole band, then over narrower bands. Narrow bands resolve modes far below the top frequency
-//! with few orders. A pole is stable at an order if the previous order has one within the tolerances of frequency and damping. Stable poles
-//! close to each other form one candidate. Its stability is the share of orders at which it was stable, in the band with the largest share.
+//! Poles are estimated at all orders over the whole band, then over narrower bands. Narrow bands resolve
+//! modes far below the top frequency with few orders. A pole is stable at an order if the previous order has
+//! one within the tolerances of frequency and damping. Stable poles close to each other form one candidate.
+//! Its stability is the share of orders at which it was stable, in the band with the largest share.
 //!
 //! # Source
 //!
@@ -26,7 +27,8 @@ const NARROW_ORDER: usize = 24;
 const NARROW_RATIO: f64 = 2.5;
 /// Smallest number of lines of a narrow band.
 const NARROW_LINES: usize = 80;
-/// Largest relative change of frequency from order to order of a stable pole (1). 1 % is common practice in stabilisation diagrams.
+/// Largest relative change of frequency from order to order of a stable pole (1). 1 % is common practice in
+/// stabilisation diagrams.
 const FREQUENCY_TOLERANCE: f64 = 0.01;
 /// Largest relative change of damping from order to order of a stable pole (1). 5 to 10 % is common practice.
 const DAMPING_TOLERANCE: f64 = 0.10;
@@ -80,7 +82,10 @@ pub struct DiagramPole {
 /// Computes the stabilisation diagram of a curve over its whole band: the poles of every order.
 ///
 /// # Errors  as [`fit_curve`](super::fit_curve).
-pub fn stabilisation_diagram(curve: &FrfCurve, options: &CurveOptions) -> Result<Vec<DiagramPole>, ModalError> {
+pub fn stabilisation_diagram(
+    curve: &FrfCurve,
+    options: &CurveOptions,
+) -> Result<Vec<DiagramPole>, ModalError> {
     let lines = CurveLines::of(curve, options)?;
     let sd = lines.sd.clone().unwrap_or_else(|| noise::from_curve(&lines));
     let weight: Vec<f64> = sd.iter().map(|s| 1.0 / s).collect();
@@ -186,7 +191,9 @@ fn group(stable: &[Stable], orders_of: &[usize]) -> Vec<StablePole> {
         }
         found.push(StablePole { pole: median(&group), stability: count(&group, orders_of) });
     }
-    found.sort_by(|a, b| b.stability.share().total_cmp(&a.stability.share()).then(a.pole.im.total_cmp(&b.pole.im)));
+    found.sort_by(|a, b| {
+        b.stability.share().total_cmp(&a.stability.share()).then(a.pole.im.total_cmp(&b.pole.im))
+    });
     found
 }
 
@@ -196,7 +203,10 @@ fn median(group: &[Stable]) -> Complex64 {
         values.sort_by(f64::total_cmp);
         values[values.len() / 2]
     };
-    Complex64::new(middle(group.iter().map(|s| s.pole.re).collect()), middle(group.iter().map(|s| s.pole.im).collect()))
+    Complex64::new(
+        middle(group.iter().map(|s| s.pole.re).collect()),
+        middle(group.iter().map(|s| s.pole.im).collect()),
+    )
 }
 
 /// Counts the orders at which a group was stable, in the band with the largest share.

@@ -5,12 +5,18 @@ use crate::Position;
 
 /// Returns a set with the modes (order, frequency in Hz) of positions spread evenly over a stroke.
 fn set(positions: &[&[(u32, f64)]]) -> MeasurementSet {
-    let named =
-        |at: usize| Position { name: format!("p{}", at + 1), nut_m: Some(0.2 + 0.8 * at as f64 / (positions.len() - 1).max(1) as f64) };
-    let row = |(order, f): &(u32, f64)| ModeObservation { order: *order, frequency_hz: Some(*f), amplitude: None };
+    let named = |at: usize| Position {
+        name: format!("p{}", at + 1),
+        nut_m: Some(0.2 + 0.8 * at as f64 / (positions.len() - 1).max(1) as f64),
+    };
+    let row =
+        |(order, f): &(u32, f64)| ModeObservation { order: *order, frequency_hz: Some(*f), amplitude: None };
     MeasurementSet {
         positions: (0..positions.len()).map(named).collect(),
-        modes: Some(ModeTable { positions: positions.iter().map(|p| p.iter().map(row).collect()).collect(), ..ModeTable::default() }),
+        modes: Some(ModeTable {
+            positions: positions.iter().map(|p| p.iter().map(row).collect()).collect(),
+            ..ModeTable::default()
+        }),
         ..MeasurementSet::none()
     }
 }
@@ -42,7 +48,8 @@ fn a_missed_mode_that_shifts_all_above_is_found() {
     let full = |f1: f64| vec![(1, f1), (2, 402.0), (3, 1475.0), (4, 2290.0)];
     let (a, b, c) = (full(95.0), full(90.0), full(87.0));
     assert_eq!(found(&[&a, wrong, &b, &c]), [(2, 1, Some(2)), (2, 2, Some(3)), (2, 3, Some(4))]);
-    // Two positions cannot tell a missed from a spurious mode by their courses; a missed one is the more probable.
+    // Two positions cannot tell a missed from a spurious mode by their courses; a missed one is the more
+    // probable.
     assert_eq!(found(&[&a, wrong]), [(2, 1, Some(2)), (2, 2, Some(3)), (2, 3, Some(4))]);
 }
 
@@ -54,8 +61,8 @@ fn a_spurious_mode_that_shifts_all_above_is_found() {
     assert_eq!(found(&[&a, wrong, &b, &c]), [(2, 2, None), (2, 3, Some(2)), (2, 4, Some(3))]);
 }
 
-/// Two courses that come within 2 % of each other and part again, a mode at a node, a mode seen once, few positions, strong changes along the
-/// stroke: all are sound.
+/// Two courses that come within 2 % of each other and part again, a mode at a node, a mode seen once, few
+/// positions, strong changes along the stroke: all are sound.
 #[test]
 fn sound_tables_are_not_accused() {
     let bench: [&[(u32, f64)]; 6] = [
@@ -78,7 +85,8 @@ fn sound_tables_are_not_accused() {
         &[(1, 60.0), (2, 401.0), (3, 499.0)],
     ];
     assert_eq!(found(&veering), []);
-    let strong: [&[(u32, f64)]; 3] = [&[(1, 60.0), (2, 300.0)], &[(1, 55.0), (2, 390.0), (3, 700.0)], &[(1, 50.0), (2, 500.0)]];
+    let strong: [&[(u32, f64)]; 3] =
+        [&[(1, 60.0), (2, 300.0)], &[(1, 55.0), (2, 390.0), (3, 700.0)], &[(1, 50.0), (2, 500.0)]];
     assert_eq!(found(&strong), []);
     assert_eq!(found(&[&[(1, 60.0)], &[(1, 80.0)]]), []);
     assert_eq!(found(&[P1]), []);

@@ -13,21 +13,32 @@ const MODES: [(f64, f64); 4] = [(60.0, 1.0), (180.0, 0.5), (420.0, 1.0), (700.0,
 /// Receptance with four modes whose half-power bandwidths are `bandwidth_hz` wide.
 fn receptance(frequency_hz: f64, bandwidth_hz: f64) -> Complex64 {
     let mode = |(f, share): (f64, f64)| {
-        share / Complex64::new(f * f - frequency_hz * frequency_hz, bandwidth_hz * frequency_hz * frequency_hz / f)
+        share
+            / Complex64::new(
+                f * f - frequency_hz * frequency_hz,
+                bandwidth_hz * frequency_hz * frequency_hz / f,
+            )
     };
     MODES.into_iter().map(mode).sum()
 }
 
-/// Noise of one component of ln H as a function of frequency (Hz) and |H|, and the correlation of neighbouring lines by a Hann window or not.
+/// Noise of one component of ln H as a function of frequency (Hz) and |H|, and the correlation of
+/// neighbouring lines by a Hann window or not.
 struct Noise<'n> {
     sd: &'n dyn Fn(f64, f64) -> f64,
     hann: bool,
 }
 
 /// Draws an FRF without stated noise, and the standard deviations of its lines.
-fn drawn(count: usize, lines_per_bandwidth: f64, noise: &Noise<'_>, random: &mut Xoshiro256PlusPlus) -> (Frf, Vec<f64>) {
+fn drawn(
+    count: usize,
+    lines_per_bandwidth: f64,
+    noise: &Noise<'_>,
+    random: &mut Xoshiro256PlusPlus,
+) -> (Frf, Vec<f64>) {
     let step_hz = 800.0 / count as f64;
-    let white: Vec<Complex64> = (0..count + 2).map(|_| Complex64::new(normal(random), normal(random))).collect();
+    let white: Vec<Complex64> =
+        (0..count + 2).map(|_| Complex64::new(normal(random), normal(random))).collect();
     let error = |at: usize| match noise.hann {
         true => (white[at + 1] - 0.5 * (white[at] + white[at + 2])) / 1.5_f64.sqrt(),
         false => white[at],
@@ -63,9 +74,15 @@ fn estimated(frf: &Frf) -> Vec<f64> {
     frf.component_sds().into_iter().map(|sd| sd.unwrap()).collect()
 }
 
-/// Bias (mean of ln of estimated over true standard deviation, as a factor), scatter (standard deviation of that logarithm from line to line and
-/// draw to draw), and the bias at the fifth of the lines with the least |H|, near antiresonances.
-fn bias_and_scatter(count: usize, lines_per_bandwidth: f64, noise: &Noise<'_>, repeats: usize) -> (f64, f64, f64) {
+/// Bias (mean of ln of estimated over true standard deviation, as a factor), scatter (standard deviation of
+/// that logarithm from line to line and draw to draw), and the bias at the fifth of the lines with the least
+/// |H|, near antiresonances.
+fn bias_and_scatter(
+    count: usize,
+    lines_per_bandwidth: f64,
+    noise: &Noise<'_>,
+    repeats: usize,
+) -> (f64, f64, f64) {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(11);
     let (mut logs, mut low) = (Vec::new(), Vec::new());
     for _ in 0..60 {
@@ -79,7 +96,8 @@ fn bias_and_scatter(count: usize, lines_per_bandwidth: f64, noise: &Noise<'_>, r
         estimate_unstated_noise(&mut frfs);
         let mut order: Vec<usize> = (0..count).collect();
         order.sort_by(|a, b| frfs[0].lines[*a].value.norm().total_cmp(&frfs[0].lines[*b].value.norm()));
-        let ratio: Vec<f64> = estimated(&frfs[0]).iter().zip(&sds).map(|(found, sd)| (found / sd).ln()).collect();
+        let ratio: Vec<f64> =
+            estimated(&frfs[0]).iter().zip(&sds).map(|(found, sd)| (found / sd).ln()).collect();
         low.extend(order[..count / 5].iter().map(|at| ratio[*at]));
         logs.extend(ratio);
     }
@@ -89,10 +107,12 @@ fn bias_and_scatter(count: usize, lines_per_bandwidth: f64, noise: &Noise<'_>, r
     (middle.exp(), scatter, mean(&low).exp())
 }
 
-/// Bias as a factor, over all lines and over the fifth with the least |H|, for noise of several shapes, from one line per half-power bandwidth to ten.
+/// Bias as a factor, over all lines and over the fifth with the least |H|, for noise of several shapes, from
+/// one line per half-power bandwidth to ten.
 ///
-/// Noise in proportion to |H| is found within 6 %, that of the response within 7 % where |H| is low. Where |H| is high, the latter is far below
-/// the smallest model error, and a few lines per bandwidth leave it uncertain there.
+/// Noise in proportion to |H| is found within 6 %, that of the response within 7 % where |H| is low. Where
+/// |H| is high, the latter is far below the smallest model error, and a few lines per bandwidth leave it
+/// uncertain there.
 #[test]
 fn limit_drawn_noise_is_found() {
     type Shape = (&'static str, Box<dyn Fn(f64, f64) -> f64>, f64);
@@ -106,7 +126,9 @@ fn limit_drawn_noise_is_found() {
     for (name, sd, tolerance) in &shapes {
         for (count, lines) in [(800, 1.0), (800, 3.0), (800, 10.0), (3000, 10.0)] {
             let (bias, scatter, low) = bias_and_scatter(count, lines, &Noise { sd, hann: false }, 1);
-            let text = format!("{name}, {count} lines, {lines} per bandwidth: {bias:.3} ± {scatter:.3}, low |H| {low:.3}");
+            let text = format!(
+                "{name}, {count} lines, {lines} per bandwidth: {bias:.3} ± {scatter:.3}, low |H| {low:.3}"
+            );
             assert!((bias.ln().abs() < *tolerance) && (low.ln().abs() < 0.08) && scatter < 0.5, "{text}");
             // Away from the small noise of resonances, the estimate scatters by a tenth.
             assert!(!name.contains("in proportion") || scatter < 0.17, "{text}");
@@ -120,7 +142,10 @@ fn limit_repeats_are_better_than_neighbours() {
     for repeats in [2, 5] {
         let noise = Noise { sd: &|_, h| 0.005_f64.hypot(3e-8 / h), hann: false };
         let (bias, scatter, low) = bias_and_scatter(400, 1.0, &noise, repeats);
-        assert!(bias.ln().abs() < 0.02 && low.ln().abs() < 0.02 && scatter < 0.08, "{repeats}: {bias} ± {scatter}, {low}");
+        assert!(
+            bias.ln().abs() < 0.02 && low.ln().abs() < 0.02 && scatter < 0.08,
+            "{repeats}: {bias} ± {scatter}, {low}"
+        );
     }
     let mut random = Xoshiro256PlusPlus::seed_from_u64(3);
     let noise = Noise { sd: &|_, _| 0.01, hann: false };
@@ -140,8 +165,8 @@ impl Sources for Vec<Frf> {
     }
 }
 
-/// A Hann window correlates neighbouring lines by −2/3 and those after next by 1/6. Third differences overstate such noise by
-/// √(1 + 2·(2/3·3/4 + 1/6·3/10)) = 1.45.
+/// A Hann window correlates neighbouring lines by −2/3 and those after next by 1/6. Third differences
+/// overstate such noise by √(1 + 2·(2/3·3/4 + 1/6·3/10)) = 1.45.
 #[test]
 fn limit_noise_correlated_by_a_window_is_overstated_by_a_known_factor() {
     let noise = Noise { sd: &|_, _| 0.01, hann: true };
@@ -149,7 +174,8 @@ fn limit_noise_correlated_by_a_window_is_overstated_by_a_known_factor() {
     assert!((1.36..1.50).contains(&bias), "{bias}");
 }
 
-/// A computed FRF has no noise: what is found is the curvature that third differences leave, far below the usual model error of 1 %.
+/// A computed FRF has no noise: what is found is the curvature that third differences leave, far below the
+/// usual model error of 1 %.
 #[test]
 fn limit_a_curve_without_noise_has_little() {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(4);
@@ -162,7 +188,8 @@ fn limit_a_curve_without_noise_has_little() {
     }
 }
 
-/// Rounding to three digits (error below 0.3 %) or to a step of the recorder counts as noise where the curve passes more than a step per line.
+/// Rounding to three digits (error below 0.3 %) or to a step of the recorder counts as noise where the curve
+/// passes more than a step per line.
 #[test]
 fn limit_quantised_values_count_as_noise() {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
@@ -170,13 +197,18 @@ fn limit_quantised_values_count_as_noise() {
     let (clean, _) = drawn(800, 10.0, &Noise { sd: &|_, _| 0.0, hann: false }, &mut random);
     let step = 0.02 * median(clean.lines.iter().map(|line| line.value.norm())).unwrap();
     let stepped = |x: f64| (x / step).round() * step;
-    for (name, round, range) in [("digits", &digits as &dyn Fn(f64) -> f64, 0.7..1.4), ("step", &stepped, 0.5..1.3)] {
+    for (name, round, range) in
+        [("digits", &digits as &dyn Fn(f64) -> f64, 0.7..1.4), ("step", &stepped, 0.5..1.3)]
+    {
         let mut frf = clean.clone();
-        frf.lines.iter_mut().for_each(|line| line.value = Complex64::new(round(line.value.re), round(line.value.im)));
+        frf.lines
+            .iter_mut()
+            .for_each(|line| line.value = Complex64::new(round(line.value.re), round(line.value.im)));
         frf.lines.retain(|line| line.value.norm() > 0.0);
         let kept = |line: &&FrfLine| frf.lines.iter().any(|l| l.frequency_hz == line.frequency_hz);
         let truth: Vec<Complex64> = clean.lines.iter().filter(kept).map(|line| line.value).collect();
-        let errors = frf.lines.iter().zip(&truth).map(|(line, clean)| (line.value / clean).ln().norm_sqr() / 2.0);
+        let errors =
+            frf.lines.iter().zip(&truth).map(|(line, clean)| (line.value / clean).ln().norm_sqr() / 2.0);
         let actual = errors.collect::<Vec<f64>>();
         let mut frfs = vec![frf];
         estimate_unstated_noise(&mut frfs);
@@ -186,7 +218,8 @@ fn limit_quantised_values_count_as_noise() {
     }
 }
 
-/// Uneven lines, as of a stepped sine test with a logarithmic sweep, are no hindrance; too few lines leave the noise unknown.
+/// Uneven lines, as of a stepped sine test with a logarithmic sweep, are no hindrance; too few lines leave
+/// the noise unknown.
 #[test]
 fn limit_uneven_and_few_lines() {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(6);

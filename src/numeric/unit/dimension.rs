@@ -42,7 +42,8 @@ impl Dimension {
         }
     }
 
-    /// Returns what a quantity of this dimension is called, such as «a velocity»; a quantity without a name is called by its SI unit.
+    /// Returns what a quantity of this dimension is called, such as «a velocity»; a quantity without a name
+    /// is called by its SI unit.
     pub fn name(self) -> String {
         let of = |length, mass, time| Self::mechanical(length, mass, time);
         let known = [
@@ -68,14 +69,25 @@ impl Dimension {
             (Self { current: 1, ..Self::default() }, "a current"),
             (Self { temperature: 1, ..Self::default() }, "a temperature"),
         ];
-        known.iter().find(|(dimension, _)| *dimension == self).map_or_else(|| format!("a quantity in {self}"), |(_, name)| (*name).into())
+        known
+            .iter()
+            .find(|(dimension, _)| *dimension == self)
+            .map_or_else(|| format!("a quantity in {self}"), |(_, name)| (*name).into())
     }
 }
 
 impl fmt::Display for Dimension {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let parts = [("kg", self.mass), ("m", self.length), ("s", self.time), ("A", self.current), ("K", self.temperature)];
-        let text = |(symbol, exponent): &(&str, i32)| if *exponent == 1 { (*symbol).to_string() } else { format!("{symbol}^{exponent}") };
+        let parts = [
+            ("kg", self.mass),
+            ("m", self.length),
+            ("s", self.time),
+            ("A", self.current),
+            ("K", self.temperature),
+        ];
+        let text = |(symbol, exponent): &(&str, i32)| {
+            if *exponent == 1 { (*symbol).to_string() } else { format!("{symbol}^{exponent}") }
+        };
         let used: Vec<String> = parts.iter().filter(|(_, exponent)| *exponent != 0).map(text).collect();
         f.write_str(if used.is_empty() { "1".into() } else { used.join("*") }.as_str())
     }
@@ -108,7 +120,8 @@ impl Unit {
         self.factor * TAU.powi(self.turns)
     }
 
-    /// Returns the factor to Hz; `None` where it is no unit of frequency. Units without angle, such as 1/s, count cycles.
+    /// Returns the factor to Hz; `None` where it is no unit of frequency. Units without angle, such as 1/s,
+    /// count cycles.
     pub fn to_hz(self) -> Option<f64> {
         match (self.dimension == Dimension::FREQUENCY, self.turns, self.angle) {
             (true, 0 | 1, 0) => Some(self.factor),
@@ -132,13 +145,16 @@ impl Unit {
     pub fn is_plausible(self) -> bool {
         let Dimension { length, mass, time, current, temperature } = self.dimension;
         let exponents = [length, mass, time, current, temperature, self.turns, self.angle];
-        self.factor.is_normal() && self.factor > 0.0 && exponents.iter().all(|exponent| (-20..=20).contains(exponent))
+        self.factor.is_normal()
+            && self.factor > 0.0
+            && exponents.iter().all(|exponent| (-20..=20).contains(exponent))
     }
 
     /// Returns its power.
     pub fn power(self, exponent: i32) -> Self {
         let Dimension { length, mass, time, current, temperature } = self.dimension;
-        let [length, mass, time, current, temperature] = [length, mass, time, current, temperature].map(|e| e.saturating_mul(exponent));
+        let [length, mass, time, current, temperature] =
+            [length, mass, time, current, temperature].map(|e| e.saturating_mul(exponent));
         Self {
             factor: self.factor.powi(exponent),
             dimension: Dimension { length, mass, time, current, temperature },

@@ -41,7 +41,8 @@ pub fn parse(label: &str) -> Result<Unit, UnitError> {
     read(label, Reading::Vibration)
 }
 
-/// Parses a label where a certain quantity is expected: of the two meanings of «g», «mg» and «lb» the one that `fits`.
+/// Parses a label where a certain quantity is expected: of the two meanings of «g», «mg» and «lb» the one
+/// that `fits`.
 ///
 /// # Errors  as [`parse`].
 pub fn parse_for(label: &str, fits: impl Fn(Unit) -> bool) -> Result<Unit, UnitError> {
@@ -167,10 +168,14 @@ impl Parser<'_> {
                 Ok(unit.power(self.exponent()?))
             }
             Some(digit) if digit.is_ascii_digit() => {
-                while self.peek(0).is_some_and(|c| c.is_ascii_digit() || (c == '.' && self.peek(1).is_some_and(|d| d.is_ascii_digit()))) {
+                while self.peek(0).is_some_and(|c| {
+                    c.is_ascii_digit() || (c == '.' && self.peek(1).is_some_and(|d| d.is_ascii_digit()))
+                }) {
                     self.at += 1;
                 }
-                if matches!(self.peek(0), Some('e' | 'E')) && self.peek(1).is_some_and(|c| c.is_ascii_digit() || c == '-') {
+                if matches!(self.peek(0), Some('e' | 'E'))
+                    && self.peek(1).is_some_and(|c| c.is_ascii_digit() || c == '-')
+                {
                     self.at += 2;
                     while self.peek(0).is_some_and(|c| c.is_ascii_digit()) {
                         self.at += 1;
@@ -217,7 +222,10 @@ impl Parser<'_> {
             _ => 0,
         };
         at += usize::from(sign != 0);
-        let digits: String = self.characters[at.min(self.characters.len())..].iter().take_while(|c| c.is_ascii_digit()).collect();
+        let digits: String = self.characters[at.min(self.characters.len())..]
+            .iter()
+            .take_while(|c| c.is_ascii_digit())
+            .collect();
         if digits.is_empty() {
             return if raised { Err(self.syntax()) } else { Ok(1) };
         }
@@ -226,7 +234,11 @@ impl Parser<'_> {
             return Err(self.syntax());
         }
         self.at = at + usize::from(bracket);
-        let size = digits.parse::<i32>().ok().filter(|size| *size <= LARGEST_EXPONENT).ok_or_else(|| self.syntax())?;
+        let size = digits
+            .parse::<i32>()
+            .ok()
+            .filter(|size| *size <= LARGEST_EXPONENT)
+            .ok_or_else(|| self.syntax())?;
         Ok(if sign < 0 { -size } else { size })
     }
 }
@@ -295,8 +307,14 @@ mod tests {
 
     #[test]
     fn frequencies_convert_to_hz_exactly() {
-        for (label, expected) in [("Hz", 1.0), ("kHz", 1e3), ("1/s", 1.0), ("rpm", 1.0 / 60.0), ("1/min", 1.0 / 60.0), ("cpm", 1.0 / 60.0)]
-        {
+        for (label, expected) in [
+            ("Hz", 1.0),
+            ("kHz", 1e3),
+            ("1/s", 1.0),
+            ("rpm", 1.0 / 60.0),
+            ("1/min", 1.0 / 60.0),
+            ("cpm", 1.0 / 60.0),
+        ] {
             assert_eq!(parse(label).unwrap().to_hz(), Some(expected), "{label}");
         }
         assert_eq!(parse("rad/s").unwrap().to_hz(), Some(1.0 / std::f64::consts::TAU));
@@ -313,7 +331,9 @@ mod tests {
     fn a_symbol_with_two_meanings_takes_the_one_that_fits() {
         let inertia = |unit: Unit| unit.dimension == Dimension::mechanical(2, 1, 0);
         assert!((parse_for("g*cm^2", inertia).unwrap().to_si() - 1e-7).abs() < 1e-20);
-        assert!((parse_for("lb*in^2", inertia).unwrap().to_si() - 0.453_592_37 * 0.0254 * 0.0254).abs() < 1e-15);
+        assert!(
+            (parse_for("lb*in^2", inertia).unwrap().to_si() - 0.453_592_37 * 0.0254 * 0.0254).abs() < 1e-15
+        );
         assert_eq!(parse("lb/in").unwrap().dimension, Dimension::mechanical(0, 1, -2));
         assert_eq!(parse("g").unwrap().dimension.name(), "an acceleration");
         assert_eq!(parse("V").unwrap().dimension.name(), "a voltage");

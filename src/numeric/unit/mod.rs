@@ -1,4 +1,5 @@
-//! Units: conversions of the model's own quantities, and the parser of unit labels for every place where a file states one.
+//! Units: conversions of the model's own quantities, and the parser of unit labels for every place where a
+//! file states one.
 
 mod convert;
 mod dimension;

@@ -84,7 +84,11 @@ fn whole(symbol: &str, reading: Reading) -> Option<Unit> {
         // Milli-g of an accelerometer, or a milligram.
         "mg" | "mG" | "ug" | "uG" => {
             let factor = if symbol.starts_with('m') { 1e-3 } else { 1e-6 };
-            if reading == Reading::Mass { Unit::of(factor * 1e-3, MASS) } else { Unit::of(factor * FREE_FALL, ACCELERATION) }
+            if reading == Reading::Mass {
+                Unit::of(factor * 1e-3, MASS)
+            } else {
+                Unit::of(factor * FREE_FALL, ACCELERATION)
+            }
         }
         "kg" | "Kg" | "KG" => Unit::of(1.0, MASS),
         "Mg" | "t" => Unit::of(1e3, MASS),
@@ -114,7 +118,9 @@ fn whole(symbol: &str, reading: Reading) -> Option<Unit> {
         "hz" | "HZ" => turns(1.0, Dimension::FREQUENCY),
         "khz" | "KHZ" => turns(1e3, Dimension::FREQUENCY),
         "rev" | "turn" | "turns" | "cycle" | "cycles" | "U" => turns(1.0, NUMBER),
-        "deg" | "Deg" | "DEG" | "°" | "degree" | "degrees" => Unit { factor: PI / 180.0, dimension: NUMBER, turns: 0, angle: 1 },
+        "deg" | "Deg" | "DEG" | "°" | "degree" | "degrees" => {
+            Unit { factor: PI / 180.0, dimension: NUMBER, turns: 0, angle: 1 }
+        }
         "arcmin" => Unit { factor: PI / 10_800.0, dimension: NUMBER, turns: 0, angle: 1 },
         "arcsec" => Unit { factor: PI / 648_000.0, dimension: NUMBER, turns: 0, angle: 1 },
         "bar" => Unit::of(1e5, PRESSURE),
@@ -127,7 +133,8 @@ fn whole(symbol: &str, reading: Reading) -> Option<Unit> {
     })
 }
 
-/// Returns a unit with or without an SI prefix, by symbol (case counts) or by name (case does not count, a plural may).
+/// Returns a unit with or without an SI prefix, by symbol (case counts) or by name (case does not count, a
+/// plural may).
 fn simple(symbol: &str, reading: Reading) -> Option<Unit> {
     if let Some(unit) = whole(symbol, reading) {
         return Some(unit);
@@ -143,7 +150,9 @@ fn simple(symbol: &str, reading: Reading) -> Option<Unit> {
     for (prefix, prefix_name, factor) in PREFIXES {
         for (short, name, unit) in PREFIXED {
             let is_name = |text: &str| text.strip_prefix(prefix_name).is_some_and(|rest| rest == name);
-            if symbol.strip_prefix(prefix).is_some_and(|rest| rest == short || (name == "sec" && rest == name))
+            if symbol
+                .strip_prefix(prefix)
+                .is_some_and(|rest| rest == short || (name == "sec" && rest == name))
                 || is_name(&lowercase)
                 || is_name(singular)
             {
@@ -159,7 +168,8 @@ fn simple(symbol: &str, reading: Reading) -> Option<Unit> {
     }
 }
 
-/// Returns the units of a symbol; two where symbols are joined without a sign, as in «Nm» and «kgcm». An exponent belongs to the last.
+/// Returns the units of a symbol; two where symbols are joined without a sign, as in «Nm» and «kgcm». An
+/// exponent belongs to the last.
 pub(super) fn units(symbol: &str, reading: Reading) -> Option<(Unit, Unit)> {
     if let Some(unit) = simple(symbol, reading) {
         return Some((Unit::ONE, unit));

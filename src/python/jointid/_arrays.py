@@ -21,7 +21,10 @@ def _array(key: str, given: Any) -> np.ndarray:
     except (ValueError, TypeError) as fault:
         raise argument(key, f"is no array of numbers ({fault})") from None
     if array.dtype == object:
-        raise argument(key, "is an array of Python objects, or has rows of unlike length; give numbers: np.asarray(x, dtype=float)")
+        raise argument(
+            key,
+            "is an array of Python objects, or has rows of unlike length; give numbers: np.asarray(x, dtype=float)",
+        )
     if array.dtype.kind not in "iufc":
         raise argument(key, f"has the type {array.dtype}; give numbers")
     if array.ndim != 1:
@@ -39,7 +42,9 @@ def _finite(key: str, array: np.ndarray) -> None:
 
 def whole(array: np.ndarray, dtype: Any = None) -> np.ndarray:
     """An array as the extension reads it: contiguous, aligned, of native byte order; copied only where the given one is not."""
-    return np.require(array, array.dtype.newbyteorder("=") if dtype is None else dtype, ["C_CONTIGUOUS", "ALIGNED"])
+    return np.require(
+        array, array.dtype.newbyteorder("=") if dtype is None else dtype, ["C_CONTIGUOUS", "ALIGNED"]
+    )
 
 
 def real_array(key: str, given: Any) -> Real:
@@ -66,7 +71,9 @@ def frequencies(key: str, given: Any, rising: bool = True) -> Real:
     if rising and (array[1:] <= array[:-1]).any():
         at = int(np.argmax(array[1:] <= array[:-1])) + 1
         fault = "repeats" if array[at] == array[at - 1] else "does not follow"
-        raise argument(key, f"[{at}] = {array[at]} {fault} {array[at - 1]}; sort the lines, and give each frequency once")
+        raise argument(
+            key, f"[{at}] = {array[at]} {fault} {array[at - 1]}; sort the lines, and give each frequency once"
+        )
     return array
 
 
@@ -111,14 +118,23 @@ def path(key: str, given: Any) -> str:
 
 def number(key: str, given: Any, remedy: str = "give a finite number") -> float:
     """A finite real number."""
-    if isinstance(given, (bool, np.bool_)) or not isinstance(given, (int, float, np.integer, np.floating)) or not np.isfinite(given):
+    if (
+        isinstance(given, (bool, np.bool_))
+        or not isinstance(given, (int, float, np.integer, np.floating))
+        or not np.isfinite(given)
+    ):
         raise argument(key, f"is {given!r}; {remedy}")
     return float(given)
 
 
 def count(key: str, given: Any, least: int = 0) -> int:
     """A whole number from a least one."""
-    if isinstance(given, (bool, np.bool_)) or not isinstance(given, (int, np.integer)) or given < least or given >= 2**63:
+    if (
+        isinstance(given, (bool, np.bool_))
+        or not isinstance(given, (int, np.integer))
+        or given < least
+        or given >= 2**63
+    ):
         raise argument(key, f"is {given!r}; give a whole number from {least}")
     return int(given)
 
@@ -134,10 +150,14 @@ def band(key: str, given: Any) -> tuple[float, float] | None:
         return None
     ends = np.asarray(given, dtype=object)
     if ends.shape != (2,):
-        raise argument(key, f"is {given!r}; give the lowest and the highest frequency in Hz, such as (20, 800)")
+        raise argument(
+            key, f"is {given!r}; give the lowest and the highest frequency in Hz, such as (20, 800)"
+        )
     low, high = number(f"{key}[0]", ends[0]), number(f"{key}[1]", ends[1])
     if not 0 <= low < high:
-        raise argument(key, f"is ({low}, {high}); give the lowest and the highest frequency in Hz, such as (20, 800)")
+        raise argument(
+            key, f"is ({low}, {high}); give the lowest and the highest frequency in Hz, such as (20, 800)"
+        )
     return low, high
 
 

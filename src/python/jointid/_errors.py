@@ -16,7 +16,9 @@ class InputError(ValueError):
         Key of the file, record, or argument.
     """
 
-    def __init__(self, message: str, file: str | None = None, line: int | None = None, key: str | None = None) -> None:
+    def __init__(
+        self, message: str, file: str | None = None, line: int | None = None, key: str | None = None
+    ) -> None:
         super().__init__(message)
         self.file, self.line, self.key = file, line, key
 

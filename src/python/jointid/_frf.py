@@ -15,7 +15,14 @@ def places(nut_m: Any, positions: Any) -> tuple[list[float] | None, list[str] | 
     """Checks places of the nut, of which there are distances or names."""
     if nut_m is not None and positions is not None:
         raise argument("nut_m", "is given beside positions; give one of them")
-    nuts = None if nut_m is None else [_arrays.number("nut_m", at, "give distances in m") for at in np.atleast_1d(np.asarray(nut_m, dtype=object))]
+    nuts = (
+        None
+        if nut_m is None
+        else [
+            _arrays.number("nut_m", at, "give distances in m")
+            for at in np.atleast_1d(np.asarray(nut_m, dtype=object))
+        ]
+    )
     return nuts, None if positions is None else _arrays.names("positions", positions)
 
 

@@ -12,7 +12,9 @@ from pathlib import Path
 NEEDED = ("avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "abm", "movbe")
 # The extension carries this mark where it was built for x86-64-v3.
 MARK = b"jointid-processor:" + b"x86-64-v3"
-REMEDY = 'build it for this processor: RUSTFLAGS="-C target-cpu=x86-64" pip install --no-binary jointid jointid'
+REMEDY = (
+    'build it for this processor: RUSTFLAGS="-C target-cpu=x86-64" pip install --no-binary jointid jointid'
+)
 
 
 def flags() -> set[str] | None:
@@ -25,7 +27,9 @@ def flags() -> set[str] | None:
         except OSError:
             return None
     if sys.platform == "darwin":
-        found = subprocess.run(["sysctl", "-n", "machdep.cpu.leaf7_features"], capture_output=True, text=True, check=False)
+        found = subprocess.run(
+            ["sysctl", "-n", "machdep.cpu.leaf7_features"], capture_output=True, text=True, check=False
+        )
         # A Mac with AVX2 has all of x86-64-v3.
         if found.returncode == 0:
             return set(NEEDED) if "AVX2" in found.stdout.split() else set()
@@ -46,4 +50,6 @@ def check() -> None:
     missing = [] if has is None else [name for name in NEEDED if name not in has]
     # Lesser processors are rare, and reading the file takes a while: only they pay for it.
     if missing and (file := extension()) is not None and MARK in file.read_bytes():
-        raise ImportError(f"jointid was built for processors with AVX2 and FMA (x86-64-v3), and this one lacks {', '.join(missing)}; {REMEDY}")
+        raise ImportError(
+            f"jointid was built for processors with AVX2 and FMA (x86-64-v3), and this one lacks {', '.join(missing)}; {REMEDY}"
+        )

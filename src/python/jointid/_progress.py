@@ -62,7 +62,10 @@ def progress_of(progress: bool | Callback | None, name: str) -> Iterator[Callbac
         yield progress
         return
     if not isinstance(progress, bool):
-        raise argument("progress", f"is a {type(progress).__name__}; give True, False, or a function of (stage, done, of)")
+        raise argument(
+            "progress",
+            f"is a {type(progress).__name__}; give True, False, or a function of (stage, done, of)",
+        )
     if not progress:
         yield None
         return

@@ -127,7 +127,10 @@ def do(
             try:
                 running[executor.submit(_do, str(folder), task)] = (task, tries, executor)
             except RuntimeError as fault:
-                raise argument("client", f"takes no work: it is closed or broken ({fault}); give an open one, and run again") from None
+                raise argument(
+                    "client",
+                    f"takes no work: it is closed or broken ({fault}); give an open one, and run again",
+                ) from None
 
         def start() -> Iterator[Task]:
             nonlocal kept
@@ -157,7 +160,9 @@ def do(
                         # The worker was lost, not the task at fault.
                         if tries >= _RETRIES:
                             message = f"its worker was lost {tries + 1} times ({lost}); run again, with fewer workers if memory is short"
-                            failures.append(Failure(task.name, type(lost).__name__, message, None, None, None))
+                            failures.append(
+                                Failure(task.name, type(lost).__name__, message, None, None, None)
+                            )
                             continue
                         if of_future is executor:
                             executor = _again(executor, client, workers)
@@ -203,20 +208,28 @@ def _executor(client: Any, workers: int | None, security: Any) -> Iterator[tuple
             yield pool, count
             return
         # Without TLS nobody but this machine may send work.
-        common: dict[str, Any] = {"n_workers": count, "threads_per_worker": 1, "processes": True, "dashboard_address": None}
+        common: dict[str, Any] = {
+            "n_workers": count,
+            "threads_per_worker": 1,
+            "processes": True,
+            "dashboard_address": None,
+        }
         common |= {"host": "127.0.0.1"} if security is None else {"protocol": "tls", "security": security}
         with LocalCluster(**common) as cluster, Client(cluster, security=security) as own:
             yield own.get_executor(pure=False, retries=_RETRIES), count
         return
     if isinstance(client, ProcessPoolExecutor) and client._mp_context.get_start_method() == "fork":
         raise argument(
-            "client", "forks its processes, which hang once threads have computed here; give ProcessPoolExecutor(mp_context=get_context('spawn'))"
+            "client",
+            "forks its processes, which hang once threads have computed here; give ProcessPoolExecutor(mp_context=get_context('spawn'))",
         )
     if isinstance(client, Executor):
         yield client, getattr(client, "_max_workers", None) or os.cpu_count() or 1
         return
     if not hasattr(client, "get_executor"):
-        raise argument("client", f"is a {type(client).__name__}; give a Dask client or an executor of concurrent.futures")
+        raise argument(
+            "client", f"is a {type(client).__name__}; give a Dask client or an executor of concurrent.futures"
+        )
     if getattr(client, "status", "running") != "running":
         raise argument("client", f"is {client.status}; give an open client")
     count = max(1, len(client.scheduler_info(n_workers=-1)["workers"]))

@@ -109,7 +109,12 @@ class Fleet:
         return list(self._sets)
 
     def run(
-        self, client: Any = None, *, workers: int | None = None, security: Any = None, progress: bool | Callback | None = None
+        self,
+        client: Any = None,
+        *,
+        workers: int | None = None,
+        security: Any = None,
+        progress: bool | Callback | None = None,
     ) -> FleetRun:
         """Does what is not done yet.
 
@@ -138,7 +143,14 @@ class Fleet:
         of = len(self._sets) * (1 + len(self._blocks()))
         with progress_of(progress, "fleet") as callback:
             did = do(
-                self.folder, self._tasks(), client, workers=count, security=security, then=self._draws_of, progress=callback, of=of
+                self.folder,
+                self._tasks(),
+                client,
+                workers=count,
+                security=security,
+                then=self._draws_of,
+                progress=callback,
+                of=of,
             )
         for failure in [*self._failures.values(), *did.failures]:
             self._failures[failure.name] = failure
@@ -172,7 +184,10 @@ class Fleet:
             derived = document["derived"]
             freedom = derived.get("degrees_of_freedom")
             row: dict[str, Any] = {"machine": name, "cost": document["cost"]}
-            row |= {"chi2_per_degree": document["cost"] / freedom if freedom else None, "warnings": len(document.warnings)}
+            row |= {
+                "chi2_per_degree": document["cost"] / freedom if freedom else None,
+                "warnings": len(document.warnings),
+            }
             row |= {key: value for key, value in derived.items() if key.startswith("largest")}
             for parameter, entry in document["parameters"].items():
                 low, high = entry["interval95"] or (None, None)
@@ -196,7 +211,11 @@ class Fleet:
                 part.insert(0, "draw", range(at * BLOCK, at * BLOCK + len(part)))
                 part.insert(0, "machine", name)
                 parts.append(part.head(block))
-        return pandas.concat(parts, ignore_index=True) if parts else pandas.DataFrame(columns=["machine", "draw"])
+        return (
+            pandas.concat(parts, ignore_index=True)
+            if parts
+            else pandas.DataFrame(columns=["machine", "draw"])
+        )
 
     def to_parquet(self, path: Path_) -> None:
         """Writes the table as Parquet."""
@@ -213,7 +232,9 @@ class Fleet:
     def _key(self, name: str) -> str:
         if name not in self._keys:
             inputs = (*_content_of_machine(self._machines[name]), *_content_of_set(self._sets[name]))
-            self._keys[name] = key_of("identify", self._fit, self._hold_out, self._seed, sorted(self._settings.items()), *inputs)
+            self._keys[name] = key_of(
+                "identify", self._fit, self._hold_out, self._seed, sorted(self._settings.items()), *inputs
+            )
         return self._keys[name]
 
     def _file(self, name: str, block: int | None = None) -> Path | None:
@@ -224,17 +245,30 @@ class Fleet:
         return result_file(self.folder, key if block is None else key_of(key, block, self._blocks()[block]))
 
     def _study(self, name: str) -> Study:
-        return _study(self._machines[name], self._sets[name], self._fit, self._hold_out, self._settings, self._seed)
+        return _study(
+            self._machines[name], self._sets[name], self._fit, self._hold_out, self._settings, self._seed
+        )
 
     def _tasks(self) -> Iterator[Task]:
         for name, measurements in self._sets.items():
             try:
                 key = self._key(name)
             except (InputError, OSError) as fault:
-                at = (fault.file, fault.line, fault.key) if isinstance(fault, InputError) else (fault.filename, None, None)
+                at = (
+                    (fault.file, fault.line, fault.key)
+                    if isinstance(fault, InputError)
+                    else (fault.filename, None, None)
+                )
                 self._failures[name] = Failure(name, type(fault).__name__, str(fault), *at)
                 continue
-            arguments = (self._machines[name], measurements, self._fit, self._hold_out, self._settings, self._seed)
+            arguments = (
+                self._machines[name],
+                measurements,
+                self._fit,
+                self._hold_out,
+                self._settings,
+                self._seed,
+            )
             yield Task(name, key, _identified, arguments)
 
     def _draws_of(self, task: Task) -> Iterator[Task]:
@@ -243,7 +277,12 @@ class Fleet:
         source = str(result_file(self.folder, task.key))
         for at, count in enumerate(self._blocks()):
             # Blocks of one machine draw from unlike seeds; machines from the same, as each alone would.
-            yield Task(task.name, key_of(task.key, at, count), _drawn, (source, task.arguments, count, self._seed + 1 + at))
+            yield Task(
+                task.name,
+                key_of(task.key, at, count),
+                _drawn,
+                (source, task.arguments, count, self._seed + 1 + at),
+            )
 
 
 def _sets(measurements: Any) -> dict[str, Any]:
@@ -253,11 +292,18 @@ def _sets(measurements: Any) -> dict[str, Any]:
             raise argument("measurements", "is empty; give at least one measurement set by name")
         for name, given in found.items():
             if not isinstance(given, (str, os.PathLike, MeasurementSet)):
-                raise argument(f"measurements[{name!r}]", f"is a {type(given).__name__}; give a folder or a MeasurementSet")
+                raise argument(
+                    f"measurements[{name!r}]",
+                    f"is a {type(given).__name__}; give a folder or a MeasurementSet",
+                )
         return found
     folder = Path(_arrays.path("measurements", measurements))
     try:
-        found = {entry.name: str(entry) for entry in sorted(folder.iterdir()) if (entry / "manifest.toml").is_file()}
+        found = {
+            entry.name: str(entry)
+            for entry in sorted(folder.iterdir())
+            if (entry / "manifest.toml").is_file()
+        }
     except OSError as fault:
         message = f"{folder}: cannot be listed ({fault.strerror or fault}); name a folder of measurement sets"
         raise InputError(message, file=str(folder), key="measurements") from None
@@ -292,7 +338,14 @@ def _content_of_set(measurements: Any) -> Iterator[bytes]:
         yield content
 
 
-def _study(machine: Any, measurements: Any, fit: list[str] | None, hold_out: list[str], settings: dict[str, Any], seed: int) -> Study:
+def _study(
+    machine: Any,
+    measurements: Any,
+    fit: list[str] | None,
+    hold_out: list[str],
+    settings: dict[str, Any],
+    seed: int,
+) -> Study:
     study = Study(machine, measurements)
     if fit is not None:
         study = study.fit(fit)
@@ -344,7 +397,9 @@ def coverage(
     target = prepare(Path(_arrays.path("folder", folder)))
     described = machine if isinstance(machine, Machine) else Machine(machine)
     lines = _arrays.frequencies("frequency_hz", frequency_hz)
-    nuts = {name: _arrays.number(f"nut_m[{name!r}]", at) for name, at in _arrays.mapping("nut_m", nut_m).items()}
+    nuts = {
+        name: _arrays.number(f"nut_m[{name!r}]", at) for name, at in _arrays.mapping("nut_m", nut_m).items()
+    }
     points = (_arrays.name("response", response), _arrays.name("excitation", excitation))
     sizes = (_arrays.number("noise", noise), _arrays.number("spread", spread))
     kept = {"tolerances": False} | checked(settings)
@@ -353,16 +408,33 @@ def coverage(
     def tasks() -> Iterator[Task]:
         for at in range(count):
             arguments = (described, nuts, lines, points, sizes, kept, first + at)
-            parts = (described.path, described.text, sorted(nuts.items()), lines.tobytes(), points, sizes, sorted(kept.items()), first + at)
+            parts = (
+                described.path,
+                described.text,
+                sorted(nuts.items()),
+                lines.tobytes(),
+                points,
+                sizes,
+                sorted(kept.items()),
+                first + at,
+            )
             yield Task(f"draw {at}", key_of("coverage", *parts), _covered, arguments)
 
     with progress_of(progress, "coverage") as callback:
         did = do(target, tasks(), client, workers=workers, progress=callback, of=count)
     if did.failures:
-        raise InputError(f"{did.failures[0].name}: {did.failures[0].message}", did.failures[0].file, did.failures[0].line, did.failures[0].key)
+        raise InputError(
+            f"{did.failures[0].name}: {did.failures[0].message}",
+            did.failures[0].file,
+            did.failures[0].line,
+            did.failures[0].key,
+        )
     rows = []
     for at, task in enumerate(tasks()):
-        rows += [{"draw": at} | row for row in json.loads(result_file(target, task.key).read_text(encoding="utf-8"))]
+        rows += [
+            {"draw": at} | row
+            for row in json.loads(result_file(target, task.key).read_text(encoding="utf-8"))
+        ]
     return _pandas("a table").DataFrame(rows)
 
 
@@ -385,13 +457,19 @@ def _covered(
             drawn_value = described.start * np.exp(generator.uniform(-spread, spread))
             truth[name] = float(np.clip(drawn_value, described.lower, described.upper))
     common: dict[str, Any] = {"response": points[0], "excitation": points[1], "quantity": "receptance"}
-    empty = MeasurementSet.from_arrays(lines, {name: np.ones(lines.size, complex) for name in nuts}, nut_m=nuts, **common)
-    simulated = Study(machine, empty, overrides={f"parameter.{name}.start": value for name, value in truth.items()})
+    empty = MeasurementSet.from_arrays(
+        lines, {name: np.ones(lines.size, complex) for name in nuts}, nut_m=nuts, **common
+    )
+    simulated = Study(
+        machine, empty, overrides={f"parameter.{name}.start": value for name, value in truth.items()}
+    )
     values = simulated.frf(lines, nut_m=list(nuts.values()))
     drawn = generator.normal(size=(2, *values.shape)) * noise / np.sqrt(2)
     measured = values * (1 + drawn[0] + 1j * drawn[1])
     relative_sd = {name: np.full(lines.size, noise) for name in nuts}
-    taps = MeasurementSet.from_arrays(lines, dict(zip(nuts, measured, strict=True)), relative_sd=relative_sd, nut_m=nuts, **common)
+    taps = MeasurementSet.from_arrays(
+        lines, dict(zip(nuts, measured, strict=True)), relative_sd=relative_sd, nut_m=nuts, **common
+    )
     found = Study(machine, taps).identify(seed=seed, threads=1, progress=False, **settings)
     rows = []
     for name, parameter in found.parameters.items():
@@ -425,12 +503,22 @@ def blind_check(
     """
     target = prepare(Path(_arrays.path("folder", folder)))
     place = ["--out", str(target / "cases")]
-    chosen = ["--cases", str(cases), "--seed", str(_arrays.count("seed", seed)), "--arm", _arrays.name("arm", arm)]
+    chosen = [
+        "--cases",
+        str(cases),
+        "--seed",
+        str(_arrays.count("seed", seed)),
+        "--arm",
+        _arrays.name("arm", arm),
+    ]
     if layout is not None:
         chosen += ["--layout", _arrays.name("layout", layout)]
     seal = json.loads(_command(["lab", "withheld", *place, *chosen, "--cases-only", "--json", "--quiet"]))
     names = [case["name"] for case in seal["cases"]]
-    tasks = (Task(name, key_of("blind check", chosen, name, case["sha256"]), _answered, (place, name)) for name, case in zip(names, seal["cases"], strict=True))
+    tasks = (
+        Task(name, key_of("blind check", chosen, name, case["sha256"]), _answered, (place, name))
+        for name, case in zip(names, seal["cases"], strict=True)
+    )
     with progress_of(progress, "blind check") as callback:
         did = do(target, tasks, client, workers=workers, progress=callback, of=len(names))
     if did.failures:
@@ -446,10 +534,18 @@ def _answered(place: list[str], name: str) -> str:
 
 def _command(words: list[str]) -> str:
     """Runs the command of this package in a process of its own; returns what it prints."""
-    environment = os.environ | {"RAYON_NUM_THREADS": os.environ.get("RAYON_NUM_THREADS", "1" if "--case" in words else "")}
+    environment = os.environ | {
+        "RAYON_NUM_THREADS": os.environ.get("RAYON_NUM_THREADS", "1" if "--case" in words else "")
+    }
     if not environment["RAYON_NUM_THREADS"]:
         del environment["RAYON_NUM_THREADS"]
-    ran = subprocess.run([sys.executable, "-m", "jointid", *words], capture_output=True, text=True, check=False, env=environment)
+    ran = subprocess.run(
+        [sys.executable, "-m", "jointid", *words],
+        capture_output=True,
+        text=True,
+        check=False,
+        env=environment,
+    )
     if ran.returncode != 0:
         raise InputError(ran.stderr.strip() or f"jointid {' '.join(words[:2])} ended with {ran.returncode}")
     return ran.stdout

@@ -68,7 +68,8 @@ class MeasurementSet:
     def from_files(cls, files: Mapping[str, bytes | str], name: str = "measurements") -> MeasurementSet:
         """Reads a set from the contents of its files by name, `manifest.toml` among them; `name` stands for its folder in messages and documents."""
         contents = {
-            file: content.encode() if isinstance(content, str) else bytes(content) for file, content in _arrays.mapping("files", files).items()
+            file: content.encode() if isinstance(content, str) else bytes(content)
+            for file, content in _arrays.mapping("files", files).items()
         }
         return cls._of(_core.MeasurementSet.from_files(_arrays.name("name", name), contents))
 
@@ -141,7 +142,9 @@ class MeasurementSet:
             ),
             "fit": None if fit is None else _arrays.names("fit", fit),
             "nut_m": {
-                position: None if at is None else _arrays.number(f"nut_m[{position!r}]", at, "give a distance in m")
+                position: None
+                if at is None
+                else _arrays.number(f"nut_m[{position!r}]", at, "give a distance in m")
                 for position, at in _arrays.mapping("nut_m", nut_m or {}).items()
             },
         }
@@ -149,12 +152,22 @@ class MeasurementSet:
             records = _by_position(frequency_hz, frfs, coherence, relative_sd)
         else:
             records = [_record(at, record) for at, record in enumerate(frfs)]
-        for key, remedy in (("quantity", "receptance, mobility or accelerance"), ("response", "the point of the machine"), ("excitation", "the point of the machine")):
+        for key, remedy in (
+            ("quantity", "receptance, mobility or accelerance"),
+            ("response", "the point of the machine"),
+            ("excitation", "the point of the machine"),
+        ):
             if given[key] is None and any(record[key] is None for record in records):
                 raise argument(key, f"is missing; give {remedy}")
-        if given["averages"] is None and any(record["coherence"] is not None and record["averages"] is None for record in records):
-            raise argument("averages", "is missing, without which a coherence says nothing; give the number of averages")
-        moves = [_motion(record, arrays) for record, arrays in _arrays.mapping("motions", motions or {}).items()]
+        if given["averages"] is None and any(
+            record["coherence"] is not None and record["averages"] is None for record in records
+        ):
+            raise argument(
+                "averages", "is missing, without which a coherence says nothing; give the number of averages"
+            )
+        moves = [
+            _motion(record, arrays) for record, arrays in _arrays.mapping("motions", motions or {}).items()
+        ]
         if not records and not moves:
             raise argument("frfs", "holds nothing; give one complex array a position, or motions")
         core = _core.MeasurementSet.from_arrays(given, records, moves)
@@ -219,10 +232,16 @@ class MeasurementSet:
         target = Path(_arrays.path("folder", folder))
         files = self._files()
         if (target / "manifest.toml").exists():
-            raise InputError(f"{target}: has a manifest.toml already; name a new folder", file=str(target), key="folder")
+            raise InputError(
+                f"{target}: has a manifest.toml already; name a new folder", file=str(target), key="folder"
+            )
         outside = [name for name in files if Path(name).is_absolute() or ".." in Path(name).parts]
         if outside:
-            raise InputError(f"{target}: {outside[0]} lies outside the set's folder; copy it into the folder first", file=str(target), key="folder")
+            raise InputError(
+                f"{target}: {outside[0]} lies outside the set's folder; copy it into the folder first",
+                file=str(target),
+                key="folder",
+            )
         # The manifest comes last: a folder without one is no set.
         for name in sorted(files, key=lambda name: name == "manifest.toml"):
             write(target / name, files[name])
@@ -241,7 +260,11 @@ class MeasurementSet:
         return _from_arrays, self._arrays
 
     def __repr__(self) -> str:
-        counted = [(self._core.frfs, "FRFs"), (len(self._core.modes), "modes"), (len(self.motions), "motion records")]
+        counted = [
+            (self._core.frfs, "FRFs"),
+            (len(self._core.modes), "modes"),
+            (len(self.motions), "motion records"),
+        ]
         return f"MeasurementSet({self.path!r}: {', '.join(f'{n} {what}' for n, what in counted if n) or 'empty'})"
 
 
@@ -290,7 +313,19 @@ def read_uff(
         A file cannot be read or holds no FRF, or names do not fit its records.
     """
     return _imported(
-        files, None, quantity, averages, response, excitation, nut_m, position, pattern, map, strict, accept_truncated, title
+        files,
+        None,
+        quantity,
+        averages,
+        response,
+        excitation,
+        nut_m,
+        position,
+        pattern,
+        map,
+        strict,
+        accept_truncated,
+        title,
     )
 
 
@@ -311,7 +346,21 @@ def read_tables(
     """Reads FRFs from tables of other programs (.csv, .tsv, .txt, .dat, .asc); `columns` names their columns in place of a header. Else as
     :func:`read_uff`."""
     named = None if columns is None else _arrays.names("columns", columns)
-    return _imported(files, named, quantity, averages, response, excitation, nut_m, position, pattern, map, True, False, title)
+    return _imported(
+        files,
+        named,
+        quantity,
+        averages,
+        response,
+        excitation,
+        nut_m,
+        position,
+        pattern,
+        map,
+        True,
+        False,
+        title,
+    )
 
 
 def _imported(
@@ -342,7 +391,9 @@ def _imported(
         "position": _arrays.optional_name("position", position),
         "pattern": _arrays.optional_name("pattern", pattern),
         "map": None if map is None else _arrays.path("map", map),
-        "nut_m": {at: _arrays.number(f"nut_m[{at!r}]", x) for at, x in _arrays.mapping("nut_m", nut_m or {}).items()},
+        "nut_m": {
+            at: _arrays.number(f"nut_m[{at!r}]", x) for at, x in _arrays.mapping("nut_m", nut_m or {}).items()
+        },
         "response": _arrays.optional_name("response", response),
         "excitation": _arrays.optional_name("excitation", excitation),
         "averages": _arrays.optional_count("averages", averages, 1),
@@ -382,7 +433,10 @@ def _by_position(frequency_hz: Any, frfs: Any, coherence: Any, relative_sd: Any)
     if frequency_hz is None:
         raise argument("frequency_hz", "is missing; give the frequencies of the FRFs in Hz")
     common = None if isinstance(frequency_hz, Mapping) else _arrays.frequencies("frequency_hz", frequency_hz)
-    noise = {key: _arrays.mapping(key, given or {}) for key, given in (("coherence", coherence), ("relative_sd", relative_sd))}
+    noise = {
+        key: _arrays.mapping(key, given or {})
+        for key, given in (("coherence", coherence), ("relative_sd", relative_sd))
+    }
     for key, given in noise.items():
         _arrays.unknown(key, given, values)
     records = []
@@ -398,7 +452,9 @@ def _by_position(frequency_hz: Any, frfs: Any, coherence: Any, relative_sd: Any)
         own |= {key: given[position] for key, given in noise.items() if position in given}
         label = repr(position)
         key_of = "frequency_hz" if common is not None else f"frequency_hz[{label}]"
-        names = {"value": f"frfs[{label}]", "frequency_hz": key_of} | {key: f"{key}[{label}]" for key in _NOISE}
+        names = {"value": f"frfs[{label}]", "frequency_hz": key_of} | {
+            key: f"{key}[{label}]" for key in _NOISE
+        }
         records.append(_checked(own, names))
     return records
 
@@ -409,15 +465,21 @@ def _record(at: int, record: Any) -> dict[str, Any]:
     _arrays.unknown(f"frfs[{at}]", own, known)
     for key in ("frequency_hz", "value"):
         if own.get(key) is None:
-            raise argument(f"frfs[{at}]", f"has no {key}; give its frequencies (Hz) as frequency_hz and the FRF as value")
+            raise argument(
+                f"frfs[{at}]", f"has no {key}; give its frequencies (Hz) as frequency_hz and the FRF as value"
+            )
     return _checked(own, {key: f"frfs[{at}][{key!r}]" for key in known})
 
 
 def _checked(own: dict[str, Any], names: dict[str, str]) -> dict[str, Any]:
     lines = _arrays.frequencies(names["frequency_hz"], own["frequency_hz"])
-    made: dict[str, Any] = {key: check(names.get(key, key), own.get(key)) for key, check in _OF_RECORD.items()}
+    made: dict[str, Any] = {
+        key: check(names.get(key, key), own.get(key)) for key, check in _OF_RECORD.items()
+    }
     made |= {"frequency_hz": lines, "value": _arrays.complex_array(names["value"], own["value"])}
-    made |= {key: None if own.get(key) is None else _arrays.real_array(names[key], own[key]) for key in _NOISE}
+    made |= {
+        key: None if own.get(key) is None else _arrays.real_array(names[key], own[key]) for key in _NOISE
+    }
     for key in ("value", *_NOISE):
         if made[key] is not None:
             _arrays.same_length(names[key], made[key], names["frequency_hz"], lines.size)
@@ -426,22 +488,35 @@ def _checked(own: dict[str, Any], names: dict[str, str]) -> dict[str, Any]:
 
 def _motion(record: str, given: Any) -> dict[str, Any]:
     label = f"motions[{record!r}]"
-    arrays = {key: _arrays.real_array(f"{label}[{key!r}]", array) for key, array in _arrays.mapping(label, given).items()}
+    arrays = {
+        key: _arrays.real_array(f"{label}[{key!r}]", array)
+        for key, array in _arrays.mapping(label, given).items()
+    }
     efforts = [key for key in ("force_n", "torque_nm") if key in arrays]
     missing = [key for key in ("time_s", "command_m", "position_m") if key not in arrays]
     if missing or len(efforts) != 1:
-        raise argument(label, f"has {', '.join(arrays) or 'nothing'}; give time_s, command_m, position_m and one of force_n and torque_nm")
+        raise argument(
+            label,
+            f"has {', '.join(arrays) or 'nothing'}; give time_s, command_m, position_m and one of force_n and torque_nm",
+        )
     for key, array in arrays.items():
         _arrays.same_length(f"{label}[{key!r}]", array, f"{label}['time_s']", arrays["time_s"].size)
     made: dict[str, Any] = {key: arrays.pop(key) for key in ("time_s", "command_m", "position_m")}
-    return made | {"name": record, "effort": arrays.pop(efforts[0]), "is_torque": efforts[0] == "torque_nm", "others": arrays}
+    return made | {
+        "name": record,
+        "effort": arrays.pop(efforts[0]),
+        "is_torque": efforts[0] == "torque_nm",
+        "others": arrays,
+    }
 
 
 def _from_files(path: str, files: dict[str, bytes]) -> MeasurementSet:
     return MeasurementSet._of(_core.MeasurementSet.from_files(path, files))
 
 
-def _from_arrays(given: dict[str, Any], records: list[dict[str, Any]], moves: list[dict[str, Any]]) -> MeasurementSet:
+def _from_arrays(
+    given: dict[str, Any], records: list[dict[str, Any]], moves: list[dict[str, Any]]
+) -> MeasurementSet:
     # A pickle that was sent may lie unaligned in memory.
     def whole(value: Any) -> Any:
         if isinstance(value, dict):
@@ -449,7 +524,9 @@ def _from_arrays(given: dict[str, Any], records: list[dict[str, Any]], moves: li
         return _arrays.whole(value) if isinstance(value, np.ndarray) else value
 
     records, moves = [whole(record) for record in records], [whole(move) for move in moves]
-    return MeasurementSet._of(_core.MeasurementSet.from_arrays(given, records, moves), (given, records, moves))
+    return MeasurementSet._of(
+        _core.MeasurementSet.from_arrays(given, records, moves), (given, records, moves)
+    )
 
 
 def write(path: str | os.PathLike[str], content: bytes | str) -> None:
@@ -463,4 +540,8 @@ def write(path: str | os.PathLike[str], content: bytes | str) -> None:
     except OSError as fault:
         with suppress(OSError):
             part.unlink()
-        raise InputError(f"{target}: cannot be written ({fault.strerror or fault}); name another place", file=str(target), key="path") from None
+        raise InputError(
+            f"{target}: cannot be written ({fault.strerror or fault}); name another place",
+            file=str(target),
+            key="path",
+        ) from None

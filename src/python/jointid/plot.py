@@ -30,7 +30,9 @@ def _phase(values: np.ndarray, middle: float) -> np.ndarray:
     return (np.degrees(np.angle(values)) - middle + 180) % 360 + middle - 180
 
 
-def _figure(rows: int = 1, columns: int = 1, size: tuple[float, float] = (7.0, 4.0), **options: Any) -> tuple[Figure, np.ndarray]:
+def _figure(
+    rows: int = 1, columns: int = 1, size: tuple[float, float] = (7.0, 4.0), **options: Any
+) -> tuple[Figure, np.ndarray]:
     try:
         import matplotlib.pyplot as plt
     except ImportError:
@@ -62,7 +64,11 @@ def _frfs(found: Identification, positions: list[str] | None) -> Figure:
     for (name, frf), (magnitude, phase) in zip(shown.items(), axes, strict=True):
         lines = frf.frequency_hz
         place = {"positions": frf.position} if frf.position is not None else {}
-        common: dict[str, Any] = {"response": frf.response, "excitation": frf.excitation, "quantity": frf.quantity} | place
+        common: dict[str, Any] = {
+            "response": frf.response,
+            "excitation": frf.excitation,
+            "quantity": frf.quantity,
+        } | place
         middle = PHASES[frf.quantity]
         middle = PHASES[frf.quantity]
         curves = [("measured", frf.value, MEASURED, "-", 0.8)]
@@ -96,15 +102,28 @@ def _frequencies(found: Identification, positions: list[str] | None) -> Figure:
     orders = sorted({order["order"] for name in names for order in rows[name]["orders"]})
     figure, axes = _figure(max(len(orders), 1), 1, (7.0, 1.7 * max(len(orders), 1) + 0.8), sharex=True)
     for order, axis in zip(orders, axes[:, 0], strict=False):
-        of: dict[str, dict[str, Any]] = {name: next((o for o in rows[name]["orders"] if o["order"] == order), {}) for name in names}
+        of: dict[str, dict[str, Any]] = {
+            name: next((o for o in rows[name]["orders"] if o["order"] == order), {}) for name in names
+        }
         measured = [of[name].get("measured_hz") or np.nan for name in names]
         predicted = [of[name].get("predicted_hz") or np.nan for name in names]
         axis.plot(names, measured, "o", color=MEASURED, mfc="none", ms=8, label="measured")
         fitted = [at for at, name in enumerate(names) if rows[name]["role"] == "fit"]
         held = [at for at in range(len(names)) if at not in fitted]
-        for which, mark, label in ((fitted, "x", "identified, fitted position"), (held, "+", "identified, held-out position")):
+        for which, mark, label in (
+            (fitted, "x", "identified, fitted position"),
+            (held, "+", "identified, held-out position"),
+        ):
             if which:
-                axis.plot([names[at] for at in which], [predicted[at] for at in which], mark, color=AFTER, ms=8, mew=2, label=label)
+                axis.plot(
+                    [names[at] for at in which],
+                    [predicted[at] for at in which],
+                    mark,
+                    color=AFTER,
+                    ms=8,
+                    mew=2,
+                    label=label,
+                )
         axis.set_ylabel(f"order {order}  Hz")
         axis.margins(x=0.08, y=0.3)
     axes[0, 0].legend(fontsize="small", ncols=3, loc="lower left", bbox_to_anchor=(0, 1))
@@ -147,7 +166,9 @@ def diagnosis(found: Diagnosis) -> Figure:
     from matplotlib.colors import LogNorm
 
     cells = found.document.get("residual_map", [])
-    tried = [effect for effect in found.effects.values() if effect.status == "tried" and effect.closed is not None][:10]
+    tried = [
+        effect for effect in found.effects.values() if effect.status == "tried" and effect.closed is not None
+    ][:10]
     columns = 2 if cells else 1
     figure, axes = _figure(1, columns, (4.8 * columns + 1.0, 4.2))
     if cells:
@@ -165,7 +186,9 @@ def diagnosis(found: Diagnosis) -> Figure:
     axis.invert_yaxis()
     axis.set_xlabel("share of the held-out gap that it closes  %")
     named = " or ".join(found.verdict.effects)
-    axis.set_title(f"verdict: {found.verdict.kind}{f', {named}' if named else ''}", loc="left", fontsize="medium")
+    axis.set_title(
+        f"verdict: {found.verdict.kind}{f', {named}' if named else ''}", loc="left", fontsize="medium"
+    )
     return figure
 
 
@@ -175,12 +198,18 @@ def _residual_map(axis: Axes, cells: list[dict[str, Any]], norm: Any) -> None:
     edges = sorted({cell["from_hz"] for cell in cells} | {cell["to_hz"] for cell in cells})
     gaps = np.full((len(rows), len(edges) - 1), np.nan)
     for cell in cells:
-        gaps[rows.index((cell["position"], cell["channel"])), edges.index(cell["from_hz"]) : edges.index(cell["to_hz"])] = cell["gap"]
+        gaps[
+            rows.index((cell["position"], cell["channel"])),
+            edges.index(cell["from_hz"]) : edges.index(cell["to_hz"]),
+        ] = cell["gap"]
     shown = np.nan_to_num(gaps, nan=1.0)
     low, high = float(shown.min()), float(shown.max())
     scale = norm(max(low, high / 1e3), max(high, 1.001 * low)) if high > 0 else None
     image = axis.pcolormesh(edges, np.arange(len(rows) + 1), gaps, norm=scale, cmap="viridis")
-    axis.set_yticks(np.arange(len(rows)) + 0.5, [name if len(channels) == 1 else f"{name} {channel}" for name, channel in rows])
+    axis.set_yticks(
+        np.arange(len(rows)) + 0.5,
+        [name if len(channels) == 1 else f"{name} {channel}" for name, channel in rows],
+    )
     axis.invert_yaxis()
     if edges[0] > 0 and edges[-1] / edges[0] > 20:
         axis.set_xscale("log")
@@ -197,7 +226,9 @@ def modes(found: Identification, nut_m: float | None, position: str | None, max_
     document = found.study.with_machine(found.machine()).modes(nut_m=nut_m, position=position, max_hz=max_hz)
     elastic = [mode for mode in document["modes"] if mode["frequency_hz"] > 0][:8]
     if not elastic:
-        raise argument("max_hz", f"is {max_hz}; the machine has no elastic mode below it; write a higher frequency")
+        raise argument(
+            "max_hz", f"is {max_hz}; the machine has no elastic mode below it; write a higher frequency"
+        )
     # Names that begin with ~ are the model's own.
     points = [point for point in elastic[0]["shape"] if not point.startswith("~")]
     figure, axes = _figure(1, len(elastic), (1.5 * len(elastic) + 2.0, 0.28 * len(points) + 1.6), sharey=True)
@@ -218,10 +249,17 @@ def prediction(found: Prediction) -> Figure:
     orders = sorted({mode["order"] for place in places for mode in place["modes"]})[:8]
     figure, axes = _figure(len(orders), 1, (7.0, 1.5 * len(orders) + 0.8), sharex=True)
     for order, axis in zip(orders, axes[:, 0], strict=True):
-        of = [(place["nut_m"] or 0.0, mode) for place in places for mode in place["modes"] if mode["order"] == order]
+        of = [
+            (place["nut_m"] or 0.0, mode)
+            for place in places
+            for mode in place["modes"]
+            if mode["order"] == order
+        ]
         nuts = [nut for nut, _ in of]
         axis.plot(nuts, [mode["frequency_hz"] for _, mode in of], "o-", color=AFTER, ms=4)
-        axis.fill_between(nuts, *np.transpose([mode["frequency95"] for _, mode in of]), color=AFTER, alpha=0.25)
+        axis.fill_between(
+            nuts, *np.transpose([mode["frequency95"] for _, mode in of]), color=AFTER, alpha=0.25
+        )
         axis.set_ylabel(f"order {order}  Hz")
     axes[0, 0].set_title("natural frequencies with 95 % intervals", loc="left", fontsize="medium")
     axes[-1, 0].set_xlabel("nut position  m")

@@ -70,7 +70,13 @@ class Parameters(dict[str, Parameter]):
         for name, parameter in self.items():
             low, high = parameter.interval95 or (None, None)
             keys = ("identifiable", "depends_on_discrepancy", "fitted", "lower", "upper", "description")
-            row = {"parameter": name, "value": parameter.value, "unit": parameter.unit, "interval_low": low, "interval_high": high}
+            row = {
+                "parameter": name,
+                "value": parameter.value,
+                "unit": parameter.unit,
+                "interval_low": low,
+                "interval_high": high,
+            }
             rows.append(row | {key: getattr(parameter, key) for key in keys})
         return _pandas("a table").DataFrame(rows).set_index("parameter")
 
@@ -211,7 +217,19 @@ class Friction(Document):
         rows = self.document["parameters"].items()
         inf = float("inf")
         return Parameters(
-            (name, Parameter(row["value"], row["unit"], 0.0, inf, _interval(row["interval95"]), not row["at_bound"], True)) for name, row in rows
+            (
+                name,
+                Parameter(
+                    row["value"],
+                    row["unit"],
+                    0.0,
+                    inf,
+                    _interval(row["interval95"]),
+                    not row["at_bound"],
+                    True,
+                ),
+            )
+            for name, row in rows
         )
 
 
@@ -238,7 +256,11 @@ class Prediction(Document):
         for name, place in self.positions.items():
             for mode in place["modes"]:
                 row = {"position": name, "nut_m": place["nut_m"], "order": mode["order"]}
-                for key, ends in (("frequency_hz", "frequency95"), ("damping_ratio", "damping95"), ("amplitude", "amplitude95")):
+                for key, ends in (
+                    ("frequency_hz", "frequency95"),
+                    ("damping_ratio", "damping95"),
+                    ("amplitude", "amplitude95"),
+                ):
                     low, high = mode[ends] or (None, None)
                     row |= {key: mode[key], f"{key}_low": low, f"{key}_high": high}
                 rows.append(row)
@@ -274,7 +296,9 @@ class Peaks(Document):
         _arrays.unknown("record", [wanted], names)
         order = _arrays.optional_count("max_order", max_order, 8)
         poles = _core.stabilisation(self._measurements._core, names.index(wanted), order)
-        return np.array(poles, dtype=[("order", int), ("frequency_hz", float), ("damping_ratio", float), ("stable", bool)])
+        return np.array(
+            poles, dtype=[("order", int), ("frequency_hz", float), ("damping_ratio", float), ("stable", bool)]
+        )
 
     def plot(self, record: str | None = None) -> Figure:
         """Stabilisation diagram of an FRF over its magnitude, with the regular modes."""
@@ -298,7 +322,9 @@ class Diagnosis(Document):
         """The verdict."""
         row = self.document["verdict"]
         faults, effects = tuple(row.get("faults", ())), tuple(row["effects"])
-        return Verdict(row["kind"], effects, row["reason"], row.get("next_measurement"), faults, row.get("confirmed"))
+        return Verdict(
+            row["kind"], effects, row["reason"], row.get("next_measurement"), faults, row.get("confirmed")
+        )
 
     @cached_property
     def effects(self) -> dict[str, Effect]:

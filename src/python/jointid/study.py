@@ -18,7 +18,19 @@ from ._progress import Callback, progress_of
 from ._settings import CHECKS, Settings, checked
 from .machine import Machine
 from .measurement import MeasurementSet
-from .results import Comparison, Diagnosis, Document, Friction, Interval, Parameter, Parameters, Peaks, Plan, Prediction, Validation
+from .results import (
+    Comparison,
+    Diagnosis,
+    Document,
+    Friction,
+    Interval,
+    Parameter,
+    Parameters,
+    Peaks,
+    Plan,
+    Prediction,
+    Validation,
+)
 
 if TYPE_CHECKING:
     import pandas
@@ -146,7 +158,12 @@ class Study:
         return self._with(_split(core, self._state.fit, self._state.hold_out), overrides=over)
 
     def identify(
-        self, *, seed: int = 1, threads: int | None = None, progress: bool | Callback | None = None, **settings: Unpack[Settings]
+        self,
+        *,
+        seed: int = 1,
+        threads: int | None = None,
+        progress: bool | Callback | None = None,
+        **settings: Unpack[Settings],
     ) -> Identification:
         """Identifies the machine's free parameters from the fitted data, and predicts the held-out data.
 
@@ -279,7 +296,9 @@ class Study:
         }
         study = self._set(1, {})
         with progress_of(progress, "plan") as callback:
-            return Plan(study._core.plan(None if found is None else found._core, given, _running(callback, threads)))
+            return Plan(
+                study._core.plan(None if found is None else found._core, given, _running(callback, threads))
+            )
 
     def frf(
         self,
@@ -293,12 +312,28 @@ class Study:
         closed_loop: bool = False,
     ) -> NDArray[np.complex128]:
         """Computes FRFs at the start values of the parameters; else as :meth:`Identification.frf`."""
-        return frf_of(self._core, self.quantity, frequency_hz, nut_m, positions, response, excitation, quantity, closed_loop)
+        return frf_of(
+            self._core,
+            self.quantity,
+            frequency_hz,
+            nut_m,
+            positions,
+            response,
+            excitation,
+            quantity,
+            closed_loop,
+        )
 
-    def modes(self, *, nut_m: float | None = None, position: str | None = None, max_hz: float = 1000.0) -> Document:
+    def modes(
+        self, *, nut_m: float | None = None, position: str | None = None, max_hz: float = 1000.0
+    ) -> Document:
         """Undamped natural frequencies and mode shapes at the start values, up to `max_hz`; mid-stroke by default."""
         at = None if nut_m is None else _arrays.number("nut_m", nut_m, "give a distance in m")
-        return Document(self._core.modes(at, _arrays.optional_name("position", position), _arrays.number("max_hz", max_hz)))
+        return Document(
+            self._core.modes(
+                at, _arrays.optional_name("position", position), _arrays.number("max_hz", max_hz)
+            )
+        )
 
     def _set(self, seed: int, settings: Mapping[str, Any]) -> Study:
         kept = self._state.settings | checked(settings)
@@ -344,11 +379,16 @@ class Identification(Document):
                 text = opened.read()
             study = _study_of_document(json.loads(text))
         except OSError as fault:
-            raise InputError(f"{file}: cannot be read ({fault.strerror or fault})", file=file, key="path") from None
+            raise InputError(
+                f"{file}: cannot be read ({fault.strerror or fault})", file=file, key="path"
+            ) from None
         except (ValueError, KeyError, TypeError) as fault:
             if isinstance(fault, InputError):
                 raise
-            raise InputError(f"{file}: is no identification.json ({fault}); name the file that identify has written", file=file) from None
+            raise InputError(
+                f"{file}: is no identification.json ({fault}); name the file that identify has written",
+                file=file,
+            ) from None
         return cls(study._core.identification(text), study)
 
     @cached_property
@@ -413,7 +453,17 @@ class Identification(Document):
         InputError
             A place is outside the screw, a point is unknown, a frequency is not above 0.
         """
-        return frf_of(self._core, self.study.quantity, frequency_hz, nut_m, positions, response, excitation, quantity, closed_loop)
+        return frf_of(
+            self._core,
+            self.study.quantity,
+            frequency_hz,
+            nut_m,
+            positions,
+            response,
+            excitation,
+            quantity,
+            closed_loop,
+        )
 
     def predict(
         self,
@@ -439,7 +489,16 @@ class Identification(Document):
             running = {"progress": callback, "threads": _arrays.optional_count("threads", threads, 1)}
             drawn = _arrays.optional_count("draws", draws, 1)
             band = _arrays.band("band_hz", band_hz)
-            text = self._core.predict(nuts, names, bool(frf) or lines is not None, lines, band, drawn, _arrays.count("seed", seed), running)
+            text = self._core.predict(
+                nuts,
+                names,
+                bool(frf) or lines is not None,
+                lines,
+                band,
+                drawn,
+                _arrays.count("seed", seed),
+                running,
+            )
         return Prediction(text)
 
     def draws(
@@ -458,15 +517,24 @@ class Identification(Document):
         lines = self.document["settings"]["objective"] == "frf" if bootstrap is None else bool(bootstrap)
         with progress_of(progress, "draw") as callback:
             running = {"progress": callback, "threads": _arrays.optional_count("threads", threads, 1)}
-            ids, values = self._core.draws(_arrays.count("count", count, 1), _arrays.count("seed", seed), lines, running)
+            ids, values = self._core.draws(
+                _arrays.count("count", count, 1), _arrays.count("seed", seed), lines, running
+            )
         return ids, values[1:]
 
     def validate(
-        self, positions: str | Sequence[str] | None = None, *, measurements: MeasurementSet | str | os.PathLike[str] | None = None
+        self,
+        positions: str | Sequence[str] | None = None,
+        *,
+        measurements: MeasurementSet | str | os.PathLike[str] | None = None,
     ) -> Validation:
         """Predicts what was held out, the named positions, or another measurement set, and returns the errors."""
         names = None if positions is None else _arrays.names("positions", positions)
-        other = measurements if measurements is None or isinstance(measurements, MeasurementSet) else MeasurementSet(measurements)
+        other = (
+            measurements
+            if measurements is None or isinstance(measurements, MeasurementSet)
+            else MeasurementSet(measurements)
+        )
         return Validation(self._core.validate(names, None if other is None else other._core))
 
     def machine(self) -> Machine:
@@ -486,13 +554,21 @@ class Identification(Document):
             raise argument("parameter", f"«{parameter}» was not fitted; name one that was")
         if np.ndim(points) == 0:
             low, high = row.interval95 or (row.lower, row.upper)
-            low, high = max(row.lower, row.value - 1.5 * (row.value - low)), min(row.upper, row.value + 1.5 * (high - row.value))
+            low, high = (
+                max(row.lower, row.value - 1.5 * (row.value - low)),
+                min(row.upper, row.value + 1.5 * (high - row.value)),
+            )
             ratio = high / low if low > 0 else np.inf
             count = _arrays.count("points", points, 2)
             values = np.geomspace(low, high, count) if 10 < ratio < np.inf else np.linspace(low, high, count)
         else:
             values = _arrays.real_array("points", points)
-        costs = [self.study.overridden({f"parameter.{parameter}.start": value})._cost_with_frozen(parameter, threads) for value in values]
+        costs = [
+            self.study.overridden({f"parameter.{parameter}.start": value})._cost_with_frozen(
+                parameter, threads
+            )
+            for value in values
+        ]
         return values, np.array(costs)
 
     def to_frame(self) -> pandas.DataFrame:
@@ -511,7 +587,9 @@ class Identification(Document):
 
         return plot.profile(self, parameter, points)
 
-    def plot_modes(self, *, nut_m: float | None = None, position: str | None = None, max_hz: float = 1000.0) -> Figure:
+    def plot_modes(
+        self, *, nut_m: float | None = None, position: str | None = None, max_hz: float = 1000.0
+    ) -> Figure:
         """Mode shapes of the identified machine: displacement of every point."""
         from . import plot
 
@@ -521,11 +599,19 @@ class Identification(Document):
         return _restored_identification, (self.study, self.json)
 
     def __repr__(self) -> str:
-        lines = [f"<Identification of «{self.study.machine.title}», fitted: {', '.join(self.document['fit_positions'])}"]
+        lines = [
+            f"<Identification of «{self.study.machine.title}», fitted: {', '.join(self.document['fit_positions'])}"
+        ]
         for name, row in self.parameters.items():
             interval = f"  {row.interval95[0]:.4g} … {row.interval95[1]:.4g}" if row.interval95 else ""
-            known = {True: "identifiable", False: "not identifiable", None: "depends on what the model lacks"}[row.identifiable]
-            lines.append(f"  {name} = {row.value:.4g} {row.unit}{interval}{'  ' + known if row.fitted else '  held'}")
+            known = {
+                True: "identifiable",
+                False: "not identifiable",
+                None: "depends on what the model lacks",
+            }[row.identifiable]
+            lines.append(
+                f"  {name} = {row.value:.4g} {row.unit}{interval}{'  ' + known if row.fitted else '  held'}"
+            )
         return "\n".join(lines) + ">"
 
 
@@ -543,9 +629,18 @@ def _study_of_document(document: Mapping[str, Any]) -> Study:
     made, settings = document.get("machine"), document["settings"]
     machine = Machine.from_text(made["text"], made["path"]) if made else Machine(settings["config"])
     fit_tolerances = settings["tolerances"] == "fit" or settings["objective"] != "frf"
-    kept = {key: settings[key] for key in CHECKS if settings.get(key) is not None} | {"tolerances": fit_tolerances}
+    kept = {key: settings[key] for key in CHECKS if settings.get(key) is not None} | {
+        "tolerances": fit_tolerances
+    }
     over, out = document.get("overrides", []), document.get("without", [])
-    state = _State(MeasurementSet(settings["measurements"]), over, out, settings.get("positions"), settings.get("hold_out", []), {})
+    state = _State(
+        MeasurementSet(settings["measurements"]),
+        over,
+        out,
+        settings.get("positions"),
+        settings.get("hold_out", []),
+        {},
+    )
     return _restored(machine.path, machine.text, state).with_settings(**kept)._set(document["seed"], {})
 
 
@@ -560,7 +655,9 @@ def _set_of(machine: Machine, measurements: Path | MeasurementSet | None) -> Mea
         return measurements
     folder = machine._core.measurements if measurements is None else measurements
     if folder is None:
-        raise argument("measurements", f"is missing, and {machine.path} names no set; give a folder or a MeasurementSet")
+        raise argument(
+            "measurements", f"is missing, and {machine.path} names no set; give a folder or a MeasurementSet"
+        )
     return MeasurementSet(folder)
 
 
@@ -578,7 +675,11 @@ def _running(callback: Callback | None, threads: int | None) -> dict[str, Any]:
 
 
 def peaks(
-    measurements: MeasurementSet | Path, *, band_hz: Interval | None = None, local: bool = False, max_order: int | None = None
+    measurements: MeasurementSet | Path,
+    *,
+    band_hz: Interval | None = None,
+    local: bool = False,
+    max_order: int | None = None,
 ) -> Peaks:
     """Extracts natural frequencies, damping ratios and amplitudes from the FRFs of a set, and tracks them over its positions.
 
@@ -586,22 +687,40 @@ def peaks(
     order of the stabilisation diagram (48).
     """
     read = measurements if isinstance(measurements, MeasurementSet) else MeasurementSet(measurements)
-    text, table = _core.peaks(read._core, _arrays.band("band_hz", band_hz), bool(local), _arrays.optional_count("max_order", max_order, 8))
+    text, table = _core.peaks(
+        read._core,
+        _arrays.band("band_hz", band_hz),
+        bool(local),
+        _arrays.optional_count("max_order", max_order, 8),
+    )
     return Peaks(text, table, read)
 
 
-def plan(machine: Path | Machine | None = None, measurements: Path | MeasurementSet | None = None, **request: Any) -> Plan:
+def plan(
+    machine: Path | Machine | None = None, measurements: Path | MeasurementSet | None = None, **request: Any
+) -> Plan:
     """Ranks choices of measurements, see :meth:`Study.plan`."""
     return Study(machine, measurements).plan(**request)
 
 
-def friction(path: Path, *, lead_m: float | None = None, efficiency: float = 1.0, noise: str | None = None) -> Friction:
+def friction(
+    path: Path, *, lead_m: float | None = None, efficiency: float = 1.0, noise: str | None = None
+) -> Friction:
     """Fits a Stribeck curve to a table with the columns `velocity_m_s` and `force_n` (or `torque_nm`: then give the lead in m per revolution)."""
     lead = None if lead_m is None else _arrays.number("lead_m", lead_m)
-    text = _core.friction(_arrays.path("path", path), lead, _arrays.number("efficiency", efficiency), _arrays.optional_name("noise", noise))
+    text = _core.friction(
+        _arrays.path("path", path),
+        lead,
+        _arrays.number("efficiency", efficiency),
+        _arrays.optional_name("noise", noise),
+    )
     return Friction(text)
 
 
 def effects(id: str | None = None, *, machine: Path | None = None) -> Document:
     """Lists the library of effects, with those of a machine's description where one is named; or the one with an id."""
-    return Document(_core.effects(None if machine is None else _arrays.path("machine", machine), _arrays.optional_name("id", id)))
+    return Document(
+        _core.effects(
+            None if machine is None else _arrays.path("machine", machine), _arrays.optional_name("id", id)
+        )
+    )

@@ -53,7 +53,11 @@ impl Choice {
                 (drawn, nuisance)
             }
             Some(layout) => {
-                let lacks_guide = slot.effects.iter().chain(&slot.partner).any(|effect| *effect == EffectKind::GuideViscous);
+                let lacks_guide = slot
+                    .effects
+                    .iter()
+                    .chain(&slot.partner)
+                    .any(|effect| *effect == EffectKind::GuideViscous);
                 let has_guide = layout == Layout::Vertical || (!lacks_guide && draw.chance(0.7));
                 let drawn = layout.machine(held, has_guide, draw);
                 let nuisance = Nuisance::of_layout(&drawn, draw);
@@ -71,21 +75,41 @@ impl Choice {
             noise_corner_hz: draw.between(1.0, 5.0),
         };
         let spacing = 1.0 / draw.between(120.0, 220.0);
-        let force_n = (500.0 * (drawn.description.table_mass_kg / 272.0).sqrt() / 50.0).round().max(1.0) * 50.0;
+        let force_n =
+            (500.0 * (drawn.description.table_mass_kg / 272.0).sqrt() / 50.0).round().max(1.0) * 50.0;
         let levels = if slot.levels { LEVELS.to_vec() } else { vec![1.0] };
         let positions = drawn.nut_m.len();
         let (channels, scatter) = match slot.layout {
             None => (channels_of(slot, attempt).channels(), Scatter::Coherence),
-            Some(_) => (drawn_channels(slot, attempt, draw), if draw.chance(0.3) { Scatter::Deviation } else { Scatter::Coherence }),
+            Some(_) => (
+                drawn_channels(slot, attempt, draw),
+                if draw.chance(0.3) { Scatter::Deviation } else { Scatter::Coherence },
+            ),
         };
         // Three positions are too few to hold one out: all are given.
         let given = if positions > 3 { fitted_of(positions) } else { (0..positions).collect() };
-        Self { subject: Subject { drawn, nuisance, effects }, setting, channels, given, scatter, levels, spacing, force_n, is_bench }
+        Self {
+            subject: Subject { drawn, nuisance, effects },
+            setting,
+            channels,
+            given,
+            scatter,
+            levels,
+            spacing,
+            force_n,
+            is_bench,
+        }
     }
 }
 
-/// Draws an effect of size 1. The housing of a floating bearing carries no axial load, so the other one tilts.
-fn drawn_effect(kind: EffectKind, slot: &Slot, drawn: &crate::machine::catalogue::DrawnMachine, draw: &mut Draw) -> Effect {
+/// Draws an effect of size 1. The housing of a floating bearing carries no axial load, so the other one
+/// tilts.
+fn drawn_effect(
+    kind: EffectKind,
+    slot: &Slot,
+    drawn: &crate::machine::catalogue::DrawnMachine,
+    draw: &mut Draw,
+) -> Effect {
     let mut effect = Effect::random(kind, drawn, draw);
     if slot.layout == Some(Layout::FixedFloating) && kind == EffectKind::HousingTilt {
         effect.shape[5] *= 0.5;
@@ -93,13 +117,19 @@ fn drawn_effect(kind: EffectKind, slot: &Slot, drawn: &crate::machine::catalogue
     effect
 }
 
-/// Returns the channels of an attempt. Later attempts have more: few channels may be unable to show an effect on any machine.
+/// Returns the channels of an attempt. Later attempts have more: few channels may be unable to show an effect
+/// on any machine.
 fn channels_of(slot: &Slot, attempt: usize) -> ChannelSet {
     let place = ChannelSet::ALL.iter().position(|&set| set == slot.channel_set).unwrap_or(0);
-    if slot.kind == Kind::LookAlike { ChannelSet::ALL[(place + attempt / 8).min(2)] } else { ChannelSet::ALL[(place + attempt / 4).min(3)] }
+    if slot.kind == Kind::LookAlike {
+        ChannelSet::ALL[(place + attempt / 8).min(2)]
+    } else {
+        ChannelSet::ALL[(place + attempt / 4).min(3)]
+    }
 }
 
-/// Draws one to four channels, the table first; later attempts have more, and look-alikes begin with the table alone.
+/// Draws one to four channels, the table first; later attempts have more, and look-alikes begin with the
+/// table alone.
 fn drawn_channels(slot: &Slot, attempt: usize, draw: &mut Draw) -> Vec<Channel> {
     let mut others = [
         Channel::new(Point::Rotor, Point::Table),

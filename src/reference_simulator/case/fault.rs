@@ -26,7 +26,10 @@ impl DataFault {
             0 => Self::FaultyChannel(
                 station,
                 channel,
-                Fault::LooseSensor { mount_hz: draw.log_between(80.0, 0.5 * band_hz), ratio: draw.between(0.05, 0.2) },
+                Fault::LooseSensor {
+                    mount_hz: draw.log_between(80.0, 0.5 * band_hz),
+                    ratio: draw.between(0.05, 0.2),
+                },
             ),
             1 => Self::FaultyChannel(station, channel, Fault::Clipped { share: draw.between(0.15, 0.4) }),
             2 => Self::FaultyChannel(station, channel, Fault::Dropouts { share: draw.between(0.1, 0.3) }),
@@ -78,15 +81,23 @@ impl DataFault {
     pub fn check_visible(self, exact: &[Vec<Vec<Complex64>>], lines: &[Vec<Vec<Line>>]) -> Result<()> {
         let mut largest: f64 = 0.0;
         for (station, of_station) in lines.iter().enumerate() {
-            for (channel, lines) in of_station.iter().enumerate().filter(|(channel, _)| self.affects(station, *channel)) {
-                let accepted = lines.iter().zip(&exact[station][channel]).filter(|(line, _)| line.coherence >= 0.8);
-                let changes: Vec<f64> = accepted.map(|(line, exact)| (line.response / exact).ln().norm_sqr() / 2.0).collect();
+            for (channel, lines) in
+                of_station.iter().enumerate().filter(|(channel, _)| self.affects(station, *channel))
+            {
+                let accepted =
+                    lines.iter().zip(&exact[station][channel]).filter(|(line, _)| line.coherence >= 0.8);
+                let changes: Vec<f64> =
+                    accepted.map(|(line, exact)| (line.response / exact).ln().norm_sqr() / 2.0).collect();
                 largest = largest.max((changes.iter().sum::<f64>() / changes.len().max(1) as f64).sqrt());
             }
         }
         if largest >= LEAST_CHANGE {
             return Ok(());
         }
-        Err(SimulatorError::TooWeak { effect: self.name().to_owned(), reached: largest, wanted: LEAST_CHANGE })
+        Err(SimulatorError::TooWeak {
+            effect: self.name().to_owned(),
+            reached: largest,
+            wanted: LEAST_CHANGE,
+        })
     }
 }

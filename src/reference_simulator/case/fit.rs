@@ -38,15 +38,25 @@ pub struct Refit {
 }
 
 impl<'a> Fit<'a> {
-    /// Prepares a fit of the engineer's chain with the usual split: no nuisance parameters, nut at one point, uniform screw.
+    /// Prepares a fit of the engineer's chain with the usual split: no nuisance parameters, nut at one point,
+    /// uniform screw.
     pub fn of_chain(drawn: &DrawnMachine, survey: &'a Survey) -> Self {
-        let family = Subject { drawn: drawn.clone(), nuisance: Nuisance::none(drawn.nut_m.len()), effects: Vec::new() };
+        let family = Subject {
+            drawn: drawn.clone(),
+            nuisance: Nuisance::none(drawn.nut_m.len()),
+            effects: Vec::new(),
+        };
         Self { family, fitted: fitted_of(drawn.nut_m.len()), survey, frozen: None }
     }
 
     /// Prepares a fit of the true machine without its effects at all positions.
     pub fn of_machine(subject: &Subject, survey: &'a Survey) -> Self {
-        Self { family: subject.without_effects(), fitted: (0..subject.drawn.nut_m.len()).collect(), survey, frozen: None }
+        Self {
+            family: subject.without_effects(),
+            fitted: (0..subject.drawn.nut_m.len()).collect(),
+            survey,
+            frozen: None,
+        }
     }
 
     /// Returns the machine of the family with other joint values.
@@ -63,14 +73,22 @@ impl<'a> Fit<'a> {
         self.family.drawn.joints.values().map(|value| value.ln()).collect()
     }
 
-    /// Fits all joints within their ranges at the fitted positions (Levenberg–Marquardt with robust weights) and evaluates the other
-    /// positions.
+    /// Fits all joints within their ranges at the fitted positions (Levenberg–Marquardt with robust weights)
+    /// and evaluates the other positions.
     pub fn run(&self, data: &[Complex64], start: &[f64]) -> Result<Refit> {
         let block = self.survey.base.len() / self.family.drawn.nut_m.len();
-        let fitted: Vec<Complex64> =
-            self.fitted.iter().flat_map(|&position| &data[position * block..(position + 1) * block]).copied().collect();
-        let variance: Vec<f64> =
-            self.fitted.iter().flat_map(|&position| &self.survey.variance[position * block..(position + 1) * block]).copied().collect();
+        let fitted: Vec<Complex64> = self
+            .fitted
+            .iter()
+            .flat_map(|&position| &data[position * block..(position + 1) * block])
+            .copied()
+            .collect();
+        let variance: Vec<f64> = self
+            .fitted
+            .iter()
+            .flat_map(|&position| &self.survey.variance[position * block..(position + 1) * block])
+            .copied()
+            .collect();
         // A model error of one per cent in addition to the noise keeps single lines from dominating.
         let weights: Vec<f64> = variance.iter().map(|value| 1.0 / (value + 1e-4)).collect();
         let mut point = self.clamped(start.to_vec());
@@ -89,7 +107,8 @@ impl<'a> Fit<'a> {
                     damping *= 10.0;
                     continue;
                 };
-                let moved: Vec<f64> = self.clamped(point.iter().zip(step.iter()).map(|(a, b)| a - b.clamp(-1.0, 1.0)).collect());
+                let moved: Vec<f64> = self
+                    .clamped(point.iter().zip(step.iter()).map(|(a, b)| a - b.clamp(-1.0, 1.0)).collect());
                 let there = self.residual(&moved, &fitted, &self.fitted)?;
                 let value = robust_cost(&there, &weights);
                 if value < cost {
@@ -110,14 +129,22 @@ impl<'a> Fit<'a> {
     }
 
     /// Computes the normal equations of one step by finite differences.
-    fn normal(&self, point: &[f64], residual: &[Complex64], data: &[Complex64], weights: &[f64]) -> Result<(DMatrix<f64>, DVector<f64>)> {
+    fn normal(
+        &self,
+        point: &[f64],
+        residual: &[Complex64],
+        data: &[Complex64],
+        weights: &[f64],
+    ) -> Result<(DMatrix<f64>, DVector<f64>)> {
         let count = point.len();
         let mut columns = Vec::with_capacity(count);
         for index in 0..count {
             let mut moved = point.to_vec();
             moved[index] += 1e-4;
             let there = self.residual(&moved, data, &self.fitted)?;
-            columns.push(there.iter().zip(residual).map(|(a, b)| wrapped(a - b) / 1e-4).collect::<Vec<Complex64>>());
+            columns.push(
+                there.iter().zip(residual).map(|(a, b)| wrapped(a - b) / 1e-4).collect::<Vec<Complex64>>(),
+            );
         }
         let (mut normal, mut slope) = (DMatrix::<f64>::zeros(count, count), DVector::<f64>::zeros(count));
         for (line, (value, &weight)) in residual.iter().zip(weights).enumerate() {
@@ -171,7 +198,9 @@ fn robust_cost(residual: &[Complex64], weights: &[f64]) -> f64 {
     residual
         .iter()
         .zip(weights)
-        .map(|(value, weight)| 2.0 * ROBUST_LIMIT * ((1.0 + value.norm_sqr() * weight / ROBUST_LIMIT).sqrt() - 1.0))
+        .map(|(value, weight)| {
+            2.0 * ROBUST_LIMIT * ((1.0 + value.norm_sqr() * weight / ROBUST_LIMIT).sqrt() - 1.0)
+        })
         .sum()
 }
 

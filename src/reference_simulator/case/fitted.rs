@@ -1,15 +1,19 @@
-//! Strength of an effect as the fitted data show it: the misfit that remains after joints and tolerances are fitted along.
+//! Strength of an effect as the fitted data show it: the misfit that remains after joints and tolerances are
+//! fitted along.
 //!
-//! The machine without the effect is fitted to noise-free data of the machine with it, at the positions that a diagnosis is given:
+//! The machine without the effect is fitted to noise-free data of the machine with it, at the positions that
+//! a diagnosis is given:
 //!
 //! ```text
 //! min over u of  |r(u)|² + |u|²
 //! ```
 //!
-//! r is the difference of ln H over its standard deviation, as in the module `gauge`; u counts joints and tolerances in standard deviations
-//! from their true values. The priors are normal without bounds. They are centred at the truth: so centred, the fit without an effect leaves
-//! 0, and the cross term with the truth's own deviation, whose mean over machines is 0, is left out. The search begins at the truth's joints,
-//! and at those that robust refits of the described and of the true machine give to the data; the least misfit counts.
+//! r is the difference of ln H over its standard deviation, as in the module `gauge`; u counts joints and
+//! tolerances in standard deviations from their true values. The priors are normal without bounds. They are
+//! centred at the truth: so centred, the fit without an effect leaves 0, and the cross term with the truth's
+//! own deviation, whose mean over machines is 0, is left out. The search begins at the truth's joints, and at
+//! those that robust refits of the described and of the true machine give to the data; the least misfit
+//! counts.
 
 use num_complex::Complex64;
 
@@ -21,8 +25,8 @@ use crate::Result;
 use crate::least_squares::{Minimum, minimum};
 use crate::machine::leeway::Leeway;
 
-/// Non-centrality below which an effect may be none: even with its exact shape known, so small a change of χ² does not outweigh prior odds
-/// among some twenty candidates, each at several sizes and shapes, against none.
+/// Non-centrality below which an effect may be none: even with its exact shape known, so small a change of χ²
+/// does not outweigh prior odds among some twenty candidates, each at several sizes and shapes, against none.
 pub const VISIBLE: f64 = 20.0;
 
 /// A machine without its effects, the given positions of its test, and all that may be fitted along.
@@ -42,8 +46,10 @@ impl FittedGauge {
         let block = survey.base.len() / subject.drawn.nut_m.len();
         let up = 1.0 / survey.share;
         let weight = |variance: &f64| (up / (variance + REPRODUCED * REPRODUCED)).sqrt();
-        let weights =
-            positions.iter().flat_map(|position| survey.variance[position * block..(position + 1) * block].iter().map(weight)).collect();
+        let weights = positions
+            .iter()
+            .flat_map(|position| survey.variance[position * block..(position + 1) * block].iter().map(weight))
+            .collect();
         let leeway = Leeway::all(&subject.drawn, &subject.nuisance, &positions, &survey.channels);
         Self { family: subject.without_effects(), leeway, positions, survey: survey.clone(), weights }
     }
@@ -73,14 +79,17 @@ impl FittedGauge {
         Ok(differences.flat_map(whitened).collect())
     }
 
-    /// Fits the machine without effects to noise-free data of a subject, from all starts, and returns the least minimum.
+    /// Fits the machine without effects to noise-free data of a subject, from all starts, and returns the
+    /// least minimum.
     pub fn fit(&self, subject: &Subject) -> Result<Minimum> {
         let data = self.data(subject)?;
         let residuals = |point: &[f64]| self.residual(&data, &self.shifted(&self.family, point));
         let penalties = vec![1.0; self.leeway.len()];
         let mut least = minimum(&residuals, &penalties, vec![0.0; self.leeway.len()])?;
         let everywhere = self.survey.of(subject)?;
-        for fit in [Fit::of_chain(&self.family.drawn, &self.survey), Fit::of_machine(&self.family, &self.survey)] {
+        for fit in
+            [Fit::of_chain(&self.family.drawn, &self.survey), Fit::of_machine(&self.family, &self.survey)]
+        {
             let fit = Fit { fitted: self.positions.clone(), ..fit };
             let joints = fit.run(&everywhere, &fit.true_point())?.point;
             let found = minimum(&residuals, &penalties, self.at_joints(&joints))?;

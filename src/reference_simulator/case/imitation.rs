@@ -1,7 +1,7 @@
 //! Whether an effect of the library imitates an outside cause within noise and tolerances.
 //!
-//! Every listed effect, in this crate's parametrisation, is added to the machine without effects: first a random search of its size and shape
-//! alone, then a fit of the best few together with joints and tolerances.
+//! Every listed effect, in this crate's parametrisation, is added to the machine without effects: first a
+//! random search of its size and shape alone, then a fit of the best few together with joints and tolerances.
 
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -22,7 +22,8 @@ const STEPS: (usize, [f64; 2]) = (80, [0.3, 0.01]);
 const REFINED: usize = 3;
 /// Least size drawn.
 const LEAST: f64 = 0.02;
-/// Whitened residual beyond which the cost of the random search grows with its logarithm: peaks that do not meet yet must not count by their height.
+/// Whitened residual beyond which the cost of the random search grows with its logarithm: peaks that do not
+/// meet yet must not count by their height.
 const ROBUST: f64 = 10.0;
 
 /// The effect of the library that comes closest to an outside cause.
@@ -43,12 +44,17 @@ pub fn imitation(
 ) -> Result<Option<Imitation>> {
     let data = gauge.data(subject)?;
     let none = gauge.fit(subject)?;
-    // With the right effect, joints and tolerances are close to the truth; with a partial one, to the fit without effects.
+    // With the right effect, joints and tolerances are close to the truth; with a partial one, to the fit
+    // without effects.
     let bases = [gauge.family.clone(), gauge.shifted(&gauge.family, &none.point)];
     let cost = |base: &Subject, effect: &Effect| {
         let with = Subject { effects: vec![effect.clone()], ..base.clone() };
         let residual = gauge.residual(&data, &with).unwrap_or_default();
-        if residual.is_empty() { f64::INFINITY } else { residual.iter().map(|r| (1.0 + (r / ROBUST).powi(2)).ln()).sum() }
+        if residual.is_empty() {
+            f64::INFINITY
+        } else {
+            residual.iter().map(|r| (1.0 + (r / ROBUST).powi(2)).ln()).sum()
+        }
     };
     let kinds: Vec<EffectKind> = EffectKind::LISTED.into_iter().filter(|kind| is_possible(*kind)).collect();
     let best_of = |kind: &EffectKind| searched(*kind, &bases, &cost, &mut draw.branch(*kind as u64));
@@ -65,7 +71,8 @@ pub fn imitation(
     Ok(closest)
 }
 
-/// Searches the size and shape of an effect of the least cost on either base: draws, then random steps of shrinking scale.
+/// Searches the size and shape of an effect of the least cost on either base: draws, then random steps of
+/// shrinking scale.
 fn searched(
     kind: EffectKind,
     bases: &[Subject],
@@ -102,7 +109,8 @@ fn searched(
     drawn.into_iter().min_by(|(a, ..), (b, ..)| a.total_cmp(b)).map(|(least, _, effect)| (least, effect))
 }
 
-/// Fits joints, tolerances, size and shape together, from the joints of the fit without effects and from the true ones.
+/// Fits joints, tolerances, size and shape together, from the joints of the fit without effects and from the
+/// true ones.
 fn refined(gauge: &FittedGauge, data: &[Complex64], none: &Minimum, effect: &Effect) -> Result<Minimum> {
     let count = gauge.leeway.len();
     let has_size = effect.kind != EffectKind::FrfQuantity;
@@ -111,7 +119,8 @@ fn refined(gauge: &FittedGauge, data: &[Complex64], none: &Minimum, effect: &Eff
         if has_size {
             changed.size = (effect.size * point[count].exp()).min(effect.kind.largest());
         }
-        for (shape, (first, by)) in changed.shape.iter_mut().zip(effect.shape.iter().zip(&point[count + 1..])) {
+        for (shape, (first, by)) in changed.shape.iter_mut().zip(effect.shape.iter().zip(&point[count + 1..]))
+        {
             *shape = folded(first + by);
         }
         Subject { effects: vec![changed], ..gauge.shifted(&gauge.family, &point[..count]) }

@@ -12,9 +12,9 @@ use crate::effect::Place;
 #[cfg(test)]
 use crate::machine::point::Channel;
 
-/// Gaps of the engineer's model after a refit to noise-free data: the rms residual. For FRFs its unit is ln H per component; for motions
-/// it is relative to the measured force or the tracking error. Where a wrong parameter is frozen, «with» means frozen and «without» means
-/// free.
+/// Gaps of the engineer's model after a refit to noise-free data: the rms residual. For FRFs its unit is ln H
+/// per component; for motions it is relative to the measured force or the tracking error. Where a wrong
+/// parameter is frozen, «with» means frozen and «without» means free.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Gap {
     /// Gap due to noise alone, held-out positions.
@@ -32,14 +32,21 @@ pub struct Gap {
 }
 
 impl Gap {
-    /// Builds the gaps from the noise floor and the refits without and with the effect; each pair is fitted, then held out.
-    pub fn new(floor_held_out: f64, [without_fit, without_held_out]: [f64; 2], [with_fit, with_held_out]: [f64; 2]) -> Self {
-        let closed = (with_held_out > 1.02 * without_held_out).then(|| 1.0 - (without_held_out / with_held_out).powi(2));
+    /// Builds the gaps from the noise floor and the refits without and with the effect; each pair is fitted,
+    /// then held out.
+    pub fn new(
+        floor_held_out: f64,
+        [without_fit, without_held_out]: [f64; 2],
+        [with_fit, with_held_out]: [f64; 2],
+    ) -> Self {
+        let closed = (with_held_out > 1.02 * without_held_out)
+            .then(|| 1.0 - (without_held_out / with_held_out).powi(2));
         Self { floor_held_out, without_fit, without_held_out, with_fit, with_held_out, closed }
     }
 }
 
-/// A wrong start value of one parameter, by up to a factor of three; in half of the cases the value is also declared known.
+/// A wrong start value of one parameter, by up to a factor of three; in half of the cases the value is also
+/// declared known.
 pub struct WrongParameter {
     /// Name.
     pub name: &'static str,
@@ -112,9 +119,11 @@ pub struct Label {
     pub alternatives: Vec<String>,
     /// Requested strength.
     pub strength: Option<Strength>,
-    /// Non-centrality of each effect alone over all positions, with joints and nuisance parameters projected out.
+    /// Non-centrality of each effect alone over all positions, with joints and nuisance parameters projected
+    /// out.
     pub noncentrality: Vec<f64>,
-    /// Non-centrality of each effect alone at the given positions, after joints and tolerances are fitted along.
+    /// Non-centrality of each effect alone at the given positions, after joints and tolerances are fitted
+    /// along.
     #[serde(default)]
     pub fitted_noncentrality: Vec<f64>,
     /// Effect of the library that comes closest to an outside cause.
@@ -155,7 +164,8 @@ pub struct Label {
 }
 
 impl Label {
-    /// Starts the label of a case by its number and the number of rejected machines; the caller fills in the rest.
+    /// Starts the label of a case by its number and the number of rejected machines; the caller fills in the
+    /// rest.
     pub fn new(index: usize, kind: Kind, strength: Option<Strength>, refused: usize) -> Self {
         Self { case: format!("case-{:04}", index + 1), index, kind, strength, refused, ..Self::default() }
     }

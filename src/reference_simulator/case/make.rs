@@ -28,9 +28,18 @@ const IMITATION: u64 = 0x696d;
 pub fn generate_one(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label)> {
     let slot = plan.slots.get(index).ok_or(SimulatorError::NoSuchCase { index, count: plan.slots.len() })?;
     if let Some(layout) = slot.layout {
-        let refused = slot.effects.iter().chain(&slot.partner).find_map(|effect| Some((*effect, layout.refusal(*effect)?)));
+        let refused = slot
+            .effects
+            .iter()
+            .chain(&slot.partner)
+            .find_map(|effect| Some((*effect, layout.refusal(*effect)?)));
         if let Some((effect, reason)) = refused {
-            return Err(SimulatorError::NotOnLayout { index, effect: effect.name(), layout: layout.name(), reason });
+            return Err(SimulatorError::NotOnLayout {
+                index,
+                effect: effect.name(),
+                layout: layout.name(),
+                reason,
+            });
         }
     }
     let draw = Draw::new(seed).branch(index as u64);
@@ -85,13 +94,18 @@ fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Resu
     label.gap = Gap::new(survey.floor(), [without.fit, without.held_out], [with.fit, with.held_out]);
     let mut case = simulated_test(slot, &choice, &mut label, draw)?;
     if let Some(wrong) = wrong {
-        case.description.parameters.iter_mut().filter(|parameter| parameter.name == wrong.name).for_each(|one| one.start = wrong.start);
+        case.description
+            .parameters
+            .iter_mut()
+            .filter(|parameter| parameter.name == wrong.name)
+            .for_each(|one| one.start = wrong.start);
         wrong.state(&mut case.freeze, &mut label);
     }
     Ok((case, label))
 }
 
-/// Enlarges the effects until some block contains the response, and returns their new non-centralities if they changed.
+/// Enlarges the effects until some block contains the response, and returns their new non-centralities if
+/// they changed.
 ///
 /// A weak spring to ground makes a mode so slow that no block contains its decay: it cannot be tested.
 fn enlarge_until_decay(choice: &mut Choice, channels: &[Channel], gauge: &Gauge) -> Result<Option<Vec<f64>>> {
@@ -112,22 +126,32 @@ fn enlarge_until_decay(choice: &mut Choice, channels: &[Channel], gauge: &Gauge)
             }
         }
     }
-    let alone = |effect: &Effect| gauge.after_refit(&Subject { effects: vec![effect.clone()], ..choice.subject.clone() });
+    let alone = |effect: &Effect| {
+        gauge.after_refit(&Subject { effects: vec![effect.clone()], ..choice.subject.clone() })
+    };
     choice.subject.effects.iter().map(alone).collect::<Result<Vec<f64>>>().map(Some)
 }
 
-/// Returns the non-centrality of each effect alone as the given positions show it, and for an outside cause the library effect that comes
-/// closest to it.
-fn as_fitted(slot: &Slot, choice: &Choice, survey: &Survey, draw: &Draw) -> Result<(Vec<f64>, Option<Imitation>)> {
+/// Returns the non-centrality of each effect alone as the given positions show it, and for an outside cause
+/// the library effect that comes closest to it.
+fn as_fitted(
+    slot: &Slot,
+    choice: &Choice,
+    survey: &Survey,
+    draw: &Draw,
+) -> Result<(Vec<f64>, Option<Imitation>)> {
     let subject = &choice.subject;
     let gauge = FittedGauge::new(subject, &survey.thinned(), choice.given.clone());
-    let alone = |effect: &Effect| gauge.noncentrality(&Subject { effects: vec![effect.clone()], ..subject.clone() });
+    let alone =
+        |effect: &Effect| gauge.noncentrality(&Subject { effects: vec![effect.clone()], ..subject.clone() });
     let sizes = subject.effects.iter().map(alone).collect::<Result<Vec<f64>>>()?;
     if slot.kind != Kind::Unknown {
         return Ok((sizes, None));
     }
     let is_held = subject.drawn.description.holds_rotor;
-    let is_possible = |kind: EffectKind| kind.fits(is_held) && slot.layout.is_none_or(|layout| layout.refusal(kind).is_none());
+    let is_possible = |kind: EffectKind| {
+        kind.fits(is_held) && slot.layout.is_none_or(|layout| layout.refusal(kind).is_none())
+    };
     Ok((sizes, imitation(&gauge, subject, is_possible, &draw.branch(IMITATION))?))
 }
 
@@ -149,10 +173,17 @@ fn labelled(slot: &Slot, index: usize, attempt: usize, choice: &Choice) -> Label
 /// Draws a wrong start value of one joint.
 fn wrong_parameter(subject: &Subject, draw: &mut Draw) -> WrongParameter {
     // A bearing that floats has no stiffness.
-    let names: Vec<&str> = ["k_al", "k_ar", "k_n", "k_m"].into_iter().filter(|name| subject.drawn.joints.contains_key(*name)).collect();
+    let names: Vec<&str> = ["k_al", "k_ar", "k_n", "k_m"]
+        .into_iter()
+        .filter(|name| subject.drawn.joints.contains_key(*name))
+        .collect();
     let name = names[draw.index(names.len())];
     let factor = draw.factor(1.6, 3.0);
-    let range = subject.drawn.description.parameter(name).map_or([0.0, f64::INFINITY], |parameter| [parameter.lower, parameter.upper]);
+    let range = subject
+        .drawn
+        .description
+        .parameter(name)
+        .map_or([0.0, f64::INFINITY], |parameter| [parameter.lower, parameter.upper]);
     let start = round_to(subject.drawn.joints[name] * factor, 2).clamp(range[0], range[1]);
     WrongParameter { name, start, factor, is_frozen: draw.chance(0.5) }
 }

@@ -53,29 +53,32 @@ const AVERAGES: usize = 8;
 /// Relative noise of a line, and noise floor over the median level of the mobility.
 const NOISE: (f64, f64) = (0.011, 0.004);
 
-/// Generates the machine without effects of a seed and number. Sizes and kinds of losses alternate with the number.
+/// Generates the machine without effects of a seed and number. Sizes and kinds of losses alternate with the
+/// number.
 ///
 /// # Errors  As the receptances of [`Assembly`].
 pub fn ordinary(seed: u64, number: usize) -> Result<Ordinary> {
     simulated(seed, number, (false, None))
 }
 
-/// Measures the machine of [`ordinary`] again: other noise, nut positions, gain and delay. `nut_stiffness` is the factor by which the stiffness of its nut
-/// has changed since.
+/// Measures the machine of [`ordinary`] again: other noise, nut positions, gain and delay. `nut_stiffness` is
+/// the factor by which the stiffness of its nut has changed since.
 ///
 /// # Errors  as [`ordinary`].
 pub fn measured_again(seed: u64, number: usize, nut_stiffness: f64) -> Result<Ordinary> {
     simulated(seed, number, (false, Some(nut_stiffness)))
 }
 
-/// As [`ordinary`], on a guide with viscous damping that the description lacks: table mass times 0.5 to 5 s⁻¹.
+/// As [`ordinary`], on a guide with viscous damping that the description lacks: table mass times 0.5 to 5
+/// s⁻¹.
 ///
 /// # Errors  As [`ordinary`].
 pub fn ordinary_on_guide(seed: u64, number: usize) -> Result<Ordinary> {
     simulated(seed, number, (true, None))
 }
 
-/// Generates a machine, perhaps on a guide, and its measurement: the first, or a later one with a factor on the stiffness of the nut.
+/// Generates a machine, perhaps on a guide, and its measurement: the first, or a later one with a factor on
+/// the stiffness of the nut.
 fn simulated(seed: u64, number: usize, (has_guide, again): (bool, Option<f64>)) -> Result<Ordinary> {
     let draw = &mut Draw::new(seed).branch(number as u64);
     let (size, mut drawn) = match number % 3 {
@@ -181,7 +184,13 @@ fn channels(draw: &mut Draw) -> BTreeMap<Channel, (f64, f64)> {
 
 impl Ordinary {
     /// Simulates the table FRFs at all positions. Each line has noise and the coherence of so many blows.
-    fn measure(&mut self, drawn: &DrawnMachine, nuisance: &Nuisance, machine: &Machine, draw: &mut Draw) -> Result<()> {
+    fn measure(
+        &mut self,
+        drawn: &DrawnMachine,
+        nuisance: &Nuisance,
+        machine: &Machine,
+        draw: &mut Draw,
+    ) -> Result<()> {
         let channel = Channel::direct(Point::Table);
         let (gain, delay_s) = nuisance.channel(channel);
         let lowest_hz = drawn.band_hz / 130.0;
@@ -204,8 +213,13 @@ impl Ordinary {
                 let noise = Complex64::new(sd * draw.normal(), sd * draw.normal());
                 // The coherence follows from a sample variance over the averaged blows.
                 let freedom = 2 * (AVERAGES - 1);
-                let seen = sd * sd * (0..freedom).map(|_| draw.normal().powi(2)).sum::<f64>() / freedom as f64;
-                Line { frequency_hz: *hz, response: h * (1.0 + noise), coherence: 1.0 / (1.0 + 2.0 * AVERAGES as f64 * seen) }
+                let seen =
+                    sd * sd * (0..freedom).map(|_| draw.normal().powi(2)).sum::<f64>() / freedom as f64;
+                Line {
+                    frequency_hz: *hz,
+                    response: h * (1.0 + noise),
+                    coherence: 1.0 / (1.0 + 2.0 * AVERAGES as f64 * seen),
+                }
             });
             let (position, lines) = (Position::name_of(at), lines.collect());
             self.case.records.push(Record { position, channel, name: None, force_n: None, lines });
@@ -217,7 +231,9 @@ impl Ordinary {
 /// Refines the peaks of a receptance between the adjacent lines by golden-section search.
 fn refined(assembly: &Assembly, channel: Channel, lines_hz: &[f64], exact: &[Complex64]) -> Result<Peaks> {
     let port = [assembly.port(channel)];
-    let magnitude = |hz: f64| Ok::<f64, SimulatorError>(assembly.structure.receptances(&port, &axis(&[hz]))?[0][0].norm());
+    let magnitude = |hz: f64| {
+        Ok::<f64, SimulatorError>(assembly.structure.receptances(&port, &axis(&[hz]))?[0][0].norm())
+    };
     let step_hz = lines_hz[1] - lines_hz[0];
     let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
     let mut found = Vec::new();

@@ -153,14 +153,27 @@ impl Counts {
 impl Slot {
     /// Specifies a case of one kind without effects.
     pub fn plain(kind: Kind, channel_set: ChannelSet) -> Self {
-        Self { kind, effects: Vec::new(), partner: None, strength: None, channel_set, levels: false, layout: None }
+        Self {
+            kind,
+            effects: Vec::new(),
+            partner: None,
+            strength: None,
+            channel_set,
+            levels: false,
+            layout: None,
+        }
     }
 
     /// Specifies a case of one library effect.
     pub fn single(effect: EffectKind, strength: Strength, channel_set: ChannelSet) -> Self {
         let levels = effect == EffectKind::ContactLevel;
         let strength = if effect == EffectKind::FrfQuantity { Strength::Strong } else { strength };
-        Self { effects: vec![effect], strength: Some(strength), levels, ..Self::plain(Kind::Single, channel_set) }
+        Self {
+            effects: vec![effect],
+            strength: Some(strength),
+            levels,
+            ..Self::plain(Kind::Single, channel_set)
+        }
     }
 }
 
@@ -170,25 +183,42 @@ impl Plan {
         Self::with_outside(counts, seed, EffectKind::UNLISTED.into_iter())
     }
 
-    /// Plans cases of one layout, or of all in turn. In a turn an effect goes to the next layout that can have it; on one layout alone the
-    /// cases of effects that it cannot have stay in the plan and are refused.
+    /// Plans cases of one layout, or of all in turn. In a turn an effect goes to the next layout that can
+    /// have it; on one layout alone the cases of effects that it cannot have stay in the plan and are
+    /// refused.
     pub fn on_layouts(counts: &Counts, seed: u64, layout: Option<Layout>) -> Self {
-        let mut plan = Self::with_outside(counts, seed, EffectKind::UNLISTED.into_iter().chain([EffectKind::FrictionDamper]));
+        let mut plan = Self::with_outside(
+            counts,
+            seed,
+            EffectKind::UNLISTED.into_iter().chain([EffectKind::FrictionDamper]),
+        );
         for (index, slot) in plan.slots.iter_mut().enumerate() {
-            let can_have = |layout: &Layout| slot.effects.iter().chain(&slot.partner).all(|effect| layout.refusal(*effect).is_none());
-            let mut turn = Layout::ALL.into_iter().cycle().skip(index % Layout::ALL.len()).take(Layout::ALL.len());
+            let can_have = |layout: &Layout| {
+                slot.effects.iter().chain(&slot.partner).all(|effect| layout.refusal(*effect).is_none())
+            };
+            let mut turn =
+                Layout::ALL.into_iter().cycle().skip(index % Layout::ALL.len()).take(Layout::ALL.len());
             slot.layout = layout.or_else(|| turn.find(can_have));
         }
         plan
     }
 
     fn with_outside(counts: &Counts, seed: u64, outside: impl Iterator<Item = EffectKind>) -> Self {
-        let strengths = [Strength::Faint, Strength::Weak, Strength::Strong, Strength::Clear, Strength::Strong, Strength::Strong];
+        let strengths = [
+            Strength::Faint,
+            Strength::Weak,
+            Strength::Strong,
+            Strength::Clear,
+            Strength::Strong,
+            Strength::Strong,
+        ];
         let clear = [Strength::Strong, Strength::Strong, Strength::Strong, Strength::Clear];
         let mut slots = Vec::new();
         let plain = |kind, count: usize| {
-            (0..count)
-                .map(move |index| Slot { levels: kind == Kind::Null && index % 10 == 9, ..Slot::plain(kind, ChannelSet::ALL[index % 4]) })
+            (0..count).map(move |index| Slot {
+                levels: kind == Kind::Null && index % 10 == 9,
+                ..Slot::plain(kind, ChannelSet::ALL[index % 4])
+            })
         };
         slots.extend(plain(Kind::Null, counts.nulls));
         slots.extend(plain(Kind::HardNullWrongParameter, counts.wrong_parameters));
@@ -198,14 +228,18 @@ impl Plan {
             ..Slot::single(effect, strengths[index % 6], ChannelSet::ALL[(index + index / 4) % 4])
         };
         for (number, effect) in EffectKind::LISTED.into_iter().enumerate() {
-            slots.extend((0..counts.singles_per_effect).map(|index| one(Kind::Single, effect, index + number)));
-        }
-        slots.extend((0..counts.contact_levels).map(|index| one(Kind::Single, EffectKind::ContactLevel, index + 2)));
-        for (number, effect) in outside.enumerate() {
             slots.extend(
-                (0..counts.unknowns_per_effect)
-                    .map(|index| Slot { strength: Some(clear[(index + number) % 4]), ..one(Kind::Unknown, effect, index + number) }),
+                (0..counts.singles_per_effect).map(|index| one(Kind::Single, effect, index + number)),
             );
+        }
+        slots.extend(
+            (0..counts.contact_levels).map(|index| one(Kind::Single, EffectKind::ContactLevel, index + 2)),
+        );
+        for (number, effect) in outside.enumerate() {
+            slots.extend((0..counts.unknowns_per_effect).map(|index| Slot {
+                strength: Some(clear[(index + number) % 4]),
+                ..one(Kind::Unknown, effect, index + number)
+            }));
         }
         for (number, (first, second)) in LOOK_ALIKES.into_iter().enumerate() {
             for (truth, partner) in [(first, second), (second, first)] {
@@ -220,7 +254,11 @@ impl Plan {
         let mut draw = Draw::new(seed).branch(0x706c_616e);
         for index in 0..counts.doubles {
             let first = EffectKind::LISTED[draw.index(17)];
-            let others: Vec<EffectKind> = EffectKind::LISTED[..17].iter().copied().filter(|&other| first.is_distinct_from(other)).collect();
+            let others: Vec<EffectKind> = EffectKind::LISTED[..17]
+                .iter()
+                .copied()
+                .filter(|&other| first.is_distinct_from(other))
+                .collect();
             let second = others[draw.index(others.len())];
             let strength = Some(clear[index % 4]);
             slots.push(Slot { effects: vec![first, second], strength, ..one(Kind::Double, first, index) });

@@ -59,7 +59,8 @@ pub struct Case {
     pub description: Description,
     /// Nut positions.
     pub positions: Vec<Position>,
-    /// Names of the fitted positions; the others are held out. Empty where the manifest states no split: all are fitted.
+    /// Names of the fitted positions; the others are held out. Empty where the manifest states no split: all
+    /// are fitted.
     pub fit: Vec<String>,
     /// How the files state the scatter of a line.
     pub scatter: Scatter,

@@ -13,8 +13,14 @@ use crate::Result;
 use crate::draw::Draw;
 use crate::machine::point::Point;
 
-/// Simulates the test and returns the case, for look-alikes with a follow-up of more channels. Adds the test's properties to the label.
-pub(super) fn simulated_test(slot: &Slot, choice: &Choice, label: &mut Label, draw: &mut Draw) -> Result<Case> {
+/// Simulates the test and returns the case, for look-alikes with a follow-up of more channels. Adds the
+/// test's properties to the label.
+pub(super) fn simulated_test(
+    slot: &Slot,
+    choice: &Choice,
+    label: &mut Label,
+    draw: &mut Draw,
+) -> Result<Case> {
     let misread = choice.subject.misread_power();
     let offered = match misread {
         power if power > 0.0 => &Quantity::ALL[..2],
@@ -22,7 +28,8 @@ pub(super) fn simulated_test(slot: &Slot, choice: &Choice, label: &mut Label, dr
         _ => &Quantity::ALL[..],
     };
     let quantity = offered[draw.index(offered.len())];
-    let test = TestRig::new(&choice.subject, &choice.setting, &choice.channels, &choice.levels, choice.spacing)?;
+    let test =
+        TestRig::new(&choice.subject, &choice.setting, &choice.channels, &choice.levels, choice.spacing)?;
     label.hammer = Some(HammerTest {
         rotor_held: choice.subject.drawn.description.holds_rotor,
         bench: choice.is_bench,
@@ -41,7 +48,12 @@ pub(super) fn simulated_test(slot: &Slot, choice: &Choice, label: &mut Label, dr
     let mut case = Case {
         name: label.case.clone(),
         description: choice.subject.drawn.description.clone(),
-        fit: choice.given.iter().filter(|_| choice.given.len() < positions.len()).map(|at| Position::name_of(*at)).collect(),
+        fit: choice
+            .given
+            .iter()
+            .filter(|_| choice.given.len() < positions.len())
+            .map(|at| Position::name_of(*at))
+            .collect(),
         positions,
         scatter: choice.scatter,
         quantity,
@@ -51,9 +63,16 @@ pub(super) fn simulated_test(slot: &Slot, choice: &Choice, label: &mut Label, dr
         follow_up: None,
     };
     if slot.kind == Kind::LookAlike {
-        let test = TestRig::new(&choice.subject, &choice.setting, &ChannelSet::Axial.channels(), &choice.levels, choice.spacing)?;
+        let test = TestRig::new(
+            &choice.subject,
+            &choice.setting,
+            &ChannelSet::Axial.channels(),
+            &choice.levels,
+            choice.spacing,
+        )?;
         let records = simulated_records(choice, &test, quantity, None, &draw.branch(2), label)?;
-        case.follow_up = Some(Box::new(Case { name: format!("{}-more", case.name), records, ..case.clone() }));
+        case.follow_up =
+            Some(Box::new(Case { name: format!("{}-more", case.name), records, ..case.clone() }));
     }
     Ok(case)
 }
@@ -84,7 +103,8 @@ fn simulated_records(
                 channel: test.channels[channel],
                 name: several.then(|| format!("level{}", station % choice.levels.len() + 1)),
                 // A blow on the rotor is a torque, so the level has no force value.
-                force_n: (several && test.channels[channel].excitation == Point::Table).then_some(choice.force_n * level),
+                force_n: (several && test.channels[channel].excitation == Point::Table)
+                    .then_some(choice.force_n * level),
                 lines: as_quantity(lines, quantity, misread),
             };
             if data_fault.is_some_and(|data_fault| data_fault.affects(station, channel)) {
@@ -102,7 +122,8 @@ fn curves(choice: &Choice, test: &TestRig, quantity: Quantity) -> Vec<Exact> {
     let mut out = Vec::new();
     for (&(position, _), values) in test.stations.iter().zip(&test.exact) {
         for (&channel, values) in test.channels.iter().zip(values) {
-            let factor = |hz: f64| super::measure::from_accelerance(hz, quantity, choice.subject.misread_power());
+            let factor =
+                |hz: f64| super::measure::from_accelerance(hz, quantity, choice.subject.misread_power());
             let with = values.iter().zip(&test.lines_hz).map(|(value, &hz)| value * factor(hz)).collect();
             out.push(Exact { position: Position::name_of(position), channel, with });
         }

@@ -38,18 +38,36 @@ impl Subject {
         causal
     }
 
-    /// Returns the power of s between the values in the file and the stated quantity: +1 where a mobility is declared a receptance.
+    /// Returns the power of s between the values in the file and the stated quantity: +1 where a mobility is
+    /// declared a receptance.
     pub fn misread_power(&self) -> f64 {
-        self.effects.iter().filter(|effect| effect.kind == EffectKind::FrfQuantity).map(|effect| effect.sign).sum()
+        self.effects
+            .iter()
+            .filter(|effect| effect.kind == EffectKind::FrfQuantity)
+            .map(|effect| effect.sign)
+            .sum()
     }
 
     /// Computes the receptances of some channels at stations, each a position and a force level.
-    pub fn at_stations(&self, stations: &[(usize, f64)], channels: &[Channel], lines: &[Complex64]) -> Result<Curves> {
-        in_order(stations.par_iter().map(|&(position, level)| self.receptances(position, level, channels, lines)))
+    pub fn at_stations(
+        &self,
+        stations: &[(usize, f64)],
+        channels: &[Channel],
+        lines: &[Complex64],
+    ) -> Result<Curves> {
+        in_order(
+            stations.par_iter().map(|&(position, level)| self.receptances(position, level, channels, lines)),
+        )
     }
 
     /// Computes the receptances of some channels at a position, including gain and delay of each channel.
-    pub fn receptances(&self, position: usize, level: f64, channels: &[Channel], lines: &[Complex64]) -> Result<Vec<Vec<Complex64>>> {
+    pub fn receptances(
+        &self,
+        position: usize,
+        level: f64,
+        channels: &[Channel],
+        lines: &[Complex64],
+    ) -> Result<Vec<Vec<Complex64>>> {
         let machine = self.nuisance.applied(self.drawn.with_true_joints());
         let nut_m = self.drawn.nut_m[position] + self.nuisance.offsets_m[position];
         let assembly = Assembly::new(&machine, &self.effects, nut_m, level);

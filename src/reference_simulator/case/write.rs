@@ -12,8 +12,8 @@ use crate::machine::nuisance::Spread;
 /// Coherence below which a careful test leaves a line out.
 const LEAST_COHERENCE: f64 = 0.8;
 
-/// Writes a case as a measurement set with its machine: `manifest.toml`, `frf/*.csv`, `machine.toml`. The files contain nothing of the
-/// label. A follow-up is a case of its own and needs its own call.
+/// Writes a case as a measurement set with its machine: `manifest.toml`, `frf/*.csv`, `machine.toml`. The
+/// files contain nothing of the label. A follow-up is a case of its own and needs its own call.
 pub fn write_case(folder: &Path, case: &Case) -> Result<()> {
     create_folder(folder, "frf")?;
     write_text(&folder.join("machine.toml"), &case.description.to_toml())?;
@@ -41,13 +41,22 @@ fn table(case: &Case, record: &Record) -> String {
     for line in &record.lines {
         let _ = match case.scatter {
             Scatter::Coherence => {
-                writeln!(text, "{},{:.8e},{:.8e},{:.8}", line.frequency_hz, line.response.re, line.response.im, line.coherence)
+                writeln!(
+                    text,
+                    "{},{:.8e},{:.8e},{:.8}",
+                    line.frequency_hz, line.response.re, line.response.im, line.coherence
+                )
             }
             Scatter::Deviation if line.coherence < LEAST_COHERENCE => Ok(()),
             Scatter::Deviation => {
-                // Both components together: Bendat and Piersol, Random Data, 2010, Eq. 9.73, for the mean of the blows.
+                // Both components together: Bendat and Piersol, Random Data, 2010, Eq. 9.73, for the mean of
+                // the blows.
                 let sd = ((1.0 - line.coherence) / (case.averages as f64 * line.coherence)).sqrt();
-                writeln!(text, "{},{:.8e},{:.8e},{sd:.4e}", line.frequency_hz, line.response.re, line.response.im)
+                writeln!(
+                    text,
+                    "{},{:.8e},{:.8e},{sd:.4e}",
+                    line.frequency_hz, line.response.re, line.response.im
+                )
             }
         };
     }
@@ -77,7 +86,8 @@ fn manifest(case: &Case) -> String {
     }
     for record in &case.records {
         let _ = writeln!(out, "[[frf]]\nposition = \"{}\"\nfile = \"{}\"", record.position, record.file());
-        for (key, point) in [("response", record.channel.response), ("excitation", record.channel.excitation)] {
+        for (key, point) in [("response", record.channel.response), ("excitation", record.channel.excitation)]
+        {
             if point.name() != "table" {
                 let _ = writeln!(out, "{key} = \"{}\"", point.name());
             }

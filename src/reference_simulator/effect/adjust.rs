@@ -17,10 +17,13 @@ impl Effect {
             BearingStiffnessPosition => {
                 let offset = 2.0 * self.stroke_fraction(nut_m) - 1.0;
                 let factor = (0.25 * self.size * self.sign * (2.5 * offset).tanh()).exp();
-                let bearing = if self.is_left() { &mut machine.bearing_left } else { &mut machine.bearing_right };
+                let bearing =
+                    if self.is_left() { &mut machine.bearing_left } else { &mut machine.bearing_right };
                 bearing.stiffness *= factor;
             }
-            ScrewDiameter if self.is_hollow() => machine.screw.bore_m = 0.45 * machine.screw.diameter_m * self.size.sqrt(),
+            ScrewDiameter if self.is_hollow() => {
+                machine.screw.bore_m = 0.45 * machine.screw.diameter_m * self.size.sqrt()
+            }
             ScrewDiameter => machine.screw.diameter_m *= 1.0 - 0.04 * self.size * self.sign,
             ScrewLossFactor => machine.screw.loss += 0.02 * self.size,
             ContactLevel if self.is_left() => {
@@ -33,7 +36,8 @@ impl Effect {
 
     /// Returns the drive's hold: position and velocity loop with integral action.
     pub(super) fn hold(&self, machine: &Machine) -> Hold {
-        let stiffness = self.size * 3e3 * (machine.screw.diameter_m / 0.04).powi(3) * self.log_scaled(0, 0.5, 4.0);
+        let stiffness =
+            self.size * 3e3 * (machine.screw.diameter_m / 0.04).powi(3) * self.log_scaled(0, 0.5, 4.0);
         let damping = 2.0 * self.log_scaled(1, 0.05, 0.3) * (stiffness * machine.rotor_inertia_kg_m2).sqrt();
         Hold {
             stiffness,
@@ -43,7 +47,8 @@ impl Effect {
         }
     }
 
-    /// Returns the factor on the nut stiffness at a position: a zone of less or more preload with ramps on both sides.
+    /// Returns the factor on the nut stiffness at a position: a zone of less or more preload with ramps on
+    /// both sides.
     pub(super) fn preload_factor(&self, nut_m: f64) -> f64 {
         let distance = (self.stroke_fraction(nut_m) - self.scaled(0, 0.25, 0.75)).abs();
         let half = self.scaled(1, 0.08, 0.2);

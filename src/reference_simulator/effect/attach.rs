@@ -9,11 +9,14 @@ use crate::element::law::Law;
 use crate::machine::assembly::{Frame, difference};
 
 impl Effect {
-    /// Adds the parts of the effect. The machine's joints follow later, between the motions that the frame then contains.
+    /// Adds the parts of the effect. The machine's joints follow later, between the motions that the frame
+    /// then contains.
     pub fn attach(&self, frame: &mut Frame, level: f64) {
         let table = vec![(frame.table, 1.0)];
         // A part that is clamped on, or one that is missing.
-        let added = |mass: f64, loss: f64| if mass > 0.0 { Law::suspended(mass, 6000.0, loss) } else { Law::Mass(mass) };
+        let added = |mass: f64, loss: f64| {
+            if mass > 0.0 { Law::suspended(mass, 6000.0, loss) } else { Law::Mass(mass) }
+        };
         match self.kind {
             GuideStiffness => {
                 let stiffness = self.guide_stiffness(frame.machine.table_mass_kg);
@@ -24,7 +27,9 @@ impl Effect {
                 let damping = self.guide_damping(frame.machine.table_mass_kg);
                 for wiper in 0..4 {
                     let time_s = 1e-5 * f64::from(wiper + 1);
-                    frame.structure.branch(table.clone(), Law::Maxwell { stiffness: 0.25 * damping / time_s, time_s });
+                    frame
+                        .structure
+                        .branch(table.clone(), Law::Maxwell { stiffness: 0.25 * damping / time_s, time_s });
                 }
             }
             TableMass => {
@@ -35,17 +40,23 @@ impl Effect {
                 let corner_hz = self.log_scaled(1, 8.0, 40.0);
                 for (share, factor) in [(0.5, 1.0), (0.3, 4.0), (0.2, 16.0)] {
                     let time_s = 1.0 / (2.0 * PI * corner_hz * factor);
-                    frame.structure.branch(table.clone(), Law::Maxwell { stiffness: stiffness * share, time_s });
+                    frame
+                        .structure
+                        .branch(table.clone(), Law::Maxwell { stiffness: stiffness * share, time_s });
                 }
             }
             ContactLevel if !self.is_left() => {
-                let stiffness = self.guide_stiffness(frame.machine.table_mass_kg) * 2.0 / (1.0 + level.powf(1.5));
+                let stiffness =
+                    self.guide_stiffness(frame.machine.table_mass_kg) * 2.0 / (1.0 + level.powf(1.5));
                 frame.structure.branch(table, Law::spring(stiffness, 0.05));
             }
             BedCompliance => self.bed(frame),
             NutFlangeCompliance => self.flange(frame),
             CouplingInertia => {
-                frame.structure.branch(vec![(frame.ends[0].1, 1.0)], added(self.ring_inertia(frame.machine.hub_inertia_kg_m2), 0.01));
+                frame.structure.branch(
+                    vec![(frame.ends[0].1, 1.0)],
+                    added(self.ring_inertia(frame.machine.hub_inertia_kg_m2), 0.01),
+                );
             }
             DriveFlexibility => self.intermediate_stage(frame),
             TableRocking => self.rocking(frame),
@@ -61,7 +72,9 @@ impl Effect {
         frame.structure.inertia(shift, bed.mass_kg);
         frame.structure.inertia(pitch, bed.mass_kg * bed.radius_m.powi(2));
         let stiffness = bed.mass_kg * (2.0 * PI * bed.shift_hz).powi(2);
-        frame.structure.branch(vec![(shift, 1.0), (pitch, -0.5 * bed.height_m)], Law::spring(stiffness, bed.loss));
+        frame
+            .structure
+            .branch(vec![(shift, 1.0), (pitch, -0.5 * bed.height_m)], Law::spring(stiffness, bed.loss));
         let stiffness = bed.mass_kg * (2.0 * PI * bed.pitch_hz).powi(2) / 2.0;
         for arm in [bed.radius_m, -bed.radius_m] {
             frame.structure.branch(vec![(pitch, arm)], Law::spring(stiffness, bed.loss));
@@ -93,7 +106,8 @@ impl Effect {
         frame.driver = vec![(stage, 1.0)];
     }
 
-    /// Adds a rigid table on four carriages: shift, heave and pitch, with hammer, sensor and nut at different heights.
+    /// Adds a rigid table on four carriages: shift, heave and pitch, with hammer, sensor and nut at different
+    /// heights.
     fn rocking(&self, frame: &mut Frame) {
         let rock = self.rocking_numbers(frame.machine.table_mass_kg);
         let mass = frame.machine.table_mass_kg;
@@ -104,7 +118,10 @@ impl Effect {
         let carriage = mass * rock.radius_m.powi(2) * (2.0 * PI * rock.pitch_hz).powi(2) / (4.0 * arm * arm);
         for (side, uneven) in [(1.0, 1.0 + rock.uneven), (-1.0, 1.0 - rock.uneven)] {
             for _row in 0..2 {
-                frame.structure.branch(vec![(heave, 1.0), (pitch, side * arm)], Law::spring(carriage * uneven, rock.loss));
+                frame.structure.branch(
+                    vec![(heave, 1.0), (pitch, side * arm)],
+                    Law::spring(carriage * uneven, rock.loss),
+                );
             }
         }
         frame.hit.push((pitch, rock.hammer_m));
@@ -112,10 +129,12 @@ impl Effect {
         frame.carrier.push((pitch, rock.nut_m));
     }
 
-    /// Adds bending of the screw: a beam on its bearings with the nut between, whose contacts are loaded off the axis.
+    /// Adds bending of the screw: a beam on its bearings with the nut between, whose contacts are loaded off
+    /// the axis.
     fn bending(&self, frame: &mut Frame) {
         let screw = frame.machine.screw;
-        let [left, middle, right] = std::array::from_fn(|_| (frame.structure.freedom(), frame.structure.freedom()));
+        let [left, middle, right] =
+            std::array::from_fn(|_| (frame.structure.freedom(), frame.structure.freedom()));
         let rigidity = screw.youngs_modulus_pa * 0.5 * screw.polar(screw.diameter_m);
         let mass_per_length = screw.density_kg_m3 * screw.area(screw.diameter_m);
         let spans = [(left, middle, frame.nut_m), (middle, right, screw.length_m - frame.nut_m)];
@@ -126,10 +145,14 @@ impl Effect {
         let support = 3.0 * frame.machine.bearing_left.stiffness;
         for (end, clamping) in [(left, self.scaled(1, 0.0, 20.0)), (right, self.scaled(2, 0.0, 4.0))] {
             frame.structure.branch(vec![(end.0, 1.0)], Law::spring(support, 0.02));
-            frame.structure.branch(vec![(end.1, 1.0)], Law::spring(clamping * rigidity / screw.length_m, 0.02));
+            frame
+                .structure
+                .branch(vec![(end.1, 1.0)], Law::spring(clamping * rigidity / screw.length_m, 0.02));
         }
         frame.structure.inertia(middle.0, frame.machine.nut.screw_mass_kg);
-        frame.structure.branch(vec![(middle.0, 1.0)], Law::spring(self.log_scaled(3, 0.005, 0.1) * support, 0.02));
+        frame
+            .structure
+            .branch(vec![(middle.0, 1.0)], Law::spring(self.log_scaled(3, 0.005, 0.1) * support, 0.02));
         let (across, slope) = self.bending_numbers(screw.diameter_m);
         frame.lateral = vec![(middle.0, across), (middle.1, slope)];
     }

@@ -44,11 +44,13 @@ named! {
             /// The manifest states a wrong quantity, for example receptance for mobility.
             FrfQuantity = "frf-quantity",
         }
-        /// Effects of other rules: one of the library on request only, one outside it on machines of layouts only.
+        /// Effects of other rules: one of the library on request only, one outside it on machines of layouts
+        /// only.
         OTHERS {
             /// Nut or guide stiffness depends on the force level.
             ContactLevel = "contact-level",
-            /// A mass that dry friction holds on the table: it gives way at the amplitude of the blows. Outside the library.
+            /// A mass that dry friction holds on the table: it gives way at the amplitude of the blows.
+            /// Outside the library.
             FrictionDamper = "friction-damper",
         }
         /// Effects outside the library of the diagnosis.
@@ -91,7 +93,10 @@ pub struct Place {
 impl Place {
     /// Creates a location from its names, the nearest first.
     pub fn new(names: &[&str]) -> Self {
-        Self { interface: names[0].to_owned(), accepted: names.iter().map(|name| (*name).to_owned()).collect() }
+        Self {
+            interface: names[0].to_owned(),
+            accepted: names.iter().map(|name| (*name).to_owned()).collect(),
+        }
     }
 }
 
@@ -136,7 +141,8 @@ impl EffectKind {
 
     /// Whether two listed effects in one machine remain two distinct effects.
     pub fn is_distinct_from(self, other: Self) -> bool {
-        let alike = [[TableMass, FrfGain], [GuideViscous, TableRelaxation], [CouplingInertia, DriveFlexibility]];
+        let alike =
+            [[TableMass, FrfGain], [GuideViscous, TableRelaxation], [CouplingInertia, DriveFlexibility]];
         self != other && !alike.iter().any(|pair| pair.contains(&self) && pair.contains(&other))
     }
 }

@@ -1,7 +1,8 @@
 //! Effects that may be missing from the engineer's model, in this crate's own parametrisation.
 //!
-//! An effect has a kind and a dimensionless size: 0 is absent, 1 is clear on most machines. It has a sign where both signs occur, and six
-//! numbers in [0, 1) that fix its shape. These and the machine determine all physical values.
+//! An effect has a kind and a dimensionless size: 0 is absent, 1 is clear on most machines. It has a sign
+//! where both signs occur, and six numbers in [0, 1) that fix its shape. These and the machine determine all
+//! physical values.
 
 mod adjust;
 mod attach;

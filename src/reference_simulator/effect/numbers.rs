@@ -99,7 +99,11 @@ impl Effect {
     }
 
     pub(super) fn support_m(&self, machine: &Machine) -> f64 {
-        if self.is_left() { 0.55 * self.stroke_m[0] } else { 0.5 * (self.stroke_m[1] + machine.screw.length_m) }
+        if self.is_left() {
+            0.55 * self.stroke_m[0]
+        } else {
+            0.5 * (self.stroke_m[1] + machine.screw.length_m)
+        }
     }
 
     /// Returns the physical values for the label, in SI units.
@@ -108,7 +112,11 @@ impl Effect {
         let values = match self.kind {
             RotorHold => {
                 let Hold { stiffness, damping, integral, .. } = self.hold(machine);
-                vec![("stiffness_nm_per_rad", stiffness), ("damping_nms_per_rad", damping), ("integral_nm_per_rad_s", integral)]
+                vec![
+                    ("stiffness_nm_per_rad", stiffness),
+                    ("damping_nms_per_rad", damping),
+                    ("integral_nm_per_rad_s", integral),
+                ]
             }
             GuideStiffness => vec![("stiffness_n_per_m", self.guide_stiffness(table_kg))],
             GuideViscous => vec![("damping_ns_per_m", self.guide_damping(table_kg))],
@@ -118,14 +126,21 @@ impl Effect {
                 vec![("mass_kg", bed.mass_kg), ("shift_hz", bed.shift_hz), ("pitch_hz", bed.pitch_hz)]
             }
             NutFlangeCompliance => {
-                vec![("mass_kg", self.nut_mass(table_kg)), ("stiffness_n_per_m", self.flange_stiffness(machine.nut.joint.stiffness))]
+                vec![
+                    ("mass_kg", self.nut_mass(table_kg)),
+                    ("stiffness_n_per_m", self.flange_stiffness(machine.nut.joint.stiffness)),
+                ]
             }
             NutStiffnessPosition => {
-                let middle_m = self.stroke_m[0] + self.scaled(0, 0.25, 0.75) * (self.stroke_m[1] - self.stroke_m[0]);
+                let middle_m =
+                    self.stroke_m[0] + self.scaled(0, 0.25, 0.75) * (self.stroke_m[1] - self.stroke_m[0]);
                 vec![("least_or_largest_factor", self.preload_factor(middle_m))]
             }
             BearingStiffnessPosition => {
-                vec![("log_factor_over_stroke", 0.5 * self.size * self.sign * 2.5f64.tanh()), ("left", f64::from(u8::from(self.is_left())))]
+                vec![
+                    ("log_factor_over_stroke", 0.5 * self.size * self.sign * 2.5f64.tanh()),
+                    ("left", f64::from(u8::from(self.is_left()))),
+                ]
             }
             CouplingInertia => vec![("inertia_kg_m2", self.ring_inertia(machine.hub_inertia_kg_m2))],
             DriveFlexibility => vec![
@@ -144,7 +159,10 @@ impl Effect {
                 vec![("misalignment_rad", misalignment_rad), ("eccentricity_m", eccentricity_m)]
             }
             TableRelaxation => {
-                vec![("stiffness_n_per_m", self.relaxing_stiffness(table_kg)), ("corner_hz", self.log_scaled(1, 8.0, 40.0))]
+                vec![
+                    ("stiffness_n_per_m", self.relaxing_stiffness(table_kg)),
+                    ("corner_hz", self.log_scaled(1, 8.0, 40.0)),
+                ]
             }
             FrfGain => vec![("gain", self.gain())],
             MeasurementDelay => vec![("delay_s", self.delay_s())],

@@ -15,9 +15,19 @@ impl Effect {
             frame.structure.branch(vec![(freedom, 1.0)], Law::suspended(mass, natural_hz, loss));
         };
         match self.kind {
-            HoseResonator => suspend(frame.table, 0.03 * self.size * table_kg, self.in_band_hz(0, 0.06, 0.5), self.scaled(1, 0.03, 0.1)),
+            HoseResonator => suspend(
+                frame.table,
+                0.03 * self.size * table_kg,
+                self.in_band_hz(0, 0.06, 0.5),
+                self.scaled(1, 0.03, 0.1),
+            ),
             // At one amplitude, dry friction in series with a spring is a spring with a large loss factor.
-            FrictionDamper => suspend(frame.table, 0.05 * self.size * table_kg, self.in_band_hz(0, 0.05, 0.3), self.scaled(1, 0.4, 0.8)),
+            FrictionDamper => suspend(
+                frame.table,
+                0.05 * self.size * table_kg,
+                self.in_band_hz(0, 0.05, 0.3),
+                self.scaled(1, 0.4, 0.8),
+            ),
             RingAbsorber => {
                 let inertia = 0.1 * self.size * frame.machine.screw.polar_inertia();
                 suspend(frame.ends[1].1, inertia, self.in_band_hz(0, 0.15, 0.7), self.scaled(1, 0.03, 0.08));
@@ -26,11 +36,21 @@ impl Effect {
                 let inertia = 0.3 * self.size * frame.machine.rotor_inertia_kg_m2;
                 suspend(frame.rotor, inertia, self.in_band_hz(0, 0.08, 0.5), self.scaled(1, 0.03, 0.08));
             }
-            MotorThrust => suspend(frame.ends[0].0, 3.0 * size * self.size, self.in_band_hz(0, 0.15, 0.8), self.scaled(1, 0.02, 0.05)),
+            MotorThrust => suspend(
+                frame.ends[0].0,
+                3.0 * size * self.size,
+                self.in_band_hz(0, 0.15, 0.8),
+                self.scaled(1, 0.02, 0.05),
+            ),
             ServoLag => {
                 if let Some(hold) = frame.machine.hold {
                     let delay_s = self.log_scaled(0, 5e-4, 2e-3);
-                    let law = Law::Servo { stiffness: 0.0, damping: self.size * hold.damping, integral: 0.0, delay_s };
+                    let law = Law::Servo {
+                        stiffness: 0.0,
+                        damping: self.size * hold.damping,
+                        integral: 0.0,
+                        delay_s,
+                    };
                     frame.structure.branch(vec![(frame.rotor, 1.0)], law);
                 }
             }
@@ -52,17 +72,31 @@ impl Effect {
             MiddleSupport => {
                 if let Some(&(axial, angle)) = frame.extra.first() {
                     let stiffness = 0.1 * self.size * frame.machine.bearing_left.stiffness;
-                    frame.structure.branch(vec![(axial, 1.0)], Law::Kelvin { stiffness, damping: stiffness * 3e-5, loss: 0.02 });
+                    frame.structure.branch(
+                        vec![(axial, 1.0)],
+                        Law::Kelvin { stiffness, damping: stiffness * 3e-5, loss: 0.02 },
+                    );
                     let drag = 0.01 * self.size * frame.machine.coupling.stiffness;
-                    frame.structure.branch(vec![(angle, 1.0)], Law::Kelvin { stiffness: drag, damping: drag * 1e-4, loss: 0.0 });
+                    frame.structure.branch(
+                        vec![(angle, 1.0)],
+                        Law::Kelvin { stiffness: drag, damping: drag * 1e-4, loss: 0.0 },
+                    );
                 }
             }
             ScaleFeedback => {
                 if let Some(hold) = frame.machine.hold {
                     let share = 0.3 * self.size;
-                    let part = |factor: f64| Law::Kelvin { stiffness: factor * hold.stiffness, damping: factor * hold.damping, loss: 0.0 };
+                    let part = |factor: f64| Law::Kelvin {
+                        stiffness: factor * hold.stiffness,
+                        damping: factor * hold.damping,
+                        loss: 0.0,
+                    };
                     frame.structure.link(frame.rotor, frame.rotor, part(-share));
-                    frame.structure.link(frame.rotor, frame.table, part(share * frame.machine.drive_ratio / frame.machine.ratio_m()));
+                    frame.structure.link(
+                        frame.rotor,
+                        frame.table,
+                        part(share * frame.machine.drive_ratio / frame.machine.ratio_m()),
+                    );
                 }
             }
             _ => {}
@@ -84,9 +118,8 @@ impl Effect {
         Place::new(match self.kind {
             RotorHold | ServoLag | BrakeDisc => &["rotor"],
             ScaleFeedback => &["rotor", "table"],
-            GuideStiffness | GuideViscous | TableMass | TableRocking | TableRelaxation | HoseResonator | FrictionDamper | SqueezedFilm => {
-                &["table"]
-            }
+            GuideStiffness | GuideViscous | TableMass | TableRocking | TableRelaxation | HoseResonator
+            | FrictionDamper | SqueezedFilm => &["table"],
             BedCompliance => &["bearing-left", "bearing-right", "left", "right"],
             NutFlangeCompliance | NutYaw => &["nut", "table", "screw", "screw-angle"],
             NutStiffnessPosition => &["nut"],

@@ -1,4 +1,5 @@
-//! Lateral bending of a uniform shaft: Euler–Bernoulli elements with consistent mass; doubling eliminates the inner nodes.
+//! Lateral bending of a uniform shaft: Euler–Bernoulli elements with consistent mass; doubling eliminates the
+//! inner nodes.
 
 use nalgebra::{Matrix2, Matrix4};
 use num_complex::Complex64;
@@ -17,7 +18,8 @@ pub struct Beam {
 }
 
 impl Beam {
-    /// Computes the dynamic stiffness over (w₁, φ₁, w₂, φ₂); `s2` = s², `modulus` is the complex factor on E I.
+    /// Computes the dynamic stiffness over (w₁, φ₁, w₂, φ₂); `s2` = s², `modulus` is the complex factor on E
+    /// I.
     pub fn ends(&self, s2: Complex64, modulus: Complex64) -> Matrix4<Complex64> {
         let h = self.element_m;
         let k = self.rigidity / (h * h * h);

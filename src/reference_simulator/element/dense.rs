@@ -91,7 +91,8 @@ impl Dense {
         }
         for row in (0..n).rev() {
             let entries = &self.entries[row * n..(row + 1) * n];
-            let known: Complex64 = entries[row + 1..].iter().zip(&right[row + 1..]).map(|(entry, value)| entry * value).sum();
+            let known: Complex64 =
+                entries[row + 1..].iter().zip(&right[row + 1..]).map(|(entry, value)| entry * value).sum();
             right[row] = (right[row] - known) / entries[row];
         }
     }

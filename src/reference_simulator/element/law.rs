@@ -1,11 +1,12 @@
 //! Branch laws: dynamic stiffness as a function of the Laplace variable s.
 //!
-//! A loss factor η that does not depend on frequency is causal only together with a stiffness that does. The law k (1 + (2η/π) ln(s/ω₀))
-//! equals k (1 + i η) at ω₀ and has the loss η at every frequency. Unlike k (1 + i η) it is the transform of a causal force. All loss
-//! factors of this module have this form, with ω₀ = 2π · 200 rad/s.
+//! A loss factor η that does not depend on frequency is causal only together with a stiffness that does. The
+//! law k (1 + (2η/π) ln(s/ω₀)) equals k (1 + i η) at ω₀ and has the loss η at every frequency. Unlike k (1 +
+//! i η) it is the transform of a causal force. All loss factors of this module have this form, with ω₀ = 2π ·
+//! 200 rad/s.
 //!
-//! The share of dispersion goes from 1 down to 0, where the law is k (1 + i η). Joints whose loss comes from microslip, independent of
-//! rate, are closer to 0.
+//! The share of dispersion goes from 1 down to 0, where the law is k (1 + i η). Joints whose loss comes from
+//! microslip, independent of rate, are closer to 0.
 
 use num_complex::Complex64;
 
@@ -103,7 +104,8 @@ impl Law {
             Self::Mass(mass) => point.s2 * mass,
             Self::Maxwell { stiffness, time_s } => stiffness * s * time_s / (1.0 + s * time_s),
             Self::Servo { stiffness, damping, integral, delay_s } => {
-                (stiffness + s * damping + integral / s) * if delay_s == 0.0 { Complex64::ONE } else { (-s * delay_s).exp() }
+                (stiffness + s * damping + integral / s)
+                    * if delay_s == 0.0 { Complex64::ONE } else { (-s * delay_s).exp() }
             }
             Self::Power { coefficient, exponent } => coefficient * s.powf(exponent),
             Self::Suspended { mass, stiffness, loss } => {

@@ -1,7 +1,8 @@
 //! Rods in axial or torsional motion as chains of two-node elements with consistent mass.
 //!
-//! Inner nodes are eliminated exactly: a uniform stretch of 2^p equal elements by p doublings, unequal elements one after another. The
-//! result is the finite-element rod between its two ends, not the closed form of the continuum.
+//! Inner nodes are eliminated exactly: a uniform stretch of 2^p equal elements by p doublings, unequal
+//! elements one after another. The result is the finite-element rod between its two ends, not the closed form
+//! of the continuum.
 
 use num_complex::Complex64;
 
@@ -28,7 +29,8 @@ pub struct Ends {
 }
 
 impl Stretch {
-    /// Computes the dynamic stiffness of the stretch; `s2` = s², `modulus` is the complex factor on the stiffness.
+    /// Computes the dynamic stiffness of the stretch; `s2` = s², `modulus` is the complex factor on the
+    /// stiffness.
     ///
     /// ```text
     /// element   a = k + s² m/3,   b = −k + s² m/6

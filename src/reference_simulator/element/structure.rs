@@ -114,16 +114,19 @@ impl Structure {
         let mut excitations: Vec<&Form> = Vec::new();
         let mut column_of = Vec::with_capacity(ports.len());
         for port in ports {
-            let column = excitations.iter().position(|known| **known == port.excitation).unwrap_or_else(|| {
-                excitations.push(&port.excitation);
-                excitations.len() - 1
-            });
+            let column =
+                excitations.iter().position(|known| **known == port.excitation).unwrap_or_else(|| {
+                    excitations.push(&port.excitation);
+                    excitations.len() - 1
+                });
             column_of.push(column);
         }
         let mut solutions = vec![vec![Complex64::ZERO; self.size]; excitations.len()];
         for &s in lines {
             self.assemble(s, &mut z);
-            z.factor().map_err(|_| SimulatorError::Singular { frequency_hz: s.im / (2.0 * std::f64::consts::PI) })?;
+            z.factor().map_err(|_| SimulatorError::Singular {
+                frequency_hz: s.im / (2.0 * std::f64::consts::PI),
+            })?;
             for (solution, excitation) in solutions.iter_mut().zip(&excitations) {
                 solution.fill(Complex64::ZERO);
                 for &(row, weight) in excitation.iter() {
@@ -132,9 +135,12 @@ impl Structure {
                 z.solve(solution);
             }
             for ((port, &column), values) in ports.iter().zip(&column_of).zip(&mut out) {
-                let value: Complex64 = port.response.iter().map(|&(row, weight)| solutions[column][row] * weight).sum();
+                let value: Complex64 =
+                    port.response.iter().map(|&(row, weight)| solutions[column][row] * weight).sum();
                 if !(value.re.is_finite() && value.im.is_finite()) {
-                    return Err(SimulatorError::Singular { frequency_hz: s.im / (2.0 * std::f64::consts::PI) });
+                    return Err(SimulatorError::Singular {
+                        frequency_hz: s.im / (2.0 * std::f64::consts::PI),
+                    });
                 }
                 values.push(value);
             }

@@ -23,15 +23,20 @@ impl Analyser {
     pub fn new(setting: Setting) -> Self {
         let contour = setting.contour();
         let filter = contour.iter().map(|&s| setting.filter(s)).collect();
-        let exponential = (0..setting.samples).map(|n| (setting.shift_per_s() * n as f64 / setting.rate_hz).exp()).collect();
-        let window = (0..setting.samples).map(|n| force_window(&setting, n as f64 / setting.rate_hz)).collect();
+        let exponential = (0..setting.samples)
+            .map(|n| (setting.shift_per_s() * n as f64 / setting.rate_hz).exp())
+            .collect();
+        let window =
+            (0..setting.samples).map(|n| force_window(&setting, n as f64 / setting.rate_hz)).collect();
         Self { setting, contour, filter, exponential, window, fft: Fft::new(setting.samples) }
     }
 
-    /// Computes the samples of two signals from their transforms on the contour, both through the anti-alias filter.
+    /// Computes the samples of two signals from their transforms on the contour, both through the anti-alias
+    /// filter.
     ///
-    /// The damped inversion x(t) = e^{σt} (1/T) Σ X(σ + iω_k) e^{iω_k t} gives the response of a structure at rest to one blow. The block
-    /// truncates this response, as in an analyser. An inversion on the imaginary axis would make it periodic and free of leakage.
+    /// The damped inversion x(t) = e^{σt} (1/T) Σ X(σ + iω_k) e^{iω_k t} gives the response of a structure at
+    /// rest to one blow. The block truncates this response, as in an analyser. An inversion on the imaginary
+    /// axis would make it periodic and free of leakage.
     pub fn samples(&self, transform: impl Fn(usize) -> (Complex64, Complex64)) -> Vec<Complex64> {
         let n = self.setting.samples;
         let mut values = vec![Complex64::ZERO; n];

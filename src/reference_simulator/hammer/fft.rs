@@ -15,11 +15,17 @@ impl Fft {
     /// Computes the tables for a length, rounded up to a power of two.
     pub fn new(size: usize) -> Self {
         let size = size.next_power_of_two().max(2);
-        let of_stage =
-            |half: usize| (0..half).map(|k| Complex64::from_polar(1.0, -std::f64::consts::PI * k as f64 / half as f64)).collect();
+        let of_stage = |half: usize| {
+            (0..half)
+                .map(|k| Complex64::from_polar(1.0, -std::f64::consts::PI * k as f64 / half as f64))
+                .collect()
+        };
         let twiddles = (0..size.trailing_zeros()).map(|stage| of_stage(1 << stage)).collect();
         let bits = size.trailing_zeros();
-        let swaps = (0..size as u32).map(|index| (index, index.reverse_bits() >> (32 - bits))).filter(|(a, b)| a < b).collect();
+        let swaps = (0..size as u32)
+            .map(|index| (index, index.reverse_bits() >> (32 - bits)))
+            .filter(|(a, b)| a < b)
+            .collect();
         Self { twiddles, swaps, size }
     }
 

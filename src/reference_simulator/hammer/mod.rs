@@ -1,4 +1,5 @@
-//! The hammer test in time: pulses of finite width, the structure's response, converter, noise, windows, averages, H1 and coherence.
+//! The hammer test in time: pulses of finite width, the structure's response, converter, noise, windows,
+//! averages, H1 and coherence.
 
 pub mod block;
 pub mod fft;

@@ -40,7 +40,8 @@ pub enum Fault {
     },
 }
 
-/// The structure's accelerance on the analyser's contour, and its derivative with the logarithm of the force level.
+/// The structure's accelerance on the analyser's contour, and its derivative with the logarithm of the force
+/// level.
 #[derive(Clone, Debug)]
 pub struct StructureResponse {
     /// Acceleration over force on the contour.
@@ -51,8 +52,8 @@ pub struct StructureResponse {
 
 /// Simulates a series of blows and returns accelerance lines by H1 with their coherence.
 ///
-/// `noise` is the standard deviation of one sample of the response's white noise. `None` gives one nominal blow without noise and
-/// converter.
+/// `noise` is the standard deviation of one sample of the response's white noise. `None` gives one nominal
+/// blow without noise and converter.
 pub fn strike(
     analyser: &Analyser,
     structure: &StructureResponse,
@@ -86,11 +87,14 @@ pub fn strike(
         if let Some(noise) = noise {
             disturb(&mut samples, setting, noise, fault, draw);
             let (force_range, response_range) = *range.get_or_insert_with(|| {
-                let largest = |part: fn(&Complex64) -> f64| samples.iter().map(part).fold(0.0, |a: f64, b| a.max(b.abs()));
+                let largest = |part: fn(&Complex64) -> f64| {
+                    samples.iter().map(part).fold(0.0, |a: f64, b| a.max(b.abs()))
+                };
                 (2.2 * largest(|value| value.re), 2.2 * largest(|value| value.im))
             });
             for value in &mut samples {
-                *value = Complex64::new(converted(value.re, force_range), converted(value.im, response_range));
+                *value =
+                    Complex64::new(converted(value.re, force_range), converted(value.im, response_range));
             }
         }
         for (index, (force, response)) in analyser.spectra(samples, lines).into_iter().enumerate() {
@@ -107,7 +111,8 @@ pub fn strike(
     setting.frequencies(lines).into_iter().enumerate().map(estimated).collect()
 }
 
-/// Adds noise to both channels and applies a fault of cable or amplifier. The force noise is 90 dB below the force peak.
+/// Adds noise to both channels and applies a fault of cable or amplifier. The force noise is 90 dB below the
+/// force peak.
 fn disturb(samples: &mut [Complex64], setting: &Setting, noise: f64, fault: Option<Fault>, draw: &mut Draw) {
     let decay = (-2.0 * std::f64::consts::PI / setting.rate_hz).exp();
     let drift_gain = 2.0 * std::f64::consts::PI * setting.noise_corner_hz / setting.rate_hz;
@@ -139,7 +144,8 @@ fn converted(value: f64, range: f64) -> f64 {
     (value.clamp(-range, range) / step).round() * step
 }
 
-/// Returns the standard deviation of one sample of white response noise that gives the setting's noise ratio at the line of median level.
+/// Returns the standard deviation of one sample of white response noise that gives the setting's noise ratio
+/// at the line of median level.
 pub fn noise_level(setting: &Setting, lines_hz: &[f64], accelerance: &[Complex64]) -> f64 {
     let mut spectrum: Vec<f64> = response_spectrum(setting, lines_hz, accelerance);
     spectrum.sort_by(f64::total_cmp);
@@ -147,15 +153,29 @@ pub fn noise_level(setting: &Setting, lines_hz: &[f64], accelerance: &[Complex64
     setting.noise * middle * setting.rate_hz / (setting.samples as f64).sqrt()
 }
 
-/// Returns the expected coherence of each line for a white noise with the standard deviation `noise` of one sample.
-pub fn expected_coherence(setting: &Setting, lines_hz: &[f64], accelerance: &[Complex64], noise: f64) -> Vec<f64> {
+/// Returns the expected coherence of each line for a white noise with the standard deviation `noise` of one
+/// sample.
+pub fn expected_coherence(
+    setting: &Setting,
+    lines_hz: &[f64],
+    accelerance: &[Complex64],
+    noise: f64,
+) -> Vec<f64> {
     let spectrum = response_spectrum(setting, lines_hz, accelerance);
     let power = setting.samples as f64 * (noise / setting.rate_hz).powi(2);
-    lines_hz.iter().zip(spectrum).map(|(&hz, size)| 1.0 / (1.0 + power * setting.noise_shape(hz) / (size * size))).collect()
+    lines_hz
+        .iter()
+        .zip(spectrum)
+        .map(|(&hz, size)| 1.0 / (1.0 + power * setting.noise_shape(hz) / (size * size)))
+        .collect()
 }
 
 fn response_spectrum(setting: &Setting, lines_hz: &[f64], accelerance: &[Complex64]) -> Vec<f64> {
     let pulse = Pulse::nominal(setting);
     let at = |hz: f64| Complex64::new(0.0, 2.0 * std::f64::consts::PI * hz);
-    lines_hz.iter().zip(accelerance).map(|(&hz, ratio)| (pulse.transform(at(hz)) * setting.filter(at(hz)) * ratio).norm()).collect()
+    lines_hz
+        .iter()
+        .zip(accelerance)
+        .map(|(&hz, ratio)| (pulse.transform(at(hz)) * setting.filter(at(hz)) * ratio).norm())
+        .collect()
 }

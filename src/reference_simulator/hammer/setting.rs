@@ -46,7 +46,8 @@ impl Setting {
         lines.iter().map(|&line| line as f64 * self.rate_hz / self.samples as f64).collect()
     }
 
-    /// Returns the lowest analyser rate that is at least four times the band: the filtered pulse then vanishes at half the rate.
+    /// Returns the lowest analyser rate that is at least four times the band: the filtered pulse then
+    /// vanishes at half the rate.
     pub fn rate_for(band_hz: f64) -> f64 {
         [4096.0, 5120.0, 6400.0].into_iter().find(|rate| *rate >= 4.0 * band_hz).unwrap_or(8192.0)
     }
@@ -62,7 +63,8 @@ impl Setting {
         (0..=self.samples / 2).map(|k| Complex64::new(self.shift_per_s(), step * k as f64)).collect()
     }
 
-    /// Returns the anti-alias filter at s: Butterworth of order 16 at 1.1 times the band, the same in both channels.
+    /// Returns the anti-alias filter at s: Butterworth of order 16 at 1.1 times the band, the same in both
+    /// channels.
     pub fn filter(&self, s: Complex64) -> Complex64 {
         let along = s / (2.0 * std::f64::consts::PI * 1.1 * self.band_hz);
         (0..8).fold(Complex64::ONE, |value, pair| {

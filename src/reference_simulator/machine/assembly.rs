@@ -1,4 +1,5 @@
-//! Assembly of a structure from numbers: kept degrees of freedom, the screw between them, joints, and the motions of all points.
+//! Assembly of a structure from numbers: kept degrees of freedom, the screw between them, joints, and the
+//! motions of all points.
 
 use super::number::{Machine, Screw};
 use super::point::{Channel, Point};
@@ -28,7 +29,8 @@ pub struct Frame {
     pub rotor: usize,
     /// Degrees of freedom of the two screw ends, axial and angle.
     pub ends: [(usize, usize); 2],
-    /// Degrees of freedom of the screw at the nut's contacts, axial and angle, and the contact's share of the joint.
+    /// Degrees of freedom of the screw at the nut's contacts, axial and angle, and the contact's share of the
+    /// joint.
     pub contacts: Vec<(usize, usize, f64)>,
     /// Degrees of freedom of the screw at stations that effects require, axial and angle.
     pub extra: Vec<(usize, usize)>,
@@ -56,7 +58,8 @@ pub struct Assembly {
 }
 
 impl Assembly {
-    /// Assembles a machine with effects for the nut position `nut_m`. `force_level` is the force over the nominal force.
+    /// Assembles a machine with effects for the nut position `nut_m`. `force_level` is the force over the
+    /// nominal force.
     pub fn new(machine: &Machine, effects: &[Effect], nut_m: f64, force_level: f64) -> Self {
         let mut machine = machine.clone();
         for effect in effects {
@@ -71,12 +74,17 @@ impl Assembly {
 
     /// Returns the response and excitation of a channel.
     pub fn port(&self, channel: Channel) -> Port {
-        let excitation = if channel.excitation == Point::Table { self.hit.clone() } else { self.form(channel.excitation) };
+        let excitation =
+            if channel.excitation == Point::Table { self.hit.clone() } else { self.form(channel.excitation) };
         Port { response: self.form(channel.response), excitation }
     }
 
     fn form(&self, point: Point) -> Form {
-        self.frame_points.iter().find(|(known, _)| *known == point).map(|(_, form)| form.clone()).unwrap_or_default()
+        self.frame_points
+            .iter()
+            .find(|(known, _)| *known == point)
+            .map(|(_, form)| form.clone())
+            .unwrap_or_default()
     }
 }
 
@@ -85,7 +93,8 @@ impl Frame {
         let mut structure = Structure::default();
         structure.loss_dispersion = machine.loss_dispersion;
         let [table, rotor] = [structure.freedom(), structure.freedom()];
-        let mut stations: Vec<(f64, Station)> = vec![(0.0, Station::End(0)), (machine.screw.length_m, Station::End(1))];
+        let mut stations: Vec<(f64, Station)> =
+            vec![(0.0, Station::End(0)), (machine.screw.length_m, Station::End(1))];
         for (offset, share) in machine.nut.shares() {
             stations.push((nut_m + offset, Station::Contact(share)));
         }
@@ -142,15 +151,26 @@ impl Frame {
             structure.branch(vec![(self.table, 1.0)], Law::Maxwell { stiffness, time_s: GUIDE_FILM_S });
         }
         if machine.guide_stiffness_n_per_m > 0.0 {
-            structure.branch(vec![(self.table, 1.0)], Law::spring(machine.guide_stiffness_n_per_m, GUIDE_LOSS));
+            structure
+                .branch(vec![(self.table, 1.0)], Law::spring(machine.guide_stiffness_n_per_m, GUIDE_LOSS));
         }
         if let Some(hold) = machine.hold {
-            let law = Law::Servo { stiffness: hold.stiffness, damping: hold.damping, integral: hold.integral, delay_s: hold.lag_s };
+            let law = Law::Servo {
+                stiffness: hold.stiffness,
+                damping: hold.damping,
+                integral: hold.integral,
+                delay_s: hold.lag_s,
+            };
             structure.branch(vec![(self.rotor, 1.0)], law);
         }
-        structure.branch(difference(&self.driver, &[(self.ends[0].1, machine.drive_ratio)]), machine.coupling.law(1.0));
-        structure.branch(difference(&[(self.ends[0].0, 1.0)], &self.housings[0]), machine.bearing_left.law(1.0));
-        structure.branch(difference(&[(self.ends[1].0, 1.0)], &self.housings[1]), machine.bearing_right.law(1.0));
+        structure.branch(
+            difference(&self.driver, &[(self.ends[0].1, machine.drive_ratio)]),
+            machine.coupling.law(1.0),
+        );
+        structure
+            .branch(difference(&[(self.ends[0].0, 1.0)], &self.housings[0]), machine.bearing_left.law(1.0));
+        structure
+            .branch(difference(&[(self.ends[1].0, 1.0)], &self.housings[1]), machine.bearing_right.law(1.0));
         let mut at_nut = Form::new();
         for &(axial, angle, share) in &self.contacts {
             structure.inertia(axial, machine.nut.screw_mass_kg * share);
@@ -194,7 +214,8 @@ pub enum Family {
     Torsion,
 }
 
-/// Models the screw between two positions: ten elements for each journal part, a power of two for the uniform part.
+/// Models the screw between two positions: ten elements for each journal part, a power of two for the uniform
+/// part.
 pub fn rod(screw: &Screw, from_m: f64, to_m: f64, family: Family) -> Rod {
     let (modulus, section): (f64, &dyn Fn(f64) -> f64) = match family {
         Family::Axial => (screw.youngs_modulus_pa, &|diameter| screw.area(diameter)),
@@ -212,7 +233,11 @@ pub fn rod(screw: &Screw, from_m: f64, to_m: f64, family: Family) -> Rod {
         for piece in 0..pieces {
             let middle = start + (end - start) * (f64::from(piece) + 0.5) / f64::from(pieces);
             let section = section(screw.diameter_at(middle));
-            stretches.push(Stretch { stiffness: modulus * section / element, inertia: screw.density_kg_m3 * section * element, doublings });
+            stretches.push(Stretch {
+                stiffness: modulus * section / element,
+                inertia: screw.density_kg_m3 * section * element,
+                doublings,
+            });
         }
     };
     put(from_m, uniform_from, 10, 0);

@@ -1,4 +1,5 @@
-//! Random machines: the published bench and machines of any size. The parameter ranges do not depend on the drawn values.
+//! Random machines: the published bench and machines of any size. The parameter ranges do not depend on the
+//! drawn values.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -43,10 +44,28 @@ impl DrawnMachine {
 /// Draws the published bench with joint values close to those that explain its measured modes.
 pub fn bench(held: bool, draw: &mut Draw) -> DrawnMachine {
     let mut parameters = vec![
-        parameter("k_al", 5e7, 5e6, 5e8, "catalogue stiffness of angular-contact bearing sets for 30–50 mm journals"),
+        parameter(
+            "k_al",
+            5e7,
+            5e6,
+            5e8,
+            "catalogue stiffness of angular-contact bearing sets for 30–50 mm journals",
+        ),
         parameter("k_ar", 5e7, 5e6, 5e8, "as the left bearing"),
-        parameter("k_n", 7e8, 1e8, 5e9, "catalogue rigidity of preloaded nuts for 40 mm screws, with an allowance to either side"),
-        parameter("k_m", 3e3, 100.0, 1e5, "catalogue torsional stiffness of couplings of this size, elastomer to bellows"),
+        parameter(
+            "k_n",
+            7e8,
+            1e8,
+            5e9,
+            "catalogue rigidity of preloaded nuts for 40 mm screws, with an allowance to either side",
+        ),
+        parameter(
+            "k_m",
+            3e3,
+            100.0,
+            1e5,
+            "catalogue torsional stiffness of couplings of this size, elastomer to bellows",
+        ),
         parameter("c_al", 1e3, 10.0, 1e5, "loss factor 0.0003 to 3 of the bearing stiffness near 500 Hz"),
         parameter("c_ar", 1e3, 10.0, 1e5, "as the left bearing"),
         parameter("c_n", 1e5, 1e3, 1e7, "loss factor 0.003 to 30 of the nut stiffness near 500 Hz"),
@@ -90,14 +109,18 @@ pub fn bench(held: bool, draw: &mut Draw) -> DrawnMachine {
     DrawnMachine { description, joints, nut_m: vec![0.6, 0.8, 1.0, 1.3, 1.6, 1.9], band_hz: 1000.0 }
 }
 
-/// Draws a machine of any size: lead 5–40 mm, length 0.4–3 m, diameter 16–63 mm, table 20–1500 kg; all other values scale with these.
+/// Draws a machine of any size: lead 5–40 mm, length 0.4–3 m, diameter 16–63 mm, table 20–1500 kg; all other
+/// values scale with these.
 pub fn any_size(held: bool, draw: &mut Draw) -> DrawnMachine {
     let diameter_mm = [16.0, 20.0, 25.0, 32.0, 40.0, 50.0, 63.0][draw.index(7)];
-    let leads: Vec<f64> =
-        [5.0, 8.0, 10.0, 16.0, 20.0, 25.0, 32.0, 40.0].into_iter().filter(|lead| (0.2..=1.3).contains(&(lead / diameter_mm))).collect();
+    let leads: Vec<f64> = [5.0, 8.0, 10.0, 16.0, 20.0, 25.0, 32.0, 40.0]
+        .into_iter()
+        .filter(|lead| (0.2..=1.3).contains(&(lead / diameter_mm)))
+        .collect();
     let lead_mm = leads[draw.index(leads.len())];
     let length_m = round_to((diameter_mm * 1e-3 * draw.log_between(20.0, 62.0)).clamp(0.4, 3.0), 2);
-    let table = round_to((20.0 * (diameter_mm / 16.0).powi(3) * draw.log_between(0.5, 2.0)).clamp(20.0, 1500.0), 2);
+    let table =
+        round_to((20.0 * (diameter_mm / 16.0).powi(3) * draw.log_between(0.5, 2.0)).clamp(20.0, 1500.0), 2);
     sized(Dimensions { diameter_mm, lead_mm, length_m, table_kg: table }, held, draw)
 }
 
@@ -127,20 +150,39 @@ pub fn sized(dimensions: Dimensions, held: bool, draw: &mut Draw) -> DrawnMachin
     let bearing_damping = round_to(0.05 * bearing / at_500, 1);
     let nut_damping = round_to(0.1 * nut / at_500, 1);
     let coupling_damping = round_to(0.1 * coupling / at_500, 1);
-    let decade = |name, start: f64, factor: f64, source: &'static str| parameter(name, start, start / factor, start * factor, source);
+    let decade = |name, start: f64, factor: f64, source: &'static str| {
+        parameter(name, start, start / factor, start * factor, source)
+    };
     let mut parameters = vec![
         decade("k_al", bearing, 10.0, "catalogue stiffness of bearing sets for screws of this diameter"),
         decade("k_ar", bearing, 10.0, "as the left bearing"),
         decade("k_n", nut, 10.0, "catalogue rigidity of preloaded nuts for screws of this diameter"),
-        decade("k_m", coupling, 20.0, "catalogue torsional stiffness of couplings of this size, elastomer to bellows"),
-        decade("c_al", bearing_damping, 100.0, "loss factor 0.0005 to 5 of the bearing stiffness near 500 Hz"),
+        decade(
+            "k_m",
+            coupling,
+            20.0,
+            "catalogue torsional stiffness of couplings of this size, elastomer to bellows",
+        ),
+        decade(
+            "c_al",
+            bearing_damping,
+            100.0,
+            "loss factor 0.0005 to 5 of the bearing stiffness near 500 Hz",
+        ),
         decade("c_ar", bearing_damping, 100.0, "as the left bearing"),
         decade("c_n", nut_damping, 100.0, "loss factor 0.001 to 10 of the nut stiffness near 500 Hz"),
-        decade("c_m", coupling_damping, 100.0, "loss factor 0.001 to 10 of the coupling stiffness near 500 Hz"),
+        decade(
+            "c_m",
+            coupling_damping,
+            100.0,
+            "loss factor 0.001 to 10 of the coupling stiffness near 500 Hz",
+        ),
     ];
     let mut lossy = |stiffness: f64, low: f64, high: f64| stiffness * draw.log_between(low, high) / at_500;
-    let spread = [lossy(at_500, 0.5, 2.2), lossy(at_500, 0.5, 2.2), lossy(at_500, 0.5, 2.2), lossy(at_500, 0.3, 3.0)];
-    let [k_al, k_ar, k_n, k_m] = [bearing * spread[0], bearing * spread[1], nut * spread[2], coupling * spread[3]];
+    let spread =
+        [lossy(at_500, 0.5, 2.2), lossy(at_500, 0.5, 2.2), lossy(at_500, 0.5, 2.2), lossy(at_500, 0.3, 3.0)];
+    let [k_al, k_ar, k_n, k_m] =
+        [bearing * spread[0], bearing * spread[1], nut * spread[2], coupling * spread[3]];
     let mut joints = BTreeMap::from([
         ("c_al".to_owned(), lossy(k_al, 0.02, 0.15)),
         ("c_ar".to_owned(), lossy(k_ar, 0.02, 0.15)),
@@ -180,7 +222,8 @@ pub fn sized(dimensions: Dimensions, held: bool, draw: &mut Draw) -> DrawnMachin
         states_tolerances: true,
         drive_ratio: 1.0,
     };
-    let nut_m = (0..6).map(|index| on_screw(0.23 + 0.1 * f64::from(index) + draw.within(0.025), length_m)).collect();
+    let nut_m =
+        (0..6).map(|index| on_screw(0.23 + 0.1 * f64::from(index) + draw.within(0.025), length_m)).collect();
     let torsion_hz = (steel.1 / 7850.0f64).sqrt() / (2.0 * length_m);
     DrawnMachine { description, joints, nut_m, band_hz: round_to((1.7 * torsion_hz).clamp(800.0, 1600.0), 2) }
 }
@@ -193,7 +236,13 @@ pub(super) fn on_screw(share: f64, length_m: f64) -> f64 {
     (share * length_m * 200.0).round() / 200.0
 }
 
-pub(super) fn parameter(name: &'static str, start: f64, lower: f64, upper: f64, source: &'static str) -> Parameter {
+pub(super) fn parameter(
+    name: &'static str,
+    start: f64,
+    lower: f64,
+    upper: f64,
+    source: &'static str,
+) -> Parameter {
     let unit = match name {
         "k_m" | "k_s" => "N*m/rad",
         "c_m" | "c_s" => "N*m*s/rad",
@@ -205,9 +254,14 @@ pub(super) fn parameter(name: &'static str, start: f64, lower: f64, upper: f64, 
 
 /// Returns the parameters of the drive's hold: start and limits of stiffness and damping.
 fn hold_parameters(stiffness: [f64; 3], damping: [f64; 3]) -> [Parameter; 2] {
-    let one =
-        |name, [start, lower, upper]: [f64; 3], source| Parameter { further: FRF_ONLY, ..parameter(name, start, lower, upper, source) };
-    [one("k_s", stiffness, "position loop from slack to practically fixed"), one("c_s", damping, "velocity loop from none to stiff")]
+    let one = |name, [start, lower, upper]: [f64; 3], source| Parameter {
+        further: FRF_ONLY,
+        ..parameter(name, start, lower, upper, source)
+    };
+    [
+        one("k_s", stiffness, "position loop from slack to practically fixed"),
+        one("c_s", damping, "velocity loop from none to stiff"),
+    ]
 }
 
 /// Rounds a value to a number of significant digits.

@@ -49,7 +49,8 @@ impl Description {
         self.parameters.iter().find(|parameter| parameter.name == name)
     }
 
-    /// Returns the machine exactly as described, with the joints at their start values: uniform screw without loss, nut at one point.
+    /// Returns the machine exactly as described, with the joints at their start values: uniform screw without
+    /// loss, nut at one point.
     pub fn as_believed(&self) -> Machine {
         let joint = Joint::default();
         let mut machine = Machine {
@@ -128,7 +129,8 @@ impl Description {
         out
     }
 
-    /// Writes the joints. A floating bearing carries no axial load and is none; a belt connects rotor and screw by the ratio of its pulleys.
+    /// Writes the joints. A floating bearing carries no axial load and is none; a belt connects rotor and
+    /// screw by the ratio of its pulleys.
     fn joints(&self, out: &mut String) {
         let mut joint = |name: &str, connects: &str, stiffness: Option<&str>, damping: &str| {
             let _ = writeln!(out, "[[joint]]\nname = \"{name}\"\n{connects}");
@@ -142,7 +144,11 @@ impl Description {
         if self.parameter("k_ar").is_some() {
             joint("bearing-right", &between("right", "ground"), Some("k_ar"), "c_ar");
         }
-        let screw = format!("{}\nscrew = {{ angle = \"screw-angle\", lead_m = {:e} }}", between("table", "screw"), self.lead_m);
+        let screw = format!(
+            "{}\nscrew = {{ angle = \"screw-angle\", lead_m = {:e} }}",
+            between("table", "screw"),
+            self.lead_m
+        );
         joint("nut", &screw, Some("k_n"), "c_n");
         let coupling = match self.drive_ratio {
             1.0 => between("rotor", "left-angle"),
@@ -155,11 +161,14 @@ impl Description {
     }
 
     fn tolerances(&self, out: &mut String) {
-        // The table is weighed; inertias of rotating parts (journals, hub, nut) are less certain. G/E combines two independent errors of
-        // equal size.
+        // The table is weighed; inertias of rotating parts (journals, hub, nut) are less certain. G/E
+        // combines two independent errors of equal size.
         let Spread { modulus, mass, .. } = self.spread;
         let shear = modulus * std::f64::consts::SQRT_2;
-        let _ = writeln!(out, "[tolerance]\nyoungs_modulus = {modulus}\nshear_modulus = {shear:.4}\nmass = {mass}\n");
+        let _ = writeln!(
+            out,
+            "[tolerance]\nyoungs_modulus = {modulus}\nshear_modulus = {shear:.4}\nmass = {mass}\n"
+        );
     }
 }
 

@@ -63,7 +63,8 @@ impl Layout {
     /// Returns why an effect cannot be missing from the description of such a machine.
     pub fn refusal(self, effect: EffectKind) -> Option<&'static str> {
         use EffectKind::{
-            BearingStiffnessPosition, BedCompliance, ContactLevel, GuideViscous, LooseFoot, MotorThrust, RotorHold, ScaleFeedback, ServoLag,
+            BearingStiffnessPosition, BedCompliance, ContactLevel, GuideViscous, LooseFoot, MotorThrust,
+            RotorHold, ScaleFeedback, ServoLag,
         };
         match (self, effect) {
             (Self::FixedFloating, BedCompliance | BearingStiffnessPosition | ContactLevel | LooseFoot) => {
@@ -72,7 +73,9 @@ impl Layout {
             (Self::BeltDriven, MotorThrust) => Some("its motor is not on the screw's axis"),
             (Self::Vertical, RotorHold) => Some("its rotor is always held"),
             (Self::Vertical, ServoLag | ScaleFeedback) => Some("a brake holds its rotor, no servo"),
-            (Self::Vertical, GuideViscous) => Some("its description contains the damping of the counterbalance"),
+            (Self::Vertical, GuideViscous) => {
+                Some("its description contains the damping of the counterbalance")
+            }
             _ => None,
         }
     }
@@ -82,11 +85,13 @@ impl Layout {
         self == Self::Vertical
     }
 
-    /// Draws a machine with its description. `has_guide` is whether the description contains the damping of the table's guide.
+    /// Draws a machine with its description. `has_guide` is whether the description contains the damping of
+    /// the table's guide.
     pub fn machine(self, is_held: bool, has_guide: bool, draw: &mut Draw) -> DrawnMachine {
         let sizes = self.sizes();
         let diameter_mm = sizes.diameters_mm[draw.index(sizes.diameters_mm.len())];
-        let leads: Vec<f64> = LEADS_MM.into_iter().filter(|lead| LEAD_SHARE.contains(&(lead / diameter_mm))).collect();
+        let leads: Vec<f64> =
+            LEADS_MM.into_iter().filter(|lead| LEAD_SHARE.contains(&(lead / diameter_mm))).collect();
         let lead_mm = leads[draw.index(leads.len())];
         let slender = SLENDERNESS.map(|share| share * 1e-3 * diameter_mm);
         let [least_m, most_m] = [sizes.length_m[0].max(slender[0]), sizes.length_m[1].min(slender[1])];
@@ -102,9 +107,14 @@ impl Layout {
         if has_guide {
             let usual = round_to(table_kg, 1);
             let source = "viscous friction of profiled guides over the table mass, 0.01 to 100 1/s";
-            let guide = Parameter { further: FRF_ONLY, ..parameter("c_g", usual, usual / 100.0, usual * 100.0, source) };
+            let guide = Parameter {
+                further: FRF_ONLY,
+                ..parameter("c_g", usual, usual / 100.0, usual * 100.0, source)
+            };
             description.parameters.push(guide);
-            drawn.joints.insert("c_g".to_owned(), table_kg * draw.log_between(GUIDE_PER_S[0], GUIDE_PER_S[1]));
+            drawn
+                .joints
+                .insert("c_g".to_owned(), table_kg * draw.log_between(GUIDE_PER_S[0], GUIDE_PER_S[1]));
         }
         match self {
             Self::FixedFloating => {
@@ -130,13 +140,16 @@ fn positions(length_m: f64, draw: &mut Draw) -> Vec<f64> {
     (0..count).map(|at| on_screw(0.22 + step * at as f64 + draw.within(0.03), length_m)).collect()
 }
 
-/// Replaces the coupling by a belt between pulleys: its stiffness counts at the motor's shaft, and the screw carries the larger pulley.
+/// Replaces the coupling by a belt between pulleys: its stiffness counts at the motor's shaft, and the screw
+/// carries the larger pulley.
 fn drive_by_belt(drawn: &mut DrawnMachine, draw: &mut Draw) {
     let ratio = PULLEYS[draw.index(PULLEYS.len())];
     let factor = round_to(draw.log_between(0.3, 1.0) / (ratio * ratio), 1);
     let description = &mut drawn.description;
     description.drive_ratio = ratio;
-    for parameter in description.parameters.iter_mut().filter(|parameter| ["k_m", "c_m"].contains(&parameter.name)) {
+    for parameter in
+        description.parameters.iter_mut().filter(|parameter| ["k_m", "c_m"].contains(&parameter.name))
+    {
         for value in [&mut parameter.start, &mut parameter.lower, &mut parameter.upper] {
             *value = round_to(*value * factor, 2);
         }

@@ -1,4 +1,5 @@
-//! The ways in which a machine of a layout may differ from its description, and the coordinates in which a fit follows them.
+//! The ways in which a machine of a layout may differ from its description, and the coordinates in which a
+//! fit follows them.
 
 use super::catalogue::DrawnMachine;
 use super::nuisance::{CHANNELS, Nuisance, SensorChain, dispersion};
@@ -9,7 +10,8 @@ use crate::draw::Draw;
 const DIAMETER_SD: f64 = 0.002;
 /// Standard deviation of a rotor's inertia, relative: catalogues.
 const INERTIA_SD: f64 = 0.02;
-/// Median of a joint's loss factor, its limits, and the standard deviation of its logarithm: Beards, Structural Vibration, 1996, ch. 5.
+/// Median of a joint's loss factor, its limits, and the standard deviation of its logarithm: Beards,
+/// Structural Vibration, 1996, ch. 5.
 const LOSS: (f64, [f64; 2], f64) = (0.01, [1e-3, 0.07], 1.0);
 /// Loss factors of toothed belts.
 const BELT_LOSS: [f64; 2] = [0.02, 0.07];
@@ -23,7 +25,8 @@ const NUT_SD: (f64, f64) = (0.5, 0.3);
 const INTEGRAL_SD: f64 = 10.0;
 
 impl Nuisance {
-    /// Draws the nuisance parameters of a machine: normal numbers where its description states a standard deviation.
+    /// Draws the nuisance parameters of a machine: normal numbers where its description states a standard
+    /// deviation.
     ///
     /// A guide has a little stiffness, and a little damping where the description states none.
     pub fn of_layout(drawn: &DrawnMachine, draw: &mut Draw) -> Self {
@@ -63,12 +66,16 @@ impl Nuisance {
                 .into_iter()
                 .map(|channel| (channel, (spread.gain * draw.normal(), spread.delay_s * draw.normal())))
                 .collect(),
-            sensor: Some(SensorChain { corner_hz: draw.log_between(0.01, 0.08), mount_hz: drawn.band_hz * draw.log_between(12.0, 25.0) }),
+            sensor: Some(SensorChain {
+                corner_hz: draw.log_between(0.01, 0.08),
+                mount_hz: drawn.band_hz * draw.log_between(12.0, 25.0),
+            }),
         }
     }
 }
 
-/// A number that a careful analysis fits along, in units of the standard deviation of its prior. All priors are normal and unbounded.
+/// A number that a careful analysis fits along, in units of the standard deviation of its prior. All priors
+/// are normal and unbounded.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Leeway {
     /// A joint parameter by name, logarithmic, with the standard deviation of its logarithm.
@@ -106,13 +113,27 @@ pub enum Leeway {
 }
 
 impl Leeway {
-    /// Returns all that may differ in a test: joints as wide as the ranges of the description (a quarter of ln(upper/lower)), its tolerances,
-    /// and the test's own.
-    pub fn all(drawn: &DrawnMachine, nuisance: &Nuisance, positions: &[usize], channels: &[Channel]) -> Vec<Self> {
+    /// Returns all that may differ in a test: joints as wide as the ranges of the description (a quarter of
+    /// ln(upper/lower)), its tolerances, and the test's own.
+    pub fn all(
+        drawn: &DrawnMachine,
+        nuisance: &Nuisance,
+        positions: &[usize],
+        channels: &[Channel],
+    ) -> Vec<Self> {
         let description = &drawn.description;
-        let width = |name: &String| description.parameter(name).map(|of| Self::Joint(name.clone(), 0.25 * (of.upper / of.lower).ln()));
+        let width = |name: &String| {
+            description.parameter(name).map(|of| Self::Joint(name.clone(), 0.25 * (of.upper / of.lower).ln()))
+        };
         let mut out: Vec<Self> = drawn.joints.keys().filter_map(width).collect();
-        out.extend([Self::Youngs, Self::Shear, Self::Diameter, Self::ScrewLoss, Self::Dispersion, Self::NutLoad]);
+        out.extend([
+            Self::Youngs,
+            Self::Shear,
+            Self::Diameter,
+            Self::ScrewLoss,
+            Self::Dispersion,
+            Self::NutLoad,
+        ]);
         out.extend([Self::TableMass, Self::RotorInertia]);
         out.extend((0..4).filter(|joint| nuisance.joint_losses[*joint] > 0.0).map(Self::JointLoss));
         if nuisance.journal_share > 0.0 {
@@ -146,7 +167,8 @@ impl Leeway {
                 let description = &drawn.description;
                 let length = nuisance.journal_share * description.length_m / description.diameter_m;
                 let ratio = if *end == 0 { &mut nuisance.left_ratio } else { &mut nuisance.right_ratio };
-                // The section lacks 1 − ratio² of its area over the length; its compliance counts, so the ratio changes in its logarithm.
+                // The section lacks 1 − ratio² of its area over the length; its compliance counts, so the
+                // ratio changes in its logarithm.
                 *ratio *= (-0.5 * JOURNAL_SD / length * by).exp();
             }
             Self::NutLength => nuisance.turns *= (NUT_SD.0 * by).exp(),

@@ -1,4 +1,5 @@
-//! Nuisance parameters: differences between a machine and its description that exist in every case and are no effect.
+//! Nuisance parameters: differences between a machine and its description that exist in every case and are no
+//! effect.
 
 use std::collections::BTreeMap;
 
@@ -25,14 +26,21 @@ pub struct Spread {
 
 impl Spread {
     /// Standard deviations of the uniform distributions of [`Nuisance::random`].
-    pub const UNIFORM: Self = Self { modulus: 0.0017, mass: 0.0029, nut_m: 2.9e-4, gain: 0.0023, delay_s: 0.87e-6 };
+    pub const UNIFORM: Self =
+        Self { modulus: 0.0017, mass: 0.0029, nut_m: 2.9e-4, gain: 0.0023, delay_s: 0.87e-6 };
     /// Usual uncertainties of catalogues, scales and calibrations.
     pub const USUAL: Self = Self { modulus: 0.003, mass: 0.01, nut_m: 5e-4, gain: 0.004, delay_s: 2e-6 };
 
     /// Returns all standard deviations times a factor.
     pub fn times(self, factor: f64) -> Self {
         let Self { modulus, mass, nut_m, gain, delay_s } = self;
-        Self { modulus: modulus * factor, mass: mass * factor, nut_m: nut_m * factor, gain: gain * factor, delay_s: delay_s * factor }
+        Self {
+            modulus: modulus * factor,
+            mass: mass * factor,
+            nut_m: nut_m * factor,
+            gain: gain * factor,
+            delay_s: delay_s * factor,
+        }
     }
 }
 
@@ -48,7 +56,8 @@ pub fn dispersion(draw: &mut Draw) -> f64 {
     }
 }
 
-/// Sensor chain of a response against the force: a charge amplifier's high-pass and the resonance of the sensor on its mount.
+/// Sensor chain of a response against the force: a charge amplifier's high-pass and the resonance of the
+/// sensor on its mount.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorChain {
     /// Corner frequency of the high-pass, Hz.
@@ -100,7 +109,8 @@ pub struct Nuisance {
     pub masses: [f64; 5],
     /// Integral gain of the drive's hold over its stiffness, 1/s.
     pub integral_per_s: f64,
-    /// Lag of the hold over the ratio of its damping to its stiffness; from 1 on the hold would feed energy into the motion.
+    /// Lag of the hold over the ratio of its damping to its stiffness; from 1 on the hold would feed energy
+    /// into the motion.
     pub lag_share: f64,
     /// Damping of the guide that the description lacks, over the table mass, 1/s.
     pub guide_per_s: f64,
@@ -129,7 +139,14 @@ pub const CHANNELS: [Channel; 8] = [
 impl Nuisance {
     /// Returns no nuisance at all: the machine is as described, apart from its joint values.
     pub fn none(positions: usize) -> Self {
-        Self { loss_dispersion: 1.0, left_ratio: 1.0, right_ratio: 1.0, contacts: 1, offsets_m: vec![0.0; positions], ..Self::default() }
+        Self {
+            loss_dispersion: 1.0,
+            left_ratio: 1.0,
+            right_ratio: 1.0,
+            contacts: 1,
+            offsets_m: vec![0.0; positions],
+            ..Self::default()
+        }
     }
 
     /// Draws all nuisance parameters.
@@ -150,7 +167,10 @@ impl Nuisance {
             integral_per_s: draw.between(0.0, 2.0),
             lag_share: draw.between(0.0, 0.2),
             offsets_m: (0..positions).map(|_| draw.within(5e-4)).collect(),
-            channels: CHANNELS.into_iter().map(|channel| (channel, (draw.within(0.004), draw.within(1.5e-6)))).collect(),
+            channels: CHANNELS
+                .into_iter()
+                .map(|channel| (channel, (draw.within(0.004), draw.within(1.5e-6))))
+                .collect(),
             ..Self::default()
         }
     }
@@ -180,7 +200,8 @@ impl Nuisance {
         machine.nut.screw_mass_kg *= 1.0 + self.masses[3];
         machine.nut.screw_inertia_kg_m2 *= 1.0 + self.masses[4];
         machine.guide_damping_ns_per_m += self.guide_per_s * machine.table_mass_kg;
-        machine.guide_stiffness_n_per_m += (std::f64::consts::TAU * self.guide_hz).powi(2) * machine.table_mass_kg;
+        machine.guide_stiffness_n_per_m +=
+            (std::f64::consts::TAU * self.guide_hz).powi(2) * machine.table_mass_kg;
         if let Some(hold) = &mut machine.hold {
             hold.integral = self.integral_per_s * hold.stiffness;
             hold.lag_s = (self.lag_share * hold.damping / hold.stiffness).min(5e-5);
@@ -188,8 +209,8 @@ impl Nuisance {
         machine
     }
 
-    /// Returns one copy for each nuisance parameter, changed by one standard deviation of its prior. A careful analysis marginalises
-    /// these directions.
+    /// Returns one copy for each nuisance parameter, changed by one standard deviation of its prior. A
+    /// careful analysis marginalises these directions.
     pub fn directions(&self, channels: &[Channel]) -> Vec<Self> {
         let mut out = Vec::new();
         let mut moved = |change: &dyn Fn(&mut Self)| {

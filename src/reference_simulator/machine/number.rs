@@ -44,14 +44,19 @@ pub struct Screw {
 }
 
 impl Screw {
-    /// Returns the outer diameter at distance x from the left bearing: constant over 70 % of a journal, then a taper.
+    /// Returns the outer diameter at distance x from the left bearing: constant over 70 % of a journal, then
+    /// a taper.
     pub fn diameter_at(&self, x_m: f64) -> f64 {
         let near = |journal: &Journal, distance: f64| {
             if distance >= journal.length_m {
                 return 1.0;
             }
             let along = distance / journal.length_m;
-            if along <= 0.7 { journal.ratio } else { journal.ratio + (1.0 - journal.ratio) * (along - 0.7) / 0.3 }
+            if along <= 0.7 {
+                journal.ratio
+            } else {
+                journal.ratio + (1.0 - journal.ratio) * (along - 0.7) / 0.3
+            }
         };
         self.diameter_m * near(&self.left, x_m).min(near(&self.right, self.length_m - x_m))
     }

@@ -47,7 +47,10 @@ impl Belief {
             ([round, 0.1 * round, 10.0 * round], "table and attached masses, within a decade")
         };
         let scale = round_to(push, 1);
-        let linear = |id, unit, range, source| Parameter { further: Some(("scale", "linear")), ..Parameter::new(id, unit, range, source) };
+        let linear = |id, unit, range, source| Parameter {
+            further: Some(("scale", "linear")),
+            ..Parameter::new(id, unit, range, source)
+        };
         let film = scale / round_to(drawn.limits.speed_m_s, 1);
         let parameters = [
             Parameter::new(IDS[0], "kg", range, source),
@@ -57,7 +60,12 @@ impl Belief {
                 [round_to(0.2 * film, 1), 0.0, round_to(5.0 * film, 1)],
                 "zero to five times the accelerating force at rapid speed",
             ),
-            linear(IDS[2], "N", [round_to(0.1 * scale, 1), 0.0, 2.0 * scale], "zero to twice the accelerating force"),
+            linear(
+                IDS[2],
+                "N",
+                [round_to(0.1 * scale, 1), 0.0, 2.0 * scale],
+                "zero to twice the accelerating force",
+            ),
             linear(IDS[3], "N", [0.0, -scale, scale], "a slope of the guide, an offset of the amplifier"),
         ];
         Self {
@@ -67,11 +75,15 @@ impl Belief {
             is_weighed,
             constant_n_v: round_to(drive.set.limit_n / 10.0, 2),
             set: drive.set,
-            parameters: parameters.into_iter().filter(|parameter| !without.contains(&parameter.name)).collect(),
+            parameters: parameters
+                .into_iter()
+                .filter(|parameter| !without.contains(&parameter.name))
+                .collect(),
         }
     }
 
-    /// Whether the drive's force follows from command and encoder alone, so that the reading of an encoder that was not recorded follows from the force.
+    /// Whether the drive's force follows from command and encoder alone, so that the reading of an encoder
+    /// that was not recorded follows from the force.
     pub fn gives_encoder(&self) -> bool {
         !self.set.is_direct && self.set.integral_time_s.is_infinite()
     }
@@ -90,10 +102,17 @@ impl Belief {
     pub fn to_toml(&self) -> String {
         let mut out = String::new();
         let contained = [("coulomb_friction", "coulomb-friction"), ("viscous_friction", "viscous-friction")];
-        let effects: Vec<String> = contained.iter().filter(|(id, _)| self.has(id)).map(|(_, effect)| format!("\"{effect}\"")).collect();
+        let effects: Vec<String> = contained
+            .iter()
+            .filter(|(id, _)| self.has(id))
+            .map(|(_, effect)| format!("\"{effect}\""))
+            .collect();
         let _ = writeln!(out, "title = \"ball-screw axis\"\neffects = [{}]\n", effects.join(", "));
         if let Some(motor_kg) = self.motor_kg {
-            let _ = writeln!(out, "[[point]]\nname = \"motor\"\nmotion = \"translation\"\nmass_kg = {motor_kg:e}\n");
+            let _ = writeln!(
+                out,
+                "[[point]]\nname = \"motor\"\nmotion = \"translation\"\nmass_kg = {motor_kg:e}\n"
+            );
         }
         out.push_str("[[point]]\nname = \"table\"\nmotion = \"translation\"\nmass_kg = \"moving_mass\"\n\n");
         if self.motor_kg.is_some() {

@@ -68,11 +68,17 @@ pub fn random_axis(viscous: [f64; 2], draw: &mut Draw) -> DrawnAxis {
         limit_n: round_to(6.0 * (mass * acceleration_m_s2 + dry + film * speed_m_s), 2),
         quantum_m: round_to(draw.log_between(8e-9, 3e-8), 2),
     };
-    let drive = Drive { set, dead_time_s: draw.between(0.0, 8e-6), lag_s: draw.between(1e-5, 4e-5), force_gain: 1.0 };
+    let drive =
+        Drive { set, dead_time_s: draw.between(0.0, 8e-6), lag_s: draw.between(1e-5, 4e-5), force_gain: 1.0 };
     let axis = Axis {
         masses_kg,
         coupling: Spring { stiffness_n_m: 1.3 * stiffness, damping_n_s_m: 1.3 * stiffness * loss },
-        nut: Contact { stiffness_n_m: 4.3 * stiffness, damping_n_s_m: 4.3 * stiffness * loss, backlash_m: 0.0, edge_m: 5e-7 },
+        nut: Contact {
+            stiffness_n_m: 4.3 * stiffness,
+            damping_n_s_m: 4.3 * stiffness * loss,
+            backlash_m: 0.0,
+            edge_m: 5e-7,
+        },
         bearing,
         guide,
         pull_n: draw.within(0.3) * dry,
@@ -83,7 +89,10 @@ pub fn random_axis(viscous: [f64; 2], draw: &mut Draw) -> DrawnAxis {
         scale_delay_s: 0.0,
         unlisted: Vec::new(),
     };
-    DrawnAxis { machine: Machine { axis, drive }, limits: MotionLimits { stroke_m, speed_m_s, acceleration_m_s2 } }
+    DrawnAxis {
+        machine: Machine { axis, drive },
+        limits: MotionLimits { stroke_m, speed_m_s, acceleration_m_s2 },
+    }
 }
 
 /// Draws a smooth random curve along a stroke: waves of decreasing amplitude with a given rms.
@@ -110,9 +119,15 @@ pub fn directions(machine: &Machine, stroke_m: f64) -> Vec<Machine> {
     };
     moved(&|m| m.axis.guide.thinning += 0.03);
     moved(&|m| [&mut m.axis.bearing, &mut m.axis.guide].iter_mut().for_each(|f| f.presliding_m *= 1.4));
-    moved(&|m| m.axis.guide.position_waves.push(Wave { amplitude: 0.012, per_m: 1.0 / stroke_m, phase_rad: 0.0 }));
-    moved(&|m| m.axis.guide.position_waves.push(Wave { amplitude: 0.012, per_m: 1.0 / stroke_m, phase_rad: 1.571 }));
-    moved(&|m| m.axis.guide.position_waves.push(Wave { amplitude: 0.008, per_m: 2.0 / stroke_m, phase_rad: 0.0 }));
+    moved(&|m| {
+        m.axis.guide.position_waves.push(Wave { amplitude: 0.012, per_m: 1.0 / stroke_m, phase_rad: 0.0 })
+    });
+    moved(&|m| {
+        m.axis.guide.position_waves.push(Wave { amplitude: 0.012, per_m: 1.0 / stroke_m, phase_rad: 1.571 })
+    });
+    moved(&|m| {
+        m.axis.guide.position_waves.push(Wave { amplitude: 0.008, per_m: 2.0 / stroke_m, phase_rad: 0.0 })
+    });
     moved(&|m| m.drive.dead_time_s += 1e-5);
     moved(&|m| m.axis.coupling.stiffness_n_m *= 0.8);
     out

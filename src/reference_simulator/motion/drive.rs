@@ -1,4 +1,5 @@
-//! The drive: position and velocity loop at one sampling rate, and a current that follows with dead time and lag.
+//! The drive: position and velocity loop at one sampling rate, and a current that follows with dead time and
+//! lag.
 
 use std::collections::VecDeque;
 
@@ -13,7 +14,8 @@ pub struct Settings {
     pub feed_forward: f64,
     /// Integral time of the velocity loop, s; infinite for a proportional loop.
     pub integral_time_s: f64,
-    /// Whether a scale at the table closes the position loop; the motor's encoder always closes the velocity loop.
+    /// Whether a scale at the table closes the position loop; the motor's encoder always closes the velocity
+    /// loop.
     pub is_direct: bool,
     /// Period of both loops, s.
     pub period_s: f64,
@@ -56,12 +58,27 @@ impl Loops {
     /// Creates the state at rest at a position.
     pub fn at_rest(drive: &Drive, position_m: f64) -> Self {
         let reading_m = quantised(position_m, drive.set.quantum_m);
-        Self { reading_m, reference_m: position_m, integral_m: 0.0, pending: VecDeque::new(), applied_demand_n: 0.0, current_n: 0.0 }
+        Self {
+            reading_m,
+            reference_m: position_m,
+            integral_m: 0.0,
+            pending: VecDeque::new(),
+            applied_demand_n: 0.0,
+            current_n: 0.0,
+        }
     }
 
-    /// Samples both loops and returns the demand u = k_v (e + ∫ e dt / T_i) with e = k_p (r − x_o) + f ṙ − ẋ, speeds as differences over one period.
-    /// x is the motor's position and x_o that of the outer encoder. The integral stands still while the demand is limited.
-    pub fn sample(&mut self, drive: &Drive, time_s: f64, reference_m: f64, position_m: f64, table_m: f64) -> f64 {
+    /// Samples both loops and returns the demand u = k_v (e + ∫ e dt / T_i) with e = k_p (r − x_o) + f ṙ − ẋ,
+    /// speeds as differences over one period. x is the motor's position and x_o that of the outer encoder.
+    /// The integral stands still while the demand is limited.
+    pub fn sample(
+        &mut self,
+        drive: &Drive,
+        time_s: f64,
+        reference_m: f64,
+        position_m: f64,
+        table_m: f64,
+    ) -> f64 {
         let set = &drive.set;
         let reading_m = quantised(position_m, set.quantum_m);
         let speed = (reading_m - self.reading_m) / set.period_s;
@@ -88,8 +105,9 @@ impl Loops {
             self.pending.pop_front();
         }
         let before = self.current_n;
-        self.current_n =
-            self.applied_demand_n + (before - self.applied_demand_n) * if drive.lag_s > 0.0 { (-step_s / drive.lag_s).exp() } else { 0.0 };
+        self.current_n = self.applied_demand_n
+            + (before - self.applied_demand_n)
+                * if drive.lag_s > 0.0 { (-step_s / drive.lag_s).exp() } else { 0.0 };
         0.5 * (before + self.current_n) * drive.force_gain
     }
 }

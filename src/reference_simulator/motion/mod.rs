@@ -1,5 +1,5 @@
-//! An independent reference simulator of a driven feed axis in motion. It has its own mechanics, integrator, sampled drive and encoders, and
-//! makes sealed cases of its records.
+//! An independent reference simulator of a driven feed axis in motion. It has its own mechanics, integrator,
+//! sampled drive and encoders, and makes sealed cases of its records.
 //!
 //! ```text
 //! plant     three bodies, friction of elastic elements, backlash, waves along the travel, unlisted effects; the integration step
@@ -14,7 +14,8 @@
 //! case      cases, strength by non-centrality, labels, folders
 //! ```
 //!
-//! Masses and forces are reduced to the table's travel: kg, N, m, s. The force of a record is the drive's demand.
+//! Masses and forces are reduced to the table's travel: kg, N, m, s. The force of a record is the drive's
+//! demand.
 
 pub mod belief;
 pub mod case;

@@ -53,7 +53,9 @@ impl Piece {
                 // Distance during a ramp: ∫ V (τ − ½ sin(2πτ)/2π) dt.
                 let ramp_distance = |time: f64| {
                     let part = time / ramp_s;
-                    speed * ramp_s * (0.5 * part * part + PEAK_EXCESS * ((TAU * part).cos() - 1.0) / (4.0 * PI * PI))
+                    speed
+                        * ramp_s
+                        * (0.5 * part * part + PEAK_EXCESS * ((TAU * part).cos() - 1.0) / (4.0 * PI * PI))
                 };
                 let distance_gone = if time_s >= whole {
                     distance

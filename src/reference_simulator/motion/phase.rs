@@ -21,7 +21,8 @@ named! {
     }
 }
 
-/// Duration after a change of direction that belongs to the reversal, s; half of it before the change belongs to it, too.
+/// Duration after a change of direction that belongs to the reversal, s; half of it before the change belongs
+/// to it, too.
 const REVERSAL_S: f64 = 0.06;
 
 /// Duration after a start that belongs to the breakaway, s.
@@ -33,11 +34,14 @@ const SETTLING_S: f64 = 0.12;
 /// Returns the phase of each sample of a reference.
 pub fn phases(command_m: &[f64], period_s: f64) -> Vec<Phase> {
     let count = command_m.len();
-    let speed: Vec<f64> =
-        (0..count).map(|k| (command_m[(k + 1).min(count - 1)] - command_m[k.saturating_sub(1)]) / (2.0 * period_s)).collect();
+    let speed: Vec<f64> = (0..count)
+        .map(|k| (command_m[(k + 1).min(count - 1)] - command_m[k.saturating_sub(1)]) / (2.0 * period_s))
+        .collect();
     let largest = speed.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
-    let moves: Vec<i8> = speed.iter().map(|v| if v.abs() < 1e-4 * largest { 0 } else { v.signum() as i8 }).collect();
-    let steady = |k: usize| (speed[(k + 1).min(count - 1)] - speed[k.saturating_sub(1)]).abs() < 4e-4 * speed[k].abs();
+    let moves: Vec<i8> =
+        speed.iter().map(|v| if v.abs() < 1e-4 * largest { 0 } else { v.signum() as i8 }).collect();
+    let steady =
+        |k: usize| (speed[(k + 1).min(count - 1)] - speed[k.saturating_sub(1)]).abs() < 4e-4 * speed[k].abs();
     let mut out: Vec<Phase> = (0..count)
         .map(|k| match moves[k] {
             0 => Phase::Dwell,
@@ -57,7 +61,8 @@ pub fn phases(command_m: &[f64], period_s: f64) -> Vec<Phase> {
             let end = (k + samples(BREAKAWAY_S)).min(count);
             out[k..end].iter_mut().for_each(|phase| *phase = Phase::Breakaway);
         } else if last != 0 && moves[k] != last {
-            let (from, end) = (k.saturating_sub(samples(REVERSAL_S) / 2), (k + samples(REVERSAL_S)).min(count));
+            let (from, end) =
+                (k.saturating_sub(samples(REVERSAL_S) / 2), (k + samples(REVERSAL_S)).min(count));
             out[from..end].iter_mut().for_each(|phase| *phase = Phase::Reversal);
         }
         (rest_samples, last) = (0, moves[k]);

@@ -49,7 +49,8 @@ impl Machine {
         let steps_per_record = (RECORD_S / step_s).round() as usize;
         let steps_per_period = (self.drive.set.period_s / step_s).round() as usize;
         let count = (path.duration_s() / RECORD_S).ceil() as usize + 1;
-        let reference = path.sampled(self.drive.set.period_s, (count - 1) * steps_per_record / steps_per_period + 2);
+        let reference =
+            path.sampled(self.drive.set.period_s, (count - 1) * steps_per_record / steps_per_period + 2);
         let commands = path.sampled(RECORD_S, count);
         let mut chain = Chain::at_rest(&self.axis, path.start_m);
         let read = |position: f64| position + self.axis.reading_error_m(position);
@@ -58,8 +59,15 @@ impl Machine {
         let (mut demand, mut motor_noise_n) = (0.0, 0.0);
         for k in 0..=(count - 1) * steps_per_record {
             if k.is_multiple_of(steps_per_period) {
-                let (motor_m, table_m) = (read(chain.position_m[0]), read(self.axis.scale_m(chain.position_m[2], chain.time_s)));
-                demand = loops.sample(&self.drive, k as f64 * step_s, reference[k / steps_per_period], motor_m, table_m);
+                let (motor_m, table_m) =
+                    (read(chain.position_m[0]), read(self.axis.scale_m(chain.position_m[2], chain.time_s)));
+                demand = loops.sample(
+                    &self.drive,
+                    k as f64 * step_s,
+                    reference[k / steps_per_period],
+                    motor_m,
+                    table_m,
+                );
                 if let Some((sd, corner_hz, draw)) = &mut motor_noise {
                     let keep = (-std::f64::consts::TAU * *corner_hz * self.drive.set.period_s).exp();
                     motor_noise_n = keep * motor_noise_n + *sd * (1.0 - keep * keep).sqrt() * draw.normal();
@@ -126,7 +134,11 @@ impl Sensors {
     /// Returns the record of a track by perfect sensors.
     pub fn exact(&self, track: &Track) -> Log {
         let position_m = if self.side == Side::Motor { &track.motor_m } else { &track.table_m };
-        Log { command_m: track.command_m.clone(), position_m: position_m.clone(), force_n: track.force_n.clone() }
+        Log {
+            command_m: track.command_m.clone(),
+            position_m: position_m.clone(),
+            force_n: track.force_n.clone(),
+        }
     }
 
     /// Returns the same sensors without random errors: no noise, no jitter, no rounding.

@@ -22,8 +22,8 @@ fn depth(u_m: f64) -> (f64, f64) {
 
 /// Returns the force on the nut at a shift of the thread against it, and the elastic part of this force, N.
 ///
-/// A flank pushes with k δ + d δ̇ δ/(δ + δ₀) ≥ 0; its damping grows with depth, as in the model of Hunt and Crossley. Without backlash
-/// the force is the linear k s + d ṡ.
+/// A flank pushes with k δ + d δ̇ δ/(δ + δ₀) ≥ 0; its damping grows with depth, as in the model of Hunt and
+/// Crossley. Without backlash the force is the linear k s + d ṡ.
 pub fn force_n(nominal: &Nominal, shift_m: f64, rate_m_s: f64) -> (f64, f64) {
     let (stiffness, damping) = (nominal.axial_n_m, nominal.axial_n_s_m);
     if nominal.backlash_m == 0.0 {

@@ -70,10 +70,18 @@ impl Drive {
 
     /// Samples one current period and returns the voltages of d and q, V.
     ///
-    /// The inputs are the present command, the encoder's angle and both currents. Outer loops act at their own periods. The demand of i_d
-    /// is zero. A voltage beyond link/√3 is shortened and keeps its direction. The demand of the position loop passes a first-order lag with the time
-    /// constant `lag_s`, exact between its samples.
-    pub fn sample(&mut self, nominal: &Nominal, lag_s: f64, command_m: f64, angle_rad: f64, current_a: [f64; 2]) -> [f64; 2] {
+    /// The inputs are the present command, the encoder's angle and both currents. Outer loops act at their
+    /// own periods. The demand of i_d is zero. A voltage beyond link/√3 is shortened and keeps its direction.
+    /// The demand of the position loop passes a first-order lag with the time constant `lag_s`, exact between
+    /// its samples.
+    pub fn sample(
+        &mut self,
+        nominal: &Nominal,
+        lag_s: f64,
+        command_m: f64,
+        angle_rad: f64,
+        current_a: [f64; 2],
+    ) -> [f64; 2] {
         let (loops, ratio) = (&nominal.loops, nominal.ratio_m());
         if self.ticks.is_multiple_of(POSITION_TICKS) {
             let period = POSITION_TICKS as f64 * CURRENT_S;
@@ -89,10 +97,12 @@ impl Drive {
             self.readings_rad.push_back(angle_rad);
             let error = self.speed_rad_s - (angle_rad - before) / (loops.speed_periods as f64 * period);
             let share = period / loops.velocity_time_s;
-            self.current_a = self.velocity.limited(loops.velocity_gain_a_s_rad, share, error, nominal.current_limit_a);
+            self.current_a =
+                self.velocity.limited(loops.velocity_gain_a_s_rad, share, error, nominal.current_limit_a);
         }
         self.ticks += 1;
-        let (gain, share, limit) = (loops.current_gain_v_a, CURRENT_S / loops.current_time_s, nominal.voltage_limit_v());
+        let (gain, share, limit) =
+            (loops.current_gain_v_a, CURRENT_S / loops.current_time_s, nominal.voltage_limit_v());
         let errors = [-current_a[0], self.current_a - current_a[1]];
         let unlimited: [f64; 2] = std::array::from_fn(|k| self.currents[k].output(gain, share, errors[k]));
         let length = unlimited[0].hypot(unlimited[1]);

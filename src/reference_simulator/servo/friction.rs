@@ -26,14 +26,18 @@ impl Friction {
     }
 
     fn level_n(&self, speed_m_s: f64) -> f64 {
-        if self.excess_n == 0.0 { self.coulomb_n } else { self.coulomb_n + self.excess_n * (-speed_m_s.abs() / self.stribeck_m_s).exp() }
+        if self.excess_n == 0.0 {
+            self.coulomb_n
+        } else {
+            self.coulomb_n + self.excess_n * (-speed_m_s.abs() / self.stribeck_m_s).exp()
+        }
     }
 }
 
 /// Elastic elements of one surface: their stretches and their last position.
 ///
-/// All elements have equal shares of the level. Element i slips at −ln(1 − (i + ½)/n) of the mean distance. Friction from rest rises
-/// steeply, then ever more slowly; full sliding begins at 2.8 of the mean distance.
+/// All elements have equal shares of the level. Element i slips at −ln(1 − (i + ½)/n) of the mean distance.
+/// Friction from rest rises steeply, then ever more slowly; full sliding begins at 2.8 of the mean distance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrictionElements {
     slip_distance_m: [f64; ELEMENTS],
@@ -45,11 +49,13 @@ impl FrictionElements {
     /// Creates relaxed elements at position zero with a mean elastic distance.
     pub fn relaxed(presliding_m: f64) -> Self {
         let mean = presliding_m.max(RIGID_M);
-        let slip_distance_m = std::array::from_fn(|k| -mean * (1.0 - (k as f64 + 0.5) / ELEMENTS as f64).ln());
+        let slip_distance_m =
+            std::array::from_fn(|k| -mean * (1.0 - (k as f64 + 0.5) / ELEMENTS as f64).ln());
         Self { slip_distance_m, stretch_m: [0.0; ELEMENTS], position_m: 0.0 }
     }
 
-    /// Returns the stretches after a displacement in one direction to a position; `share` is the level over the level at rest.
+    /// Returns the stretches after a displacement in one direction to a position; `share` is the level over
+    /// the level at rest.
     fn advanced(&self, position_m: f64, share: f64) -> [f64; ELEMENTS] {
         let way = position_m - self.position_m;
         std::array::from_fn(|k| {
@@ -65,7 +71,8 @@ impl FrictionElements {
             return law.viscous_n_s_m * speed_m_s;
         }
         let stretch = self.advanced(position_m, law.level_n(speed_m_s) / rest);
-        let sum: f64 = stretch.iter().zip(&self.slip_distance_m).map(|(stretch, reach)| stretch / reach).sum();
+        let sum: f64 =
+            stretch.iter().zip(&self.slip_distance_m).map(|(stretch, reach)| stretch / reach).sum();
         rest / ELEMENTS as f64 * sum + law.viscous_n_s_m * speed_m_s
     }
 

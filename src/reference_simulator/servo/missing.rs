@@ -10,8 +10,8 @@ pub struct Missing {
     pub growth: f64,
     /// Time constant τ of the strain, which rises as 1 − e^{−t/τ}, s; 0 for the full strain from the start.
     pub growth_time_s: f64,
-    /// Position of the fixed bearing, m: the screw expands away from it. It matters only while the strain rises, because the scale is set
-    /// to zero at the start.
+    /// Position of the fixed bearing, m: the screw expands away from it. It matters only while the strain
+    /// rises, because the scale is set to zero at the start.
     pub anchor_m: f64,
     /// Amplitude of the lead error that repeats every revolution of the screw, m.
     pub lead_error_m: f64,
@@ -30,10 +30,16 @@ pub struct Missing {
 }
 
 impl Default for Missing {
-    /// Returns the effects of screw, motor and guide at their usual size: 50 µm/m, 0.8 µm, 0.1 and 0.15 N·m, 5 µm; the strain is constant from the start.
-    /// No mass and no lag.
+    /// Returns the effects of screw, motor and guide at their usual size: 50 µm/m, 0.8 µm, 0.1 and 0.15 N·m,
+    /// 5 µm; the strain is constant from the start. No mass and no lag.
     fn default() -> Self {
-        Self { growth: 5e-5, lead_error_m: 0.8e-6, ripple_nm: [0.1, 0.15], presliding_m: 5e-6, ..Self::none() }
+        Self {
+            growth: 5e-5,
+            lead_error_m: 0.8e-6,
+            ripple_nm: [0.1, 0.15],
+            presliding_m: 5e-6,
+            ..Self::none()
+        }
     }
 }
 
@@ -67,24 +73,32 @@ impl Missing {
 
     fn cogging(&self, angle_rad: f64, wave: impl Fn(f64, f64) -> f64) -> f64 {
         let one = |k: usize| {
-            if self.ripple_nm[k] == 0.0 { 0.0 } else { self.ripple_nm[k] * wave(TIMES[k], TIMES[k] * angle_rad + self.ripple_phase_rad[k]) }
+            if self.ripple_nm[k] == 0.0 {
+                0.0
+            } else {
+                self.ripple_nm[k] * wave(TIMES[k], TIMES[k] * angle_rad + self.ripple_phase_rad[k])
+            }
         };
         one(0) + one(1)
     }
 
-    /// Returns the position of the thread at the nut with r = `ratio_m` per radian: x = r θ + γ(t) (r θ − a) + γ(0) a + e [sin(θ + φ) −
-    /// sin φ].
+    /// Returns the position of the thread at the nut with r = `ratio_m` per radian: x = r θ +
+    /// γ(t) (r θ − a) + γ(0) a + e [sin(θ + φ) − sin φ].
     pub(super) fn thread(&self, ratio_m: f64, time_s: f64, angle_rad: f64) -> Thread {
         let travel_m = ratio_m * angle_rad;
         let mut thread = Thread { position_m: travel_m, per_rad_m: ratio_m, expansion_m_s: 0.0 };
         if self.growth != 0.0 {
-            let (start, remaining) =
-                if self.growth_time_s > 0.0 { (0.0, (-time_s / self.growth_time_s).exp()) } else { (self.growth, 0.0) };
+            let (start, remaining) = if self.growth_time_s > 0.0 {
+                (0.0, (-time_s / self.growth_time_s).exp())
+            } else {
+                (self.growth, 0.0)
+            };
             let strain = self.growth * (1.0 - remaining);
             thread.position_m += strain * (travel_m - self.anchor_m) + start * self.anchor_m;
             thread.per_rad_m += strain * ratio_m;
             if remaining > 0.0 {
-                thread.expansion_m_s = self.growth * remaining / self.growth_time_s * (travel_m - self.anchor_m);
+                thread.expansion_m_s =
+                    self.growth * remaining / self.growth_time_s * (travel_m - self.anchor_m);
             }
         }
         if self.lead_error_m != 0.0 {

@@ -1,5 +1,6 @@
-//! An independent reference simulator of a servo axis with its electrics: a synchronous motor in d and q, sampled cascaded loops, a ball
-//! screw with backlash, and effects that the analytical model of such an axis lacks.
+//! An independent reference simulator of a servo axis with its electrics: a synchronous motor in d and q,
+//! sampled cascaded loops, a ball screw with backlash, and effects that the analytical model of such an axis
+//! lacks.
 //!
 //! ```text
 //! nominal   parameters of the axis that an engineer knows
@@ -15,8 +16,8 @@
 //! write     records as measurement sets
 //! ```
 //!
-//! The axis is that of Symmetry 11 (2019) 1156, Table 2. The paper does not print masses, stiffnesses and friction; their values are our
-//! own choice.
+//! The axis is that of Symmetry 11 (2019) 1156, Table 2. The paper does not print masses, stiffnesses and
+//! friction; their values are our own choice.
 
 mod contact;
 mod drive;

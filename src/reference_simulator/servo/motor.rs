@@ -12,7 +12,8 @@ pub fn rates_a_s(nominal: &Nominal, current_a: [f64; 2], speed_rad_s: f64, volta
     let electric = nominal.pole_pairs * speed_rad_s;
     [
         (voltage_v[0] - nominal.resistance_ohm * d + electric * inductance_q * q) / inductance_d,
-        (voltage_v[1] - nominal.resistance_ohm * q - electric * (inductance_d * d + nominal.flux_wb())) / inductance_q,
+        (voltage_v[1] - nominal.resistance_ohm * q - electric * (inductance_d * d + nominal.flux_wb()))
+            / inductance_q,
     ]
 }
 

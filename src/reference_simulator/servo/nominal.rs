@@ -12,7 +12,8 @@ macro_rules! with_names {
 }
 pub(super) use with_names;
 
-/// Gains and times of the cascade. Current and velocity loops are digital PI, u = k (e + T/T_i Σe); the position loop is P.
+/// Gains and times of the cascade. Current and velocity loops are digital PI, u = k (e + T/T_i Σe); the
+/// position loop is P.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loops {
     /// Gain of the current loop, V/A.
@@ -27,7 +28,8 @@ pub struct Loops {
     pub position_gain_1_s: f64,
     /// Gain of the velocity feed-forward; 1 feeds the full command speed forward.
     pub feed_forward: f64,
-    /// Velocity periods over which the encoder's difference is taken. A larger number reduces noise and adds delay.
+    /// Velocity periods over which the encoder's difference is taken. A larger number reduces noise and adds
+    /// delay.
     pub speed_periods: usize,
 }
 
@@ -80,7 +82,8 @@ impl Nominal {
         Self::with_table(150.0)
     }
 
-    /// Returns the second axis, y, which carries the first: 1.4 times the table mass, a velocity gain to match, all else equal.
+    /// Returns the second axis, y, which carries the first: 1.4 times the table mass, a velocity gain to
+    /// match, all else equal.
     pub fn y() -> Self {
         Self::with_table(1.4 * 150.0)
     }
@@ -104,7 +107,12 @@ impl Nominal {
             axial_n_m: 1.474e8,
             axial_n_s_m: 6000.0,
             backlash_m: 17e-6,
-            table_friction: Friction { coulomb_n: 150.0, excess_n: 60.0, stribeck_m_s: 0.01, viscous_n_s_m: 800.0 },
+            table_friction: Friction {
+                coulomb_n: 150.0,
+                excess_n: 60.0,
+                stribeck_m_s: 0.01,
+                viscous_n_s_m: 800.0,
+            },
             screw_friction: Friction::none(),
             loops: Loops {
                 current_gain_v_a: 5000.0 * inductance,
@@ -200,7 +208,11 @@ impl Axis {
 }
 
 /// Returns an error for the first named value that is not finite or not admissible.
-pub(super) fn check_values(numbers: &[(&'static str, f64)], wanted: &'static str, is_admissible: impl Fn(f64) -> bool) -> Result<()> {
+pub(super) fn check_values(
+    numbers: &[(&'static str, f64)],
+    wanted: &'static str,
+    is_admissible: impl Fn(f64) -> bool,
+) -> Result<()> {
     match numbers.iter().find(|(_, value)| !(value.is_finite() && is_admissible(*value))) {
         Some(&(key, found)) => Err(SimulatorError::Refused { key, found, wanted }),
         None => Ok(()),

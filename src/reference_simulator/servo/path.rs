@@ -6,7 +6,8 @@ use super::nominal::{check_values, with_names};
 use super::run::RECORD_S;
 use crate::Result;
 
-/// Returns the angle after a time, rad: the speed rises as the smooth step s³ (10 − 15 s + 6 s²) over the ramp.
+/// Returns the angle after a time, rad: the speed rises as the smooth step s³ (10 − 15 s + 6 s²) over the
+/// ramp.
 fn angle_rad(speed_rad_s: f64, ramp_s: f64, time_s: f64) -> f64 {
     if time_s >= ramp_s {
         return speed_rad_s * (time_s - 0.5 * ramp_s);
@@ -21,8 +22,8 @@ fn times(speed_rad_s: f64, ramp_s: f64, revolutions: usize) -> impl Iterator<Ite
     (0..=(duration / RECORD_S).floor() as usize).map(|k| k as f64 * RECORD_S)
 }
 
-/// A sine by its largest feed. It begins at rest at zero. Its phase accelerates, not its amplitude, so that even a short ramp never
-/// exceeds the feed.
+/// A sine by its largest feed. It begins at rest at zero. Its phase accelerates, not its amplitude, so that
+/// even a short ramp never exceeds the feed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Feed {
     /// Largest feed, mm/min.
@@ -36,7 +37,8 @@ pub struct Feed {
 }
 
 impl Feed {
-    /// Returns a sine of 0.1 m amplitude with a ramp of 1 s and two periods; one period if two would exceed 40 s.
+    /// Returns a sine of 0.1 m amplitude with a ramp of 1 s and two periods; one period if two would exceed
+    /// 40 s.
     pub fn of(feed_mm_min: f64) -> Self {
         let one = Self { feed_mm_min, amplitude_m: 0.1, ramp_s: 1.0, periods: 1 };
         let two = Self { periods: 2, ..one.clone() };
@@ -65,11 +67,14 @@ impl Feed {
         let numbers = with_names! { self.feed_mm_min, self.amplitude_m, self.ramp_s };
         check_values(&numbers, "a positive number", |value| value > 0.0)?;
         let speed = self.speed_rad_s();
-        Ok(times(speed, self.ramp_s, self.periods).map(|time| self.amplitude_m * angle_rad(speed, self.ramp_s, time).sin()).collect())
+        Ok(times(speed, self.ramp_s, self.periods)
+            .map(|time| self.amplitude_m * angle_rad(speed, self.ramp_s, time).sin())
+            .collect())
     }
 }
 
-/// A circle through the origin by its angular speed: x = R sin φ, y = R (1 − cos φ). It begins at rest, along x.
+/// A circle through the origin by its angular speed: x = R sin φ, y = R (1 − cos φ). It begins at rest, along
+/// x.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Circle {
     /// Radius, m.
@@ -105,7 +110,9 @@ impl Circle {
         let numbers = with_names! { self.radius_m, self.speed_rad_min, self.ramp_s };
         check_values(&numbers, "a positive number", |value| value > 0.0)?;
         let speed = self.speed_rad_min / 60.0;
-        let angles: Vec<f64> = times(speed, self.ramp_s, self.revolutions).map(|time| angle_rad(speed, self.ramp_s, time)).collect();
+        let angles: Vec<f64> = times(speed, self.ramp_s, self.revolutions)
+            .map(|time| angle_rad(speed, self.ramp_s, time))
+            .collect();
         let x = angles.iter().map(|angle| self.radius_m * angle.sin()).collect();
         let y = angles.iter().map(|angle| self.radius_m * (1.0 - angle.cos())).collect();
         Ok([x, y])

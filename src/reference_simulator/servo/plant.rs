@@ -37,21 +37,28 @@ impl Plant {
         Self { time_s: 0.0, state: [0.0; SIZE], guide: elements.clone(), bearing: elements }
     }
 
-    /// Advances by one step of the classical Runge–Kutta rule under held voltages of d and q. Within each stage the friction elements
-    /// slip from their positions at the start of the step.
+    /// Advances by one step of the classical Runge–Kutta rule under held voltages of d and q. Within each
+    /// stage the friction elements slip from their positions at the start of the step.
     pub fn step(&mut self, axis: &Axis, step_s: f64, voltage_v: [f64; 2]) {
         let half = 0.5 * step_s;
-        let moved = |rates: &[f64; SIZE], by: f64| -> [f64; SIZE] { std::array::from_fn(|k| self.state[k] + by * rates[k]) };
+        let moved = |rates: &[f64; SIZE], by: f64| -> [f64; SIZE] {
+            std::array::from_fn(|k| self.state[k] + by * rates[k])
+        };
         let first = self.rates(axis, self.time_s, &self.state, voltage_v);
         let second = self.rates(axis, self.time_s + half, &moved(&first, half), voltage_v);
         let third = self.rates(axis, self.time_s + half, &moved(&second, half), voltage_v);
         let fourth = self.rates(axis, self.time_s + step_s, &moved(&third, step_s), voltage_v);
-        let mean: [f64; SIZE] = std::array::from_fn(|k| (first[k] + 2.0 * (second[k] + third[k]) + fourth[k]) / 6.0);
+        let mean: [f64; SIZE] =
+            std::array::from_fn(|k| (first[k] + 2.0 * (second[k] + third[k]) + fourth[k]) / 6.0);
         self.state = moved(&mean, step_s);
         self.time_s += step_s;
         let (nominal, ratio) = (&axis.nominal, axis.nominal.ratio_m());
         self.guide.advance(&nominal.table_friction, self.state[TABLE], self.state[TABLE_SPEED]);
-        self.bearing.advance(&nominal.screw_friction, ratio * self.state[SCREW], ratio * self.state[SCREW_SPEED]);
+        self.bearing.advance(
+            &nominal.screw_friction,
+            ratio * self.state[SCREW],
+            ratio * self.state[SCREW_SPEED],
+        );
     }
 
     fn rates(&self, axis: &Axis, time_s: f64, state: &[f64; SIZE], voltage_v: [f64; 2]) -> [f64; SIZE] {
@@ -61,12 +68,14 @@ impl Plant {
         let currents = motor::rates_a_s(nominal, current, state[MOTOR_SPEED], voltage_v);
 
         let twist_rate = state[MOTOR_SPEED] - state[SCREW_SPEED];
-        let shaft = nominal.torsion_nm_rad * (state[MOTOR] - state[SCREW]) + nominal.torsion_nm_s_rad * twist_rate;
+        let shaft =
+            nominal.torsion_nm_rad * (state[MOTOR] - state[SCREW]) + nominal.torsion_nm_s_rad * twist_rate;
         let thread = axis.missing.thread(ratio, time_s, state[SCREW]);
         let shift_rate = thread.per_rad_m * state[SCREW_SPEED] + thread.expansion_m_s - state[TABLE_SPEED];
         let (push, elastic) = contact::force_n(nominal, thread.position_m - state[TABLE], shift_rate);
         let guide = self.guide.force_n(&nominal.table_friction, state[TABLE], state[TABLE_SPEED]);
-        let bearing = ratio * self.bearing.force_n(&nominal.screw_friction, ratio * state[SCREW], ratio * state[SCREW_SPEED]);
+        let bearing = ratio
+            * self.bearing.force_n(&nominal.screw_friction, ratio * state[SCREW], ratio * state[SCREW_SPEED]);
         let torque = motor::torque_nm(nominal, current) + axis.missing.cogging_nm(state[MOTOR]);
 
         let mut rates = [0.0; SIZE];
@@ -122,10 +131,13 @@ impl Plant {
     pub fn stored_j(&self, axis: &Axis) -> f64 {
         let (nominal, state) = (&axis.nominal, &self.state);
         let [rotor, screw] = nominal.shafts_kg_m2();
-        let motion =
-            0.5 * (rotor * state[MOTOR_SPEED].powi(2) + screw * state[SCREW_SPEED].powi(2) + axis.table_kg() * state[TABLE_SPEED].powi(2));
+        let motion = 0.5
+            * (rotor * state[MOTOR_SPEED].powi(2)
+                + screw * state[SCREW_SPEED].powi(2)
+                + axis.table_kg() * state[TABLE_SPEED].powi(2));
         let twist = 0.5 * nominal.torsion_nm_rad * (state[MOTOR] - state[SCREW]).powi(2);
-        let shift = axis.missing.thread(nominal.ratio_m(), self.time_s, state[SCREW]).position_m - state[TABLE];
+        let shift =
+            axis.missing.thread(nominal.ratio_m(), self.time_s, state[SCREW]).position_m - state[TABLE];
         motor::field_j(nominal, self.current_a())
             + motion
             + twist

@@ -40,28 +40,42 @@ impl<'a> Machine<'a> {
 
     /// Advances by one current period.
     pub fn advance(&mut self, command_m: f64, steps: usize) {
-        self.voltage_v =
-            self.drive.sample(&self.axis.nominal, self.axis.missing.lag_s, command_m, self.reading_rad(), self.plant.current_a());
+        self.voltage_v = self.drive.sample(
+            &self.axis.nominal,
+            self.axis.missing.lag_s,
+            command_m,
+            self.reading_rad(),
+            self.plant.current_a(),
+        );
         for _ in 0..steps {
             self.plant.step(self.axis, CURRENT_S / steps as f64, self.voltage_v);
         }
     }
 }
 
-/// Drives an axis along commands, one for each millisecond, from rest at zero, and records it. The seed determines the sensor noise.
+/// Drives an axis along commands, one for each millisecond, from rest at zero, and records it. The seed
+/// determines the sensor noise.
 ///
-/// # Errors     `SimulatorError::Refused` for inadmissible parameters of axis or sensors, `SimulatorError::Diverged` for unstable loops.
+/// # Errors     `SimulatorError::Refused` for inadmissible parameters of axis or sensors,
+///   `SimulatorError::Diverged` for unstable loops.
 pub fn run(axis: &Axis, sensors: &Sensors, command_m: &[f64], seed: u64) -> Result<Record> {
     run_in(axis, sensors, command_m, &mut Draw::new(seed), STEPS)
 }
 
 /// Runs as [`run`] with a given random source and number of steps in a current period.
-pub(super) fn run_in(axis: &Axis, sensors: &Sensors, command_m: &[f64], draw: &mut Draw, steps: usize) -> Result<Record> {
+pub(super) fn run_in(
+    axis: &Axis,
+    sensors: &Sensors,
+    command_m: &[f64],
+    draw: &mut Draw,
+    steps: usize,
+) -> Result<Record> {
     axis.check()?;
     sensors.check()?;
     let mut machine = Machine::at_rest(axis, sensors);
     let mut record = Record::default();
-    // A drive records the mean current of a cycle. At the samples of the position loop, where its demand steps, the current is least.
+    // A drive records the mean current of a cycle. At the samples of the position loop, where its demand
+    // steps, the current is least.
     let mut mean_a = 0.0;
     for (k, &command) in command_m.iter().enumerate() {
         let (time_s, plant) = (k as f64 * RECORD_S, &machine.plant);
@@ -74,7 +88,9 @@ pub(super) fn run_in(axis: &Axis, sensors: &Sensors, command_m: &[f64], draw: &m
         record.command_m.push(command);
         record.position_m.push(axis.nominal.ratio_m() * machine.reading_rad());
         record.table_m.push(quantised(table_m + sensors.scale_noise_m * draw.normal(), sensors.scale_step_m));
-        record.torque_nm.push(axis.nominal.torque_constant_nm_a * mean_a + sensors.torque_noise_nm * draw.normal());
+        record
+            .torque_nm
+            .push(axis.nominal.torque_constant_nm_a * mean_a + sensors.torque_noise_nm * draw.normal());
         mean_a = 0.0;
         for _ in 0..POSITION_TICKS {
             machine.advance(command, steps);

@@ -21,14 +21,26 @@ pub struct Sensors {
 impl Default for Sensors {
     /// Returns usual sizes of the errors.
     fn default() -> Self {
-        Self { encoder_steps: 1_048_576.0, scale_noise_m: 0.1e-6, scale_step_m: 50e-9, scale_delay_s: 10e-6, torque_noise_nm: 0.05 }
+        Self {
+            encoder_steps: 1_048_576.0,
+            scale_noise_m: 0.1e-6,
+            scale_step_m: 50e-9,
+            scale_delay_s: 10e-6,
+            torque_noise_nm: 0.05,
+        }
     }
 }
 
 impl Sensors {
     /// Returns sensors without errors.
     pub fn perfect() -> Self {
-        Self { encoder_steps: 0.0, scale_noise_m: 0.0, scale_step_m: 0.0, scale_delay_s: 0.0, torque_noise_nm: 0.0 }
+        Self {
+            encoder_steps: 0.0,
+            scale_noise_m: 0.0,
+            scale_step_m: 0.0,
+            scale_delay_s: 0.0,
+            torque_noise_nm: 0.0,
+        }
     }
 
     /// Checks that every parameter is admissible.

@@ -14,21 +14,30 @@ use crate::draw::Draw;
 use crate::file::write_motions;
 use crate::parallel::in_order;
 
-/// Runs an axis along sines and writes the records as a measurement set. The first and the last record are fitted: for
+/// Runs an axis along sines and writes the records as a measurement set. The first and the last record are
+/// fitted: for
 /// [`Feed::standard`], F1000 and F6000.
 ///
-/// # Errors     As [`run`](super::run()); `SimulatorError::Write` if a file cannot be written. All runs end before the first file is written.
+/// # Errors     As [`run`](super::run()); `SimulatorError::Write` if a file cannot be written. All runs end
+///   before the first file is written.
 pub fn write_sines(folder: &Path, axis: &Axis, sensors: &Sensors, feeds: &[Feed], seed: u64) -> Result<()> {
-    let commands = feeds.iter().map(|feed| Ok((feed.name(), feed.commands_m()?))).collect::<Result<Vec<_>>>()?;
+    let commands =
+        feeds.iter().map(|feed| Ok((feed.name(), feed.commands_m()?))).collect::<Result<Vec<_>>>()?;
     let records = drive(axis, sensors, &commands, &Draw::new(seed))?;
     write_set(folder, "ball-screw axis, sines", &records)
 }
 
-/// Runs two axes, x and y, along circles and writes one measurement set for each in the folders `x` and `y`. The first and the last
-/// circle are fitted: for [`Circle::standard`], the slowest and the fastest.
+/// Runs two axes, x and y, along circles and writes one measurement set for each in the folders `x` and `y`.
+/// The first and the last circle are fitted: for [`Circle::standard`], the slowest and the fastest.
 ///
 /// # Errors     As [`write_sines`].
-pub fn write_circles(folder: &Path, axes: [&Axis; 2], sensors: &Sensors, circles: &[Circle], seed: u64) -> Result<()> {
+pub fn write_circles(
+    folder: &Path,
+    axes: [&Axis; 2],
+    sensors: &Sensors,
+    circles: &[Circle],
+    seed: u64,
+) -> Result<()> {
     let mut commands: [Vec<(String, Vec<f64>)>; 2] = Default::default();
     for circle in circles {
         for (all, one) in commands.iter_mut().zip(circle.commands_m()?) {
@@ -43,7 +52,12 @@ pub fn write_circles(folder: &Path, axes: [&Axis; 2], sensors: &Sensors, circles
 }
 
 /// Records the runs along named commands, each with its own noise.
-fn drive(axis: &Axis, sensors: &Sensors, commands: &[(String, Vec<f64>)], draw: &Draw) -> Result<Vec<(String, Record)>> {
+fn drive(
+    axis: &Axis,
+    sensors: &Sensors,
+    commands: &[(String, Vec<f64>)],
+    draw: &Draw,
+) -> Result<Vec<(String, Record)>> {
     let one = |(number, (name, command)): (usize, &(String, Vec<f64>))| {
         let record = run_in(axis, sensors, command, &mut draw.branch(number as u64), STEPS)?;
         Ok((name.clone(), record))
@@ -52,7 +66,8 @@ fn drive(axis: &Axis, sensors: &Sensors, commands: &[(String, Vec<f64>)], draw: 
 }
 
 fn write_set(folder: &Path, title: &str, records: &[(String, Record)]) -> Result<()> {
-    let ends: Vec<String> = records.first().into_iter().chain(records.last()).map(|(name, _)| name.clone()).collect();
+    let ends: Vec<String> =
+        records.first().into_iter().chain(records.last()).map(|(name, _)| name.clone()).collect();
     let rows = records.iter().map(|(name, record)| (name.as_str(), rows(record)));
     write_motions(folder, &format!("title = \"{title}\"\n"), &ends, rows)
 }
@@ -63,7 +78,11 @@ fn rows(record: &Record) -> String {
         let _ = writeln!(
             text,
             "{:.3},{:.9e},{:.9e},{:.9e},{:.6e}",
-            record.time_s[k], record.command_m[k], record.position_m[k], record.table_m[k], record.torque_nm[k]
+            record.time_s[k],
+            record.command_m[k],
+            record.position_m[k],
+            record.table_m[k],
+            record.torque_nm[k]
         );
     }
     text

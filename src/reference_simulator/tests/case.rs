@@ -3,7 +3,9 @@
 use std::collections::BTreeSet;
 
 use super::{check_folder, check_label, setting, subject};
-use crate::case::{ChannelSet, Counts, Fit, Gauge, Kind, LOOK_ALIKES, Plan, Quantity, Slot, Strength, Subject, Survey};
+use crate::case::{
+    ChannelSet, Counts, Fit, Gauge, Kind, LOOK_ALIKES, Plan, Quantity, Slot, Strength, Subject, Survey,
+};
 use crate::draw::Draw;
 use crate::effect::{Effect, EffectKind};
 use crate::{Case, Label, Result, generate_one, write_case};
@@ -13,7 +15,10 @@ fn generate(seed: u64, plan: &Plan) -> impl Iterator<Item = Result<(Case, Label)
 }
 
 fn small() -> Plan {
-    let unknown = Slot { kind: Kind::Unknown, ..Slot::single(EffectKind::HoseResonator, Strength::Strong, ChannelSet::Table) };
+    let unknown = Slot {
+        kind: Kind::Unknown,
+        ..Slot::single(EffectKind::HoseResonator, Strength::Strong, ChannelSet::Table)
+    };
     let pair = Slot {
         kind: Kind::LookAlike,
         partner: Some(EffectKind::TableRocking),
@@ -71,12 +76,19 @@ fn cases_match_their_labels() {
         }
         for (record, exact) in case.records.iter().zip(&label.exact) {
             assert_eq!((&record.position, record.channel), (&exact.position, exact.channel));
-            let accepted: Vec<_> = record.lines.iter().zip(&exact.with).filter(|(line, _)| line.coherence >= 0.8).collect();
+            let accepted: Vec<_> =
+                record.lines.iter().zip(&exact.with).filter(|(line, _)| line.coherence >= 0.8).collect();
             assert!((250..1200).contains(&accepted.len()), "{} lines in {}", accepted.len(), record.file());
-            let squares: f64 = accepted.iter().map(|(line, exact)| (line.response / **exact).ln().norm_sqr() / 2.0).sum();
+            let squares: f64 =
+                accepted.iter().map(|(line, exact)| (line.response / **exact).ln().norm_sqr() / 2.0).sum();
             let noise = (squares / accepted.len() as f64).sqrt();
             let is_bad = label.faulty_records.contains(&record.file());
-            assert!(is_bad || noise < 0.12, "{} of {}: {noise} rms from its exact curve", record.file(), label.case);
+            assert!(
+                is_bad || noise < 0.12,
+                "{} of {}: {noise} rms from its exact curve",
+                record.file(),
+                label.case
+            );
         }
     }
 }
@@ -93,7 +105,10 @@ fn nulls_have_no_strength_and_effects_reach_the_requested_strength() {
     *stiffer.drawn.joints.get_mut("k_n").unwrap() *= 1.02;
     let mut heavier = subject.clone();
     heavier.nuisance.masses[0] += 0.02;
-    let (joint, mass) = (gauge.unexplained(&stiffer).unwrap().noncentrality, gauge.unexplained(&heavier).unwrap().noncentrality);
+    let (joint, mass) = (
+        gauge.unexplained(&stiffer).unwrap().noncentrality,
+        gauge.unexplained(&heavier).unwrap().noncentrality,
+    );
     assert!(joint < 1.0, "{joint}");
     assert!(mass > 5.0, "{mass}");
     for kind in [EffectKind::GuideViscous, EffectKind::CouplingInertia, EffectKind::FrfGain] {
@@ -101,8 +116,10 @@ fn nulls_have_no_strength_and_effects_reach_the_requested_strength() {
         let alone = Subject { effects: vec![effect], ..subject.clone() };
         for wanted in [9.0, 25.0] {
             let size = gauge.size_for(&alone, wanted).unwrap();
-            let reached =
-                gauge.unexplained(&Subject { effects: vec![alone.effects[0].sized(size)], ..alone.clone() }).unwrap().noncentrality;
+            let reached = gauge
+                .unexplained(&Subject { effects: vec![alone.effects[0].sized(size)], ..alone.clone() })
+                .unwrap()
+                .noncentrality;
             assert!((reached / wanted - 1.0).abs() < 0.03, "{}: {reached} for {wanted}", kind.name());
         }
     }
@@ -112,7 +129,14 @@ fn nulls_have_no_strength_and_effects_reach_the_requested_strength() {
 fn refit_of_the_chain_recovers_its_joints() {
     let mut subject = subject(1);
     subject.nuisance = crate::machine::nuisance::Nuisance::none(6);
-    let survey = Survey::new(&subject, &setting(subject.drawn.band_hz), &ChannelSet::Cross.channels(), &[1.0], 1.0 / 100.0).unwrap();
+    let survey = Survey::new(
+        &subject,
+        &setting(subject.drawn.band_hz),
+        &ChannelSet::Cross.channels(),
+        &[1.0],
+        1.0 / 100.0,
+    )
+    .unwrap();
     let fit = Fit::of_chain(&subject.drawn, &survey);
     let start: Vec<f64> = fit.true_point().iter().map(|value| value + 0.05).collect();
     let found = fit.run(&survey.base, &start).unwrap();
@@ -145,7 +169,8 @@ fn plans_contain_every_case_in_shuffled_order() {
     assert_eq!(count(Kind::LookAlike), 2 * LOOK_ALIKES.len() * Counts::FULL.look_alikes_per_truth);
     assert_eq!(count(Kind::Unknown), EffectKind::UNLISTED.len() * Counts::FULL.unknowns_per_effect);
     for effect in EffectKind::LISTED {
-        let singles: Vec<_> = plan.slots.iter().filter(|slot| slot.kind == Kind::Single && slot.effects == [effect]).collect();
+        let singles: Vec<_> =
+            plan.slots.iter().filter(|slot| slot.kind == Kind::Single && slot.effects == [effect]).collect();
         assert_eq!(singles.len(), Counts::FULL.singles_per_effect);
         let strengths: BTreeSet<_> = singles.iter().map(|slot| slot.strength).collect();
         let channel_sets: BTreeSet<_> = singles.iter().map(|slot| slot.channel_set).collect();

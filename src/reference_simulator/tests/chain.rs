@@ -8,9 +8,9 @@ use crate::machine::assembly::Assembly;
 use crate::machine::number::Machine;
 use crate::machine::point::{Channel, Point};
 
-/// Assembles the dynamic stiffness of the chain from the wave solutions of its four rods. The degrees of freedom are table, rotor, and
-/// screw (axial, angle) at left bearing, nut and right bearing. Source: Tian et al., Eq. 1–24, with cot for the printed cos, v = (1, −1,
-/// −i).
+/// Assembles the dynamic stiffness of the chain from the wave solutions of its four rods. The degrees of
+/// freedom are table, rotor, and screw (axial, angle) at left bearing, nut and right bearing. Source: Tian et
+/// al., Eq. 1–24, with cot for the printed cos, v = (1, −1, −i).
 fn closed_form(machine: &Machine, nut_m: f64, hz: f64) -> DMatrix<Complex64> {
     let omega = 2.0 * std::f64::consts::PI * hz;
     let i = Complex64::I;
@@ -32,15 +32,20 @@ fn closed_form(machine: &Machine, nut_m: f64, hz: f64) -> DMatrix<Complex64> {
     branch(&[(2, 1.0)], joint(machine.bearing_left.stiffness, machine.bearing_left.damping));
     branch(&[(6, 1.0)], joint(machine.bearing_right.stiffness, machine.bearing_right.damping));
     branch(&[(1, 1.0), (3, -1.0)], joint(machine.coupling.stiffness, machine.coupling.damping));
-    branch(&[(0, 1.0), (4, -1.0), (5, -machine.ratio_m())], joint(machine.nut.joint.stiffness, machine.nut.joint.damping));
+    branch(
+        &[(0, 1.0), (4, -1.0), (5, -machine.ratio_m())],
+        joint(machine.nut.joint.stiffness, machine.nut.joint.damping),
+    );
     if let Some(hold) = machine.hold {
         branch(&[(1, 1.0)], joint(hold.stiffness, hold.damping));
     }
     let screw = &machine.screw;
     let area = std::f64::consts::PI / 4.0 * screw.diameter_m.powi(2);
     let polar = std::f64::consts::PI / 32.0 * screw.diameter_m.powi(4);
-    let axial = (screw.youngs_modulus_pa * area, omega * (screw.density_kg_m3 / screw.youngs_modulus_pa).sqrt());
-    let torsion = (screw.shear_modulus_pa * polar, omega * (screw.density_kg_m3 / screw.shear_modulus_pa).sqrt());
+    let axial =
+        (screw.youngs_modulus_pa * area, omega * (screw.density_kg_m3 / screw.youngs_modulus_pa).sqrt());
+    let torsion =
+        (screw.shear_modulus_pa * polar, omega * (screw.density_kg_m3 / screw.shear_modulus_pa).sqrt());
     for (start, end, length) in [(2, 4, nut_m), (4, 6, screw.length_m - nut_m)] {
         for (shift, (stiffness, lambda)) in [(0, axial), (1, torsion)] {
             let own = Complex64::new(stiffness * lambda / (lambda * length).tan(), 0.0);
@@ -61,19 +66,28 @@ fn solved(z: &DMatrix<Complex64>, excitation: usize) -> DVector<Complex64> {
     z.clone().lu().solve(&right).unwrap()
 }
 
-/// Returns the largest deviation up to 1 kHz, relative to the closed form; near antiresonances relative to `below_peak` times the largest
-/// value.
-fn deviation(machine: &Machine, nut_m: f64, channel: Channel, indices: (usize, usize), below_peak: f64) -> f64 {
+/// Returns the largest deviation up to 1 kHz, relative to the closed form; near antiresonances relative to
+/// `below_peak` times the largest value.
+fn deviation(
+    machine: &Machine,
+    nut_m: f64,
+    channel: Channel,
+    indices: (usize, usize),
+    below_peak: f64,
+) -> f64 {
     let lines: Vec<f64> = (1..=333).map(|k| 3.0 * f64::from(k)).collect();
-    let points: Vec<Complex64> = lines.iter().map(|hz| Complex64::new(0.0, 2.0 * std::f64::consts::PI * hz)).collect();
+    let points: Vec<Complex64> =
+        lines.iter().map(|hz| Complex64::new(0.0, 2.0 * std::f64::consts::PI * hz)).collect();
     let assembly = Assembly::new(machine, &[], nut_m, 1.0);
     let found = assembly.structure.receptances(&[assembly.port(channel)], &points).unwrap().remove(0);
-    let expected: Vec<Complex64> = lines.iter().map(|&hz| solved(&closed_form(machine, nut_m, hz), indices.1)[indices.0]).collect();
+    let expected: Vec<Complex64> =
+        lines.iter().map(|&hz| solved(&closed_form(machine, nut_m, hz), indices.1)[indices.0]).collect();
     let smallest = below_peak * expected.iter().map(|value| value.norm()).fold(0.0, f64::max);
     found.iter().zip(&expected).map(|(a, b)| (a - b).norm() / b.norm().max(smallest)).fold(0.0, f64::max)
 }
 
-/// Returns the machine of a subject without nuisance parameters, with the true joint values, and its nut positions.
+/// Returns the machine of a subject without nuisance parameters, with the true joint values, and its nut
+/// positions.
 fn bare(seed: u64, elements: usize) -> (Machine, Vec<f64>) {
     let subject = subject(seed);
     let mut machine = crate::machine::nuisance::Nuisance::none(6).applied(subject.drawn.with_true_joints());

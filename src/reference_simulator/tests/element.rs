@@ -14,7 +14,13 @@ const MASS_PER_LENGTH: f64 = 7850.0 * 1.2566e-3;
 
 fn uniform(doublings: u32) -> Rod {
     let element = LENGTH / f64::from(1u32 << doublings);
-    Rod { stretches: vec![Stretch { stiffness: STIFFNESS / element, inertia: MASS_PER_LENGTH * element, doublings }] }
+    Rod {
+        stretches: vec![Stretch {
+            stiffness: STIFFNESS / element,
+            inertia: MASS_PER_LENGTH * element,
+            doublings,
+        }],
+    }
 }
 
 /// Returns λ of the rod at s, complex so that the test needs no damping.
@@ -44,14 +50,19 @@ fn limit_clamped_rod_resonates_at_odd_quarter_waves() {
     let speed = (STIFFNESS / MASS_PER_LENGTH).sqrt();
     for order in 1..=4 {
         let expected = f64::from(2 * order - 1) * speed / (4.0 * LENGTH);
-        let stiffness = |hz: f64| rod.ends(Complex64::new(-(2.0 * std::f64::consts::PI * hz).powi(2), 0.0), Complex64::ONE).last.re;
+        let stiffness = |hz: f64| {
+            rod.ends(Complex64::new(-(2.0 * std::f64::consts::PI * hz).powi(2), 0.0), Complex64::ONE).last.re
+        };
         let (mut low, mut high) = (0.98 * expected, 1.02 * expected);
         assert!(stiffness(low) * stiffness(high) < 0.0, "no root near {expected} Hz");
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
             if stiffness(low) * stiffness(middle) <= 0.0 { high = middle } else { low = middle }
         }
-        assert!((low / expected - 1.0).abs() < 3e-5 * f64::from(order * order), "order {order}: {low} against {expected} Hz");
+        assert!(
+            (low / expected - 1.0).abs() < 3e-5 * f64::from(order * order),
+            "order {order}: {low} against {expected} Hz"
+        );
     }
 }
 
@@ -60,7 +71,8 @@ fn doubling_equals_element_by_element() {
     let s = Complex64::new(1.0, 4000.0);
     let modulus = LaplacePoint::new(s, 1.0).modulus(0.01);
     let [at_once, one_by_one] =
-        [uniform(5), Rod { stretches: vec![Stretch { doublings: 0, ..uniform(5).stretches[0] }; 32] }].map(|rod| rod.ends(s * s, modulus));
+        [uniform(5), Rod { stretches: vec![Stretch { doublings: 0, ..uniform(5).stretches[0] }; 32] }]
+            .map(|rod| rod.ends(s * s, modulus));
     assert!((at_once.first / one_by_one.first - 1.0).norm() < 1e-11);
     assert!((at_once.cross / one_by_one.cross - 1.0).norm() < 1e-11);
 }
@@ -82,7 +94,8 @@ fn limit_pinned_beam_has_its_first_frequency() {
     let port = Port { response: vec![(freedoms[2], 1.0)], excitation: vec![(freedoms[2], 1.0)] };
     let sizes: Vec<f64> = (-20..=20)
         .map(|step| {
-            let s = Complex64::new(0.01, 2.0 * std::f64::consts::PI * expected * (1.0 + 1e-4 * f64::from(step)));
+            let s =
+                Complex64::new(0.01, 2.0 * std::f64::consts::PI * expected * (1.0 + 1e-4 * f64::from(step)));
             structure.receptances(std::slice::from_ref(&port), &[s]).unwrap()[0][0].norm()
         })
         .collect();
@@ -96,7 +109,8 @@ fn loss_is_the_factor_at_every_frequency() {
         let point = LaplacePoint::new(Complex64::new(0.0, 2.0 * std::f64::consts::PI * hz), 1.0);
         assert!((point.modulus(0.02).im - 0.02).abs() < 1e-12);
     }
-    let at_reference = Law::spring(5.0, 0.1).at(&LaplacePoint::new(Complex64::new(0.0, 2.0 * std::f64::consts::PI * 200.0), 1.0));
+    let at_reference = Law::spring(5.0, 0.1)
+        .at(&LaplacePoint::new(Complex64::new(0.0, 2.0 * std::f64::consts::PI * 200.0), 1.0));
     assert!((at_reference - Complex64::new(5.0, 0.5)).norm() < 1e-12);
 }
 

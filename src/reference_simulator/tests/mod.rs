@@ -1,4 +1,5 @@
-//! Tests of the reference simulator: elements against closed forms, physics, the statistics of the hammer test, cases.
+//! Tests of the reference simulator: elements against closed forms, physics, the statistics of the hammer
+//! test, cases.
 
 mod case;
 mod chain;
@@ -49,13 +50,15 @@ pub(crate) fn check_label(label: &Label, kind: Kind, effects: usize, has_follow_
     assert_eq!(label.wrong_parameter.is_some(), kind == Kind::HardNullWrongParameter);
 }
 
-/// Checks that a case's folder has the records' folder and two files without information from the label, and returns the texts of manifest
-/// and machine file. The label must survive a round trip through JSON.
+/// Checks that a case's folder has the records' folder and two files without information from the label, and
+/// returns the texts of manifest and machine file. The label must survive a round trip through JSON.
 pub(crate) fn check_folder(place: &Path, records: &str, label: &Label) -> [String; 2] {
     let entries = std::fs::read_dir(place).unwrap();
-    let names: BTreeSet<String> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    let names: BTreeSet<String> =
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
     assert_eq!(names, ["machine.toml", "manifest.toml", records].map(str::to_owned).into());
-    let texts = ["manifest.toml", "machine.toml"].map(|name| std::fs::read_to_string(place.join(name)).unwrap());
+    let texts =
+        ["manifest.toml", "machine.toml"].map(|name| std::fs::read_to_string(place.join(name)).unwrap());
     for text in &texts {
         for effect in &label.effects {
             assert!(!text.contains(effect.as_str()), "{effect} in {text}");

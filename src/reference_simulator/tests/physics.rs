@@ -43,7 +43,13 @@ fn mechanical_responses_are_reciprocal() {
 #[test]
 fn driving_points_of_passive_machines_absorb_power() {
     for kind in all().filter(|kind| {
-        !matches!(kind, EffectKind::MeasurementDelay | EffectKind::ServoLag | EffectKind::ScaleFeedback | EffectKind::TableRocking)
+        !matches!(
+            kind,
+            EffectKind::MeasurementDelay
+                | EffectKind::ServoLag
+                | EffectKind::ScaleFeedback
+                | EffectKind::TableRocking
+        )
     }) {
         for seed in [2, 5] {
             let mut subject = with(kind, seed, 1.0);
@@ -52,8 +58,17 @@ fn driving_points_of_passive_machines_absorb_power() {
             if kind == EffectKind::RotorHold {
                 subject.effects[0].shape = [0.0; 6];
             }
-            for values in subject.receptances(2, 1.0, &[Channel::direct(Point::Table), Channel::direct(Point::Rotor)], &lines()).unwrap() {
-                let worst = values.iter().map(|value| value.im / value.norm()).fold(f64::NEG_INFINITY, f64::max);
+            for values in subject
+                .receptances(
+                    2,
+                    1.0,
+                    &[Channel::direct(Point::Table), Channel::direct(Point::Rotor)],
+                    &lines(),
+                )
+                .unwrap()
+            {
+                let worst =
+                    values.iter().map(|value| value.im / value.norm()).fold(f64::NEG_INFINITY, f64::max);
                 assert!(worst <= 1e-9, "{} of machine {seed}: Im H / |H| = {worst}", kind.name());
             }
         }
@@ -62,7 +77,11 @@ fn driving_points_of_passive_machines_absorb_power() {
 
 #[test]
 fn effects_vanish_at_size_zero() {
-    let channels = [Channel::direct(Point::Table), Channel::direct(Point::Rotor), Channel::new(Point::Left, Point::Table)];
+    let channels = [
+        Channel::direct(Point::Table),
+        Channel::direct(Point::Rotor),
+        Channel::new(Point::Left, Point::Table),
+    ];
     for kind in all().filter(|kind| *kind != EffectKind::FrfQuantity) {
         let change = |size: f64| -> f64 {
             let subject = with(kind, 7, size);
@@ -97,7 +116,11 @@ fn locations_are_names_of_the_engineers_model() {
     for kind in all() {
         let place = with(kind, 4, 1.0).effects[0].place();
         assert_eq!(place.accepted[0], place.interface);
-        assert!(place.accepted.iter().all(|name| known.contains(&name.as_str())), "{}: {place:?}", kind.name());
+        assert!(
+            place.accepted.iter().all(|name| known.contains(&name.as_str())),
+            "{}: {place:?}",
+            kind.name()
+        );
     }
 }
 
@@ -107,15 +130,27 @@ fn machines_are_within_their_ranges() {
         let mut draw = Draw::new(seed);
         let drawn = crate::machine::catalogue::any_size(seed % 3 > 0, &mut draw);
         let description = &drawn.description;
-        assert!((0.4..=3.0).contains(&description.length_m) && (0.016..=0.063).contains(&description.diameter_m));
-        assert!((0.005..=0.040).contains(&description.lead_m) && (20.0..=1500.0).contains(&description.table_mass_kg));
+        assert!(
+            (0.4..=3.0).contains(&description.length_m) && (0.016..=0.063).contains(&description.diameter_m)
+        );
+        assert!(
+            (0.005..=0.040).contains(&description.lead_m)
+                && (20.0..=1500.0).contains(&description.table_mass_kg)
+        );
         assert!((800.0..=1600.0).contains(&drawn.band_hz));
         assert_eq!(drawn.joints.len(), description.parameters.len());
         for parameter in &description.parameters {
             let truth = drawn.joints[parameter.name];
-            assert!((parameter.lower..=parameter.upper).contains(&truth), "{} of machine {seed}: {truth} not in its range", parameter.name);
+            assert!(
+                (parameter.lower..=parameter.upper).contains(&truth),
+                "{} of machine {seed}: {truth} not in its range",
+                parameter.name
+            );
             assert!((parameter.lower..=parameter.upper).contains(&parameter.start));
         }
-        assert!(drawn.nut_m.windows(2).all(|pair| pair[0] < pair[1]) && drawn.nut_m[5] < 0.8 * description.length_m);
+        assert!(
+            drawn.nut_m.windows(2).all(|pair| pair[0] < pair[1])
+                && drawn.nut_m[5] < 0.8 * description.length_m
+        );
     }
 }

@@ -58,7 +58,13 @@ fn with_y_axis(layout: Layout, n: usize, axis: Axis) -> Layout {
 pub fn layout() -> Layout {
     Layout::new()
         .margin(Margin::new().left(64).right(16).top(32).bottom(48))
-        .legend(Legend::new().orientation(plotly::common::Orientation::Horizontal).y(1.02).y_anchor(plotly::common::Anchor::Bottom).x(0.0))
+        .legend(
+            Legend::new()
+                .orientation(plotly::common::Orientation::Horizontal)
+                .y(1.02)
+                .y_anchor(plotly::common::Anchor::Bottom)
+                .x(0.0),
+        )
         .paper_background_color(NamedColor::Transparent)
         .plot_background_color(NamedColor::Transparent)
 }
@@ -68,7 +74,8 @@ pub fn y_axis(n: usize) -> String {
     if n == 0 { "y".into() } else { format!("y{}", n + 1) }
 }
 
-/// Returns the layout of a chart of panels one above the other, each with a title and numbers of a format, on a common horizontal axis.
+/// Returns the layout of a chart of panels one above the other, each with a title and numbers of a format, on
+/// a common horizontal axis.
 pub fn panels(x_axis: Axis, titles: &[String], format: &str) -> Layout {
     let count = titles.len();
     let x_axis = x_axis.anchor(y_axis(count.saturating_sub(1)));
@@ -109,7 +116,8 @@ pub struct Chart {
 }
 
 impl Chart {
-    /// Returns an empty chart. `id` is a fixed word; `label` is its heading and its description for screen readers.
+    /// Returns an empty chart. `id` is a fixed word; `label` is its heading and its description for screen
+    /// readers.
     pub fn new(id: &str, label: &str, caption: &str, height: usize, layout: Layout) -> Self {
         let mut plot = Plot::new();
         plot.set_layout(layout);
@@ -150,7 +158,8 @@ impl Chart {
         self.trace_for(Vec::new(), trace);
     }
 
-    /// Adds a trace that is shown while the given choice of each group of switches is on (`None`: any choice).
+    /// Adds a trace that is shown while the given choice of each group of switches is on (`None`: any
+    /// choice).
     pub fn trace_for(&mut self, key: Vec<Option<usize>>, trace: Box<dyn Trace>) {
         self.plot.add_trace(trace);
         self.keys.push(key);
@@ -162,7 +171,8 @@ impl Chart {
         if self.traces == 0 {
             return String::new();
         }
-        let mut out = format!("<figure class=\"chart\" id=\"{}\">\n<h3>{}</h3>\n", self.id, escape(&self.label));
+        let mut out =
+            format!("<figure class=\"chart\" id=\"{}\">\n<h3>{}</h3>\n", self.id, escape(&self.label));
         let shown = self.switches.iter().enumerate().filter(|(_, s)| s.options.len() > 1);
         for (group, switches) in shown {
             out += &format!(
@@ -172,9 +182,15 @@ impl Chart {
             );
             for (at, option) in switches.options.iter().enumerate() {
                 let on = switches.many || at == 0;
-                let mark = if switches.coloured { format!("<i style=\"background:{}\"></i>", colour(at)) } else { String::new() };
+                let mark = if switches.coloured {
+                    format!("<i style=\"background:{}\"></i>", colour(at))
+                } else {
+                    String::new()
+                };
                 let name = escape(option);
-                out += &format!("<button type=\"button\" data-option=\"{at}\" aria-pressed=\"{on}\">{mark}{name}</button>");
+                out += &format!(
+                    "<button type=\"button\" data-option=\"{at}\" aria-pressed=\"{on}\">{mark}{name}</button>"
+                );
             }
             out += "</div>\n";
         }
@@ -185,22 +201,32 @@ impl Chart {
                     <label>to <input type=\"number\" class=\"to\" min=\"0\" step=\"any\"> Hz</label>\
                     <button type=\"button\" class=\"whole\">whole range</button></div>\n";
         }
-        out +=
-            &format!("<div class=\"plot\" role=\"img\" aria-label=\"{}\" style=\"height:{}px\"></div>\n", escape(&self.label), self.height);
+        out += &format!(
+            "<div class=\"plot\" role=\"img\" aria-label=\"{}\" style=\"height:{}px\"></div>\n",
+            escape(&self.label),
+            self.height
+        );
         if !self.caption.is_empty() {
             out += &format!("<figcaption>{}</figcaption>\n", escape(&self.caption));
         }
         // Only `<` can end or change a script element. In JSON text it may be written as an escape.
         let plot = self.plot.to_json().replace('<', "\\u003c");
-        let keys: Vec<Vec<i64>> =
-            self.keys.iter().map(|k| k.iter().map(|o| o.map_or(-1, |o| i64::try_from(o).unwrap_or(-1))).collect()).collect();
+        let keys: Vec<Vec<i64>> = self
+            .keys
+            .iter()
+            .map(|k| k.iter().map(|o| o.map_or(-1, |o| i64::try_from(o).unwrap_or(-1))).collect())
+            .collect();
         let keys = serde_json::to_string(&keys).unwrap_or_else(|_| "[]".into());
-        let titles = serde_json::to_string(&self.titles).unwrap_or_else(|_| "null".into()).replace('<', "\\u003c");
-        out + &format!("<script type=\"application/json\">{{\"plot\":{plot},\"keys\":{keys},\"titles\":{titles}}}</script>\n</figure>\n")
+        let titles =
+            serde_json::to_string(&self.titles).unwrap_or_else(|_| "null".into()).replace('<', "\\u003c");
+        out + &format!(
+            "<script type=\"application/json\">{{\"plot\":{plot},\"keys\":{keys},\"titles\":{titles}}}</script>\n</figure>\n"
+        )
     }
 }
 
-/// Returns the script of the charting crate as a script element, without the typesetting of formulas, which no chart uses.
+/// Returns the script of the charting crate as a script element, without the typesetting of formulas, which
+/// no chart uses.
 pub fn library() -> String {
     let all = Plot::offline_js_sources();
     let end = all.find("</script>").map_or(all.len(), |at| at + "</script>".len());

@@ -22,7 +22,11 @@ pub fn content(of: &ComparisonDocument) -> String {
             .show_legend(true)
             .bar_mode(BarMode::Group)
             .x_axis(axis("fitted on").type_(AxisType::Category))
-            .y_axis(axis(if gaps { "gap, together" } else { "error, together" }).tick_format(if gaps { "" } else { ".0%" })),
+            .y_axis(axis(if gaps { "gap, together" } else { "error, together" }).tick_format(if gaps {
+                ""
+            } else {
+                ".0%"
+            })),
     );
     let mut bars = |name: &str, n: usize, pick: &dyn Fn(&crate::document::ComparisonRun) -> Option<f64>| {
         let points = of.runs.values().filter_map(|r| Some((escape(&r.fit_positions.join(",")), pick(r)?)));

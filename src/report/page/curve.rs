@@ -55,7 +55,8 @@ const MAX_DEVIATION: f64 = 0.005;
 /// A trace with its layer, the lowest at the back, and its switches.
 type Layered = (u8, Vec<Option<usize>>, Box<Scatter<f64, Option<f64>>>);
 
-/// Formats the chart `id` of curves; `after` names the model with the added effect where there are predictions before it.
+/// Formats the chart `id` of curves; `after` names the model with the added effect where there are
+/// predictions before it.
 pub fn chart(id: &str, curves: &[PageCurve], after: &str) -> String {
     if curves.is_empty() {
         return String::new();
@@ -71,34 +72,56 @@ pub fn chart(id: &str, curves: &[PageCurve], after: &str) -> String {
     };
     let positions = names(&|c| &c.position);
     let channels = names(&|c| &c.channel);
-    let many: usize = curves.iter().map(|c| [&c.measured, &c.predicted, &c.before].iter().filter(|lines| !lines.is_empty()).count()).sum();
+    let many: usize = curves
+        .iter()
+        .map(|c| [&c.measured, &c.predicted, &c.before].iter().filter(|lines| !lines.is_empty()).count())
+        .sum();
     let compared = curves.iter().any(|c| !c.before.is_empty());
     // The vertical axis has the unit of the channel shown.
-    let unit_of = |channel: &String| curves.iter().find(|c| c.channel == *channel).map(|c| escape(&c.unit)).unwrap_or_default();
+    let unit_of = |channel: &String| {
+        curves.iter().find(|c| c.channel == *channel).map(|c| escape(&c.unit)).unwrap_or_default()
+    };
     let titles: Vec<String> = channels.iter().map(unit_of).collect();
     let layout: Layout = layout()
         .show_legend(false)
         .hover_mode(HoverMode::Closest)
         .x_axis(log_axis("frequency (Hz)").anchor("y2").show_spikes(true))
         .y_axis(log_axis(&titles[0]).domain(&[0.36, 1.0]))
-        .y_axis2(axis("phase (°)").domain(&[0.0, 0.3]).range(vec![-185.0, 185.0]).tick_values(vec![-180.0, -90.0, 0.0, 90.0, 180.0]));
-    let mut drawing =
-        Drawing { most: (MOST_POINTS / many.max(1)).clamp(200, 3000), added: compared.then_some(after), ..Drawing::default() };
+        .y_axis2(
+            axis("phase (°)")
+                .domain(&[0.0, 0.3])
+                .range(vec![-185.0, 185.0])
+                .tick_values(vec![-180.0, -90.0, 0.0, 90.0, 180.0]),
+        );
+    let mut drawing = Drawing {
+        most: (MOST_POINTS / many.max(1)).clamp(200, 3000),
+        added: compared.then_some(after),
+        ..Drawing::default()
+    };
     for curve in curves {
         let at = positions.iter().position(|n| *n == curve.position).unwrap_or(0);
         let channel = channels.iter().position(|n| *n == curve.channel);
         drawing.draw(curve, at, channel);
     }
-    let what = if curves.iter().any(|c| !c.measured.is_empty()) { "measured and predicted" } else { "predicted" };
+    let what =
+        if curves.iter().any(|c| !c.measured.is_empty()) { "measured and predicted" } else { "predicted" };
     let label = format!("Magnitude and phase of {} {what} frequency response functions", curves.len());
     let mut switches = vec![
         Switches { label: "Positions".into(), options: positions, many: true, coloured: true },
         Switches { label: "Response/excitation".into(), options: channels, many: false, coloured: false },
     ];
     if compared {
-        switches.push(Switches { label: "Model".into(), options: vec!["as described".into(), after.into()], many: true, coloured: false });
+        switches.push(Switches {
+            label: "Model".into(),
+            options: vec!["as described".into(), after.into()],
+            many: true,
+            coloured: false,
+        });
     }
-    let mut chart = Chart::new(id, &label, &drawing.caption(curves), 600, layout).switches(switches).titles(1, titles).log_switch();
+    let mut chart = Chart::new(id, &label, &drawing.caption(curves), 600, layout)
+        .switches(switches)
+        .titles(1, titles)
+        .log_switch();
     // Predictions lie over measurements at all positions, marks over both.
     drawing.traces.sort_by_key(|t| t.0);
     for (_, key, trace) in drawing.traces {
@@ -125,9 +148,11 @@ impl Drawing<'_> {
     /// Draws the lines and marks of a curve, with the numbers of its position and channel.
     fn draw(&mut self, curve: &PageCurve, at: usize, channel: Option<usize>) {
         let result = self.added.unwrap_or("predicted");
-        for (lines, what, model) in
-            [(&curve.measured, "measured", None), (&curve.before, "as described", Some(0)), (&curve.predicted, result, Some(1))]
-        {
+        for (lines, what, model) in [
+            (&curve.measured, "measured", None),
+            (&curve.before, "as described", Some(0)),
+            (&curve.predicted, result, Some(1)),
+        ] {
             if lines.is_empty() {
                 continue;
             }
@@ -142,22 +167,41 @@ impl Drawing<'_> {
             let pen = match (model, curve.held_out) {
                 (None, _) => line(colour(at), 3.5),
                 (Some(0), _) => line(colour(at), 1.6).dash(DashType::Dot),
-                (_, false) => line(colour(at), 1.4).dash(if self.added.is_some() { DashType::Solid } else { dash(at) }),
+                (_, false) => {
+                    line(colour(at), 1.4).dash(if self.added.is_some() { DashType::Solid } else { dash(at) })
+                }
                 (_, true) => line(colour(at), 1.4).dash(DashType::Dash),
             };
             let (level, opacity) = if model.is_none() { (0, 0.4) } else { (1, 1.0) };
-            let trace = |(x, y)| Scatter::new(x, y).mode(Mode::Lines).opacity(opacity).name(escape(&curve.position)).line(pen.clone());
+            let trace = |(x, y)| {
+                Scatter::new(x, y)
+                    .mode(Mode::Lines)
+                    .opacity(opacity)
+                    .name(escape(&curve.position))
+                    .line(pen.clone())
+            };
             let key = vec![Some(at), channel, model];
             let unit = curve.unit.split(['(', ')']).nth(1).unwrap_or("");
-            self.traces.push((level, key.clone(), trace(magnitude(&f, &h, &thinned)).hover_template(hover(&escape(unit)))));
-            self.traces.push((level, key, trace(phase(&f, &h, &thinned)).hover_template(hover("°")).y_axis("y2")));
+            self.traces.push((
+                level,
+                key.clone(),
+                trace(magnitude(&f, &h, &thinned)).hover_template(hover(&escape(unit))),
+            ));
+            self.traces.push((
+                level,
+                key,
+                trace(phase(&f, &h, &thinned)).hover_template(hover("°")).y_axis("y2"),
+            ));
         }
         let seen = curve.peaks.iter().filter_map(|p| Some((p.frequency_hz, Some(rounded(p.amplitude?, 5)))));
         let (x, y): (Vec<f64>, Vec<Option<f64>>) = seen.unzip();
         if !x.is_empty() {
             let symbol = if curve.held_out { MarkerSymbol::DiamondOpen } else { MarkerSymbol::Circle };
             let name = escape(&curve.position);
-            let text = format!("{name}, measured peak ({})<br>%{{x:.6~g}} Hz<br>%{{y:.4~g}}<extra></extra>", curve.role());
+            let text = format!(
+                "{name}, measured peak ({})<br>%{{x:.6~g}} Hz<br>%{{y:.4~g}}<extra></extra>",
+                curve.role()
+            );
             let mark = Marker::new().color(colour(at)).size(9).symbol(symbol);
             let trace = Scatter::new(x, y).mode(Mode::Markers).marker(mark).hover_template(text).name(name);
             self.traces.push((2, vec![Some(at), channel, None], trace));
@@ -195,7 +239,9 @@ fn phase(f: &[f64], h: &[Complex64], thinned: &Thinned) -> (Vec<f64>, Vec<Option
     let mut points: Vec<(f64, Option<f64>)> = Vec::with_capacity(thinned.kept.len());
     for &i in &thinned.kept {
         let here = h[i].arg().to_degrees();
-        if let Some((_, Some(before))) = points.last().filter(|p| p.1.is_some_and(|b| (b - here).abs() > 180.0)) {
+        if let Some((_, Some(before))) =
+            points.last().filter(|p| p.1.is_some_and(|b| (b - here).abs() > 180.0))
+        {
             debug_assert!((before - here).abs() > 180.0);
             points.push((rounded(f[i], 7), None));
         }

@@ -25,7 +25,12 @@ pub fn html(page: &Page) -> String {
         .map(|(id, heading, _)| format!("<li><a href=\"#{id}\">{}</a></li>", escape(heading)))
         .collect();
     let body: String = sections.iter().map(|(id, heading, content)| section(id, heading, content)).collect();
-    let lead = page.diagnosis.as_ref().map(verdict::sentence).or_else(|| page.identification.as_ref().map(sentence)).unwrap_or_default();
+    let lead = page
+        .diagnosis
+        .as_ref()
+        .map(verdict::sentence)
+        .or_else(|| page.identification.as_ref().map(sentence))
+        .unwrap_or_default();
     let lead = if lead.is_empty() { lead } else { format!("<p class=\"verdict\">{}</p>\n", escape(&lead)) };
     let under = page.diagnosis.as_ref().map(verdict::summary).unwrap_or_default();
     let mut notes: String = page.notes.iter().map(|n| format!("<li>{}</li>", escape(n))).collect();
@@ -48,22 +53,36 @@ fn sections(page: &Page) -> Vec<(&'static str, &'static str, String)> {
     if let Some(of) = &page.diagnosis {
         out.push(("diagnosis", "Diagnosis", verdict::content(of, &page.diagnosed)));
     }
-    out.push(("frf", "Measured and predicted", format!("{}{}", other_description(page), curve::chart("curves", &page.curves, ""))));
+    out.push((
+        "frf",
+        "Measured and predicted",
+        format!("{}{}", other_description(page), curve::chart("curves", &page.curves, "")),
+    ));
     if let Some(of) = &page.identification {
         let caption = "Natural frequencies, with the relative error of the prediction";
         let errors = table::positions(caption, &of.positions, of.leave_one_out).html();
         let mut frfs = table::frfs(&of.frfs, of.leave_one_out);
         frfs.insert(4, "Accepted", of.frfs.iter().map(|row| percent(row.accepted_share)));
-        out.push(("positions", "Results by position", format!("{}{errors}{}", position::charts(page), frfs.html())));
+        out.push((
+            "positions",
+            "Results by position",
+            format!("{}{errors}{}", position::charts(page), frfs.html()),
+        ));
         if !of.records.is_empty() {
             out.push(("records", "Results by record", motion::identified(of)));
         }
     }
     if let Some(of) = &page.validation {
-        let largest =
-            of.largest_error.map(|x| paragraph(&format!("Largest relative frequency error: {}.", percent(x)))).unwrap_or_default();
+        let largest = of
+            .largest_error
+            .map(|x| paragraph(&format!("Largest relative frequency error: {}.", percent(x))))
+            .unwrap_or_default();
         let errors = table::positions("Validation: natural frequencies", &of.positions, false).html();
-        out.push(("validation", "Validation", format!("{largest}{errors}{}", table::gaps("Validation: gaps", &of.positions).html())));
+        out.push((
+            "validation",
+            "Validation",
+            format!("{largest}{errors}{}", table::gaps("Validation: gaps", &of.positions).html()),
+        ));
     }
     if let Some(of) = &page.prediction {
         out.push(("prediction", "Prediction", predicted::content(of, &page.measured_modes)));
@@ -72,7 +91,11 @@ fn sections(page: &Page) -> Vec<(&'static str, &'static str, String)> {
         out.push(("comparison", "Single- and multi-position identification", comparison::content(of)));
     }
     if let Some(of) = &page.identification {
-        out.push(("parameters", "Parameters", format!("{}{}", parameter::values(of), table::bootstrap(&of.bootstrap).html())));
+        out.push((
+            "parameters",
+            "Parameters",
+            format!("{}{}", parameter::values(of), table::bootstrap(&of.bootstrap).html()),
+        ));
         out.push(("correlation", "Correlated parameters", parameter::correlations(of)));
     }
     let identified = page.identification.as_ref().map(|of| &of.tolerances);
@@ -105,13 +128,19 @@ fn sections(page: &Page) -> Vec<(&'static str, &'static str, String)> {
 
 /// Returns a note where identification and diagnosis use different descriptions of the machine.
 fn other_description(page: &Page) -> String {
-    let (Some(identified), Some(diagnosed)) = (&page.identification, &page.diagnosis) else { return String::new() };
+    let (Some(identified), Some(diagnosed)) = (&page.identification, &page.diagnosis) else {
+        return String::new();
+    };
     let described = |stamp: &Stamp| (stamp.overrides.clone(), stamp.without.clone());
     if described(&identified.stamp) == described(&diagnosed.stamp) {
         return String::new();
     }
     let (set, without) = described(&diagnosed.stamp);
-    let changes = set.into_iter().chain(without.into_iter().map(|id| format!("without {id}"))).collect::<Vec<_>>().join(", ");
+    let changes = set
+        .into_iter()
+        .chain(without.into_iter().map(|id| format!("without {id}")))
+        .collect::<Vec<_>>()
+        .join(", ");
     let changes = if changes.is_empty() { "as in its configuration file".to_string() } else { changes };
     paragraph(&format!(
         "The following results are those of the identification. The diagnosis above uses another description of the machine: {changes}."
@@ -120,16 +149,20 @@ fn other_description(page: &Page) -> String {
 
 /// Summarises an identification in one sentence.
 fn sentence(of: &IdentificationDocument) -> String {
-    let listed = |names: &[String]| if names.len() > 8 { format!("{} records", names.len()) } else { names.join(", ") };
+    let listed = |names: &[String]| {
+        if names.len() > 8 { format!("{} records", names.len()) } else { names.join(", ") }
+    };
     let unfinished = if of.stamp.complete { "" } else { " The run was stopped early." };
     let figure = |key: &str| of.derived.get(key).copied();
-    let held_out = if of.leave_one_out { "in leave-one-out cross-validation" } else { "of the held-out data" };
+    let held_out =
+        if of.leave_one_out { "in leave-one-out cross-validation" } else { "of the held-out data" };
     let suffix = if of.leave_one_out { "left_out" } else { "held_out" };
-    let result = match (figure(&format!("largest_frequency_error_{suffix}")), figure(&format!("gap_{suffix}"))) {
-        (Some(error), _) => format!("the largest frequency error {held_out} is {}", percent(error)),
-        (None, Some(gap)) => format!("the gap {held_out} is {}", percent(gap)),
-        (None, None) => "nothing was held out".into(),
-    };
+    let result =
+        match (figure(&format!("largest_frequency_error_{suffix}")), figure(&format!("gap_{suffix}"))) {
+            (Some(error), _) => format!("the largest frequency error {held_out} is {}", percent(error)),
+            (None, Some(gap)) => format!("the gap {held_out} is {}", percent(gap)),
+            (None, None) => "nothing was held out".into(),
+        };
     format!("Fitted on {}; {result}.{unfinished}", listed(&of.fit_positions))
 }
 
@@ -149,7 +182,8 @@ fn provenance(page: &Page) -> String {
     .into_iter()
     .filter_map(|(name, stamp)| Some((name, stamp?)))
     .collect();
-    let mut made = TextTable::new("Documents", 1, ["Document", "Schema", "Version", "Seed", "Complete", "SHA-256"]);
+    let mut made =
+        TextTable::new("Documents", 1, ["Document", "Schema", "Version", "Seed", "Complete", "SHA-256"]);
     for (name, stamp) in &stamps {
         let digest = page.files.iter().find(|f| f.0 == *name).map_or("–", |f| f.1.as_str());
         let complete = if stamp.complete { "yes" } else { "no, stopped early" };
@@ -171,7 +205,8 @@ fn provenance(page: &Page) -> String {
         let items: String = stamp.warnings.iter().map(|w| format!("<li>{}</li>", escape(w))).collect();
         warnings += &format!("<h3>Warnings of {name}</h3>\n<ul>{items}</ul>\n");
     }
-    let mut changes = TextTable::new("Changes of the configuration", 1, ["Document", "Overrides", "Effects taken out"]);
+    let mut changes =
+        TextTable::new("Changes of the configuration", 1, ["Document", "Overrides", "Effects taken out"]);
     for (name, stamp) in stamps.iter().filter(|s| !(s.1.overrides.is_empty() && s.1.without.is_empty())) {
         changes.row([*name, &stamp.overrides.join(" "), &stamp.without.join(", ")]);
     }
@@ -182,7 +217,9 @@ fn provenance(page: &Page) -> String {
 
 fn settings(of: &IdentificationDocument) -> String {
     let mut table = TextTable::new("Settings of the identification", 1, ["Setting", "Value"]);
-    let Ok(serde_json::Value::Object(settings)) = serde_json::to_value(&of.settings) else { return String::new() };
+    let Ok(serde_json::Value::Object(settings)) = serde_json::to_value(&of.settings) else {
+        return String::new();
+    };
     for (key, value) in settings.iter().filter(|(_, v)| !v.is_null()) {
         let text = match value {
             serde_json::Value::String(text) => text.clone(),

@@ -1,4 +1,5 @@
-//! A self-contained HTML page: it contains the charts' script, its style and all numbers, and opens without a network.
+//! A self-contained HTML page: it contains the charts' script, its style and all numbers, and opens without a
+//! network.
 
 mod chart;
 mod comparison;

@@ -40,15 +40,25 @@ pub fn content(of: &DiagnosisDocument) -> String {
             format!("{:.3}", r.factor),
         ]);
     }
-    let contradictions: String =
-        motion.contradictions.iter().map(|c| format!("<p><strong>Measurement:</strong> {}</p>\n", escape(c))).collect();
+    let contradictions: String = motion
+        .contradictions
+        .iter()
+        .map(|c| format!("<p><strong>Measurement:</strong> {}</p>\n", escape(c)))
+        .collect();
     let curve = friction_curve(&motion.friction_curve, &motion.unit);
-    format!("{contradictions}{}{}{}{curve}{}", records.html(), force(motion), phases(motion), misfit_table(motion))
+    format!(
+        "{contradictions}{}{}{}{curve}{}",
+        records.html(),
+        force(motion),
+        phases(motion),
+        misfit_table(motion)
+    )
 }
 
 /// Formats the records of an identification.
 pub fn identified(of: &IdentificationDocument) -> String {
-    let mut table = TextTable::new("Records: force errors, relative to the force's root mean square", 2, RECORD_HEADS);
+    let mut table =
+        TextTable::new("Records: force errors, relative to the force's root mean square", 2, RECORD_HEADS);
     of.records.iter().for_each(|row| table.row(record_cells(row)));
     format!("{}{}", table.html(), friction_curve(&of.friction_curve, "N or N·m"))
 }
@@ -64,10 +74,15 @@ fn force(of: &MotionRows) -> String {
     )
     .switches(vec![Switches { label: "Record".into(), options, many: false, coloured: false }]);
     for (at, trace) in of.traces.iter().enumerate() {
-        for (name, n, y) in
-            [("measured", 6, &trace.measured), ("residual, as described", 1, &trace.before), ("residual, chosen model", 0, &trace.after)]
-        {
-            let drawn = Scatter::new(trace.time_s.clone(), y.clone()).mode(Mode::Lines).name(name).line(line(colour(n), 1.2));
+        for (name, n, y) in [
+            ("measured", 6, &trace.measured),
+            ("residual, as described", 1, &trace.before),
+            ("residual, chosen model", 0, &trace.after),
+        ] {
+            let drawn = Scatter::new(trace.time_s.clone(), y.clone())
+                .mode(Mode::Lines)
+                .name(name)
+                .line(line(colour(n), 1.2));
             chart.trace_for(vec![Some(at)], drawn.hover_template("%{x:.3~g} s: %{y:.4~g}"));
         }
     }
@@ -87,11 +102,14 @@ fn phases(of: &MotionRows) -> String {
             .y_axis(axis("share").tick_format(".0%")),
     );
     for (n, trace) in of.traces.iter().enumerate() {
-        let own = of
-            .misfit_map
-            .iter()
-            .filter(|c| c.by == MisfitBy::Phase && c.direction == Direction::Both && c.record == trace.record && c.column.is_none());
-        let (x, y): (Vec<String>, Vec<f64>) = own.map(|c| (c.phase.clone().unwrap_or_default(), rounded(c.share, 4))).unzip();
+        let own = of.misfit_map.iter().filter(|c| {
+            c.by == MisfitBy::Phase
+                && c.direction == Direction::Both
+                && c.record == trace.record
+                && c.column.is_none()
+        });
+        let (x, y): (Vec<String>, Vec<f64>) =
+            own.map(|c| (c.phase.clone().unwrap_or_default(), rounded(c.share, 4))).unzip();
         if !x.is_empty() {
             let bars = Bar::new(x, y).name(escape(&trace.record)).marker(Marker::new().color(colour(n)));
             chart.trace(bars.hover_template("%{x}: %{y:.1%}"));
@@ -108,7 +126,11 @@ fn misfit_table(of: &MotionRows) -> String {
     );
     for c in of.misfit_map.iter().filter(|c| c.by != MisfitBy::Phase && c.column.is_none()) {
         let [from, to] = c.range.unwrap_or([f64::NAN; 2]);
-        let place = if c.by == MisfitBy::SpeedMS { format!("{from:.3} … {to:.3} m/s") } else { format!("{from:.3} … {to:.3} m") };
+        let place = if c.by == MisfitBy::SpeedMS {
+            format!("{from:.3} … {to:.3} m/s")
+        } else {
+            format!("{from:.3} … {to:.3} m")
+        };
         let mean = format!("{:+.2} {}", c.mean, of.unit);
         table.row([c.record.clone(), place, c.direction.to_string(), percent(c.gap), percent(c.share), mean]);
     }
@@ -121,13 +143,23 @@ fn friction_curve(of: &[CurveRow], unit: &str) -> String {
         "Force at constant speed",
         "Points: means over intervals at constant speed of the fitted records, less the inertia force. Line: the model.",
         320,
-        layout().show_legend(true).x_axis(axis("velocity (m/s)")).y_axis(axis(&format!("force or torque ({unit})"))),
+        layout()
+            .show_legend(true)
+            .x_axis(axis("velocity (m/s)"))
+            .y_axis(axis(&format!("force or torque ({unit})"))),
     );
     if !of.is_empty() {
         let x: Vec<f64> = of.iter().map(|p| rounded(p.velocity_m_s, 5)).collect();
         let spread = ErrorData::new(ErrorType::Data).array(of.iter().map(|p| rounded(p.sd, 3)).collect());
-        let measured = Scatter::new(x, of.iter().map(|p| rounded(p.load, 5)).collect()).mode(Mode::Markers).name("measured");
-        chart.trace(measured.error_y(spread).marker(Marker::new().color(colour(1))).hover_template("%{x:.4~g} m/s: %{y:.4~g}"));
+        let measured = Scatter::new(x, of.iter().map(|p| rounded(p.load, 5)).collect())
+            .mode(Mode::Markers)
+            .name("measured");
+        chart.trace(
+            measured
+                .error_y(spread)
+                .marker(Marker::new().color(colour(1)))
+                .hover_template("%{x:.4~g} m/s: %{y:.4~g}"),
+        );
         // One line per direction, because friction changes discontinuously with the sign of the velocity.
         for forward in [false, true] {
             let side = of
@@ -135,7 +167,11 @@ fn friction_curve(of: &[CurveRow], unit: &str) -> String {
                 .filter(|p| (p.velocity_m_s > 0.0) == forward)
                 .filter_map(|p| Some((rounded(p.velocity_m_s, 5), rounded(p.predicted?, 5))));
             let (x, y): (Vec<f64>, Vec<f64>) = side.unzip();
-            let model = Scatter::new(x, y).mode(Mode::Lines).name("model").show_legend(forward).line(line(colour(0), 1.6));
+            let model = Scatter::new(x, y)
+                .mode(Mode::Lines)
+                .name("model")
+                .show_legend(forward)
+                .line(line(colour(0), 1.6));
             chart.trace(model.hover_template("%{x:.4~g} m/s: %{y:.4~g}"));
         }
     }

@@ -16,11 +16,20 @@ use crate::terminal::{figure, range, unit, with_interval};
 
 /// Draws values with their intervals, and a chart of intervals and plausible ranges.
 pub fn values(of: &IdentificationDocument) -> String {
-    let heads = ["Parameter", "Description", "Value", "Unit", "95 % interval", "Plausible range", "Identifiable"];
+    let heads =
+        ["Parameter", "Description", "Value", "Unit", "95 % interval", "Plausible range", "Identifiable"];
     let mut table = TextTable::new("Parameters", 2, heads);
     for (id, p) in &of.parameters {
         let [value, interval, identifiable] = parameter_cells(p);
-        table.row([id.clone(), p.description.clone(), value, unit(&p.unit), interval, range([p.lower, p.upper]), identifiable]);
+        table.row([
+            id.clone(),
+            p.description.clone(),
+            value,
+            unit(&p.unit),
+            interval,
+            range([p.lower, p.upper]),
+            identifiable,
+        ]);
     }
     let mut derived = TextTable::new("Derived quantities", 1, ["Quantity", "Value", "95 % interval"]);
     for (name, x) in &of.derived {
@@ -51,7 +60,8 @@ pub fn tolerances(of: &BTreeMap<String, ToleranceRow>) -> String {
 /// Draws plausible range (pale) and interval (dark) of each parameter, over its value.
 fn intervals(of: &IdentificationDocument) -> String {
     // The gain has no plausible range: its bounds are numerical.
-    let positive = of.parameters.iter().filter(|(id, p)| *id != "gain" && p.fitted && p.lower > 0.0 && p.value > 0.0);
+    let positive =
+        of.parameters.iter().filter(|(id, p)| *id != "gain" && p.fitted && p.lower > 0.0 && p.value > 0.0);
     let rows: Vec<_> = positive.collect();
     let names: Vec<String> = rows.iter().map(|(id, _)| escape(id)).collect();
     let mut chart = Chart::new(
@@ -59,11 +69,15 @@ fn intervals(of: &IdentificationDocument) -> String {
         "Plausible range and 95 % interval of each parameter, relative to its value",
         "Pale: plausible range before the measurement. Dark: 95 % interval after it. Where only the pale bar stands, the data do not determine the parameter.",
         90 + 30 * rows.len(),
-        layout().show_legend(false).x_axis(log_axis("times the value")).y_axis(axis("").type_(AxisType::Category)),
+        layout()
+            .show_legend(false)
+            .x_axis(log_axis("times the value"))
+            .y_axis(axis("").type_(AxisType::Category)),
     );
     for (name, (id, p)) in names.iter().zip(&rows) {
         let bar = |ends: [f64; 2], width: f64, colour: &str, what: &str| {
-            let hover = format!("{}, {what}<br>{} {}<extra></extra>", escape(id), range(ends), escape(&p.unit));
+            let hover =
+                format!("{}, {what}<br>{} {}<extra></extra>", escape(id), range(ends), escape(&p.unit));
             Scatter::new(ends.map(|x| rounded(x / p.value, 5)).to_vec(), vec![name.clone(); 2])
                 .mode(Mode::Lines)
                 .line(line(colour, width))
@@ -75,7 +89,9 @@ fn intervals(of: &IdentificationDocument) -> String {
         }
         let value = Scatter::new(vec![1.0], vec![name.clone()]).mode(Mode::Markers);
         let hover = format!("{}<br>{} {}<extra></extra>", escape(id), figure(p.value), escape(&p.unit));
-        chart.trace(value.marker(plotly::common::Marker::new().color(colour(1)).size(8)).hover_template(hover));
+        chart.trace(
+            value.marker(plotly::common::Marker::new().color(colour(1)).size(8)).hover_template(hover),
+        );
     }
     chart.html()
 }
@@ -86,17 +102,22 @@ pub fn correlations(of: &IdentificationDocument) -> String {
     if names.len() < 2 || of.correlation.len() != names.len() {
         return String::new();
     }
-    let z: Vec<Vec<f64>> = of.correlation.iter().map(|row| row.iter().map(|x| (x * 1000.0).round() / 1000.0).collect()).collect();
+    let z: Vec<Vec<f64>> = of
+        .correlation
+        .iter()
+        .map(|row| row.iter().map(|x| (x * 1000.0).round() / 1000.0).collect())
+        .collect();
     let scale = [(0.0, "#0072B2"), (0.5, "#F7F7F7"), (1.0, "#D55E00")];
-    let scale = ColorScale::Vector(scale.iter().map(|(at, c)| ColorScaleElement(*at, (*c).to_string())).collect());
+    let scale =
+        ColorScale::Vector(scale.iter().map(|(at, c)| ColorScaleElement(*at, (*c).to_string())).collect());
     let mut chart = Chart::new(
         "correlations",
         "Correlations of the fitted parameters",
         "Near +1 or −1 the data determine only a combination of two parameters.",
         160 + 30 * names.len(),
-        layout()
-            .x_axis(axis("").type_(AxisType::Category))
-            .y_axis(axis("").type_(AxisType::Category).auto_range(true).range(vec![names.len() as f64 - 0.5, -0.5])),
+        layout().x_axis(axis("").type_(AxisType::Category)).y_axis(
+            axis("").type_(AxisType::Category).auto_range(true).range(vec![names.len() as f64 - 0.5, -0.5]),
+        ),
     );
     let map = HeatMap::new(names.clone(), names, z).zmin(-1.0).zmax(1.0).color_scale(scale);
     chart.trace(map.hover_template("%{y} and %{x}: %{z:.2f}<extra></extra>"));
@@ -110,13 +131,18 @@ pub fn convergence(of: &IdentificationDocument) -> String {
         "Least cost after each generation or start of each round of searches",
         "",
         300,
-        layout().show_legend(of.searches.len() > 1).x_axis(axis("generation or start")).y_axis(log_axis("cost")),
+        layout()
+            .show_legend(of.searches.len() > 1)
+            .x_axis(axis("generation or start"))
+            .y_axis(log_axis("cost")),
     );
-    let mut table = TextTable::new("Rounds of searches, best first", 1, ["Seed", "Least cost", "Evaluations"]);
+    let mut table =
+        TextTable::new("Rounds of searches, best first", 1, ["Seed", "Least cost", "Evaluations"]);
     for (n, search) in of.searches.iter().enumerate() {
         table.row([search.seed.to_string(), figure(search.cost), search.evaluations.to_string()]);
         // A stair: only where the cost falls.
-        let falls = |i: &usize| *i == 0 || *i + 1 == search.trace.len() || search.trace[*i] < search.trace[*i - 1];
+        let falls =
+            |i: &usize| *i == 0 || *i + 1 == search.trace.len() || search.trace[*i] < search.trace[*i - 1];
         let kept: Vec<usize> = (0..search.trace.len()).filter(falls).collect();
         if kept.is_empty() {
             continue;
@@ -128,7 +154,9 @@ pub fn convergence(of: &IdentificationDocument) -> String {
     }
     let effort = of.search.as_ref().map(found_text).unwrap_or_default();
     let agreement = match effort.strip_prefix("; ") {
-        Some(effort) if of.searches_agree == Some(false) => paragraph(&format!("{effort}: a better minimum may exist.")),
+        Some(effort) if of.searches_agree == Some(false) => {
+            paragraph(&format!("{effort}: a better minimum may exist."))
+        }
         Some(effort) => paragraph(&format!("{effort}.")),
         None => String::new(),
     };

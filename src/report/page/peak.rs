@@ -30,10 +30,20 @@ pub fn content(page: &Page, of: &PeaksDocument) -> String {
         let x: Vec<serde_json::Value> = rows.iter().map(|(name, _)| place(page, name, known)).collect();
         let y: Vec<f64> = rows.iter().map(|(_, r)| rounded(r.frequency_hz, 7)).collect();
         let spread: Vec<f64> = rows.iter().map(|(_, r)| 1.96 * r.frequency_sd_hz.unwrap_or(0.0)).collect();
-        let name = format!("mode {} at {} Hz{}", mode.order, figure(mode.frequency_hz), if mode.regular { "" } else { ", no regularity" });
+        let name = format!(
+            "mode {} at {} Hz{}",
+            mode.order,
+            figure(mode.frequency_hz),
+            if mode.regular { "" } else { ", no regularity" }
+        );
         let mark = Marker::new().color(colour(n)).size(8).symbol(symbol(n));
-        let trace = Scatter::new(x, y).mode(if mode.regular { Mode::LinesMarkers } else { Mode::Markers }).marker(mark);
-        let trace = trace.error_y(ErrorData::new(ErrorType::Data).array(spread)).name(name).line(super::chart::line(colour(n), 1.0));
+        let trace = Scatter::new(x, y)
+            .mode(if mode.regular { Mode::LinesMarkers } else { Mode::Markers })
+            .marker(mark);
+        let trace = trace
+            .error_y(ErrorData::new(ErrorType::Data).array(spread))
+            .name(name)
+            .line(super::chart::line(colour(n), 1.0));
         chart.trace(trace.show_legend(mode.regular).hover_template("%{y:.6~g} Hz"));
         for (name, row) in rows.iter().filter(|_| mode.regular) {
             table.row([

@@ -15,10 +15,13 @@ use crate::vocabulary::Role;
 /// Formats the charts of frequency and amplitude against position.
 pub fn charts(page: &Page) -> String {
     let Some(positions) = page.identification.as_ref().map(|i| &i.positions) else { return String::new() };
-    let frequency =
-        along(page, positions, ("frequency-position", "Natural frequencies against position", " (Hz)", "~g"), &|o| o.measured_hz, &|o| {
-            o.predicted_hz
-        });
+    let frequency = along(
+        page,
+        positions,
+        ("frequency-position", "Natural frequencies against position", " (Hz)", "~g"),
+        &|o| o.measured_hz,
+        &|o| o.predicted_hz,
+    );
     let amplitude = along(
         page,
         positions,
@@ -37,7 +40,8 @@ pub fn ordered<'p, T>(page: &Page, of: &'p BTreeMap<String, T>) -> Vec<(&'p Stri
     rows
 }
 
-/// Returns the place of a position or record on the horizontal axis: its nut position where that is known, else its name.
+/// Returns the place of a position or record on the horizontal axis: its nut position where that is known,
+/// else its name.
 pub fn place(page: &Page, name: &String, known: bool) -> serde_json::Value {
     page.nut_m.get(name).filter(|_| known).map_or_else(|| escape(name).into(), |nut_m| (*nut_m).into())
 }
@@ -52,10 +56,16 @@ fn along(
     let rows = ordered(page, positions);
     let known = rows.iter().all(|(name, _)| page.nut_m.contains_key(*name));
     let x_axis = if known { axis("nut position (m)") } else { axis("position").type_(AxisType::Category) };
-    let value =
-        |p: &PositionRow, order: u32, pick: &dyn Fn(&OrderRow) -> Option<f64>| p.orders.iter().find(|o| o.order == order).and_then(pick);
-    let orders: std::collections::BTreeSet<u32> = positions.values().flat_map(|p| p.orders.iter().map(|o| o.order)).collect();
-    let shown: Vec<u32> = orders.into_iter().filter(|o| positions.values().any(|p| value(p, *o, measured).is_some())).take(8).collect();
+    let value = |p: &PositionRow, order: u32, pick: &dyn Fn(&OrderRow) -> Option<f64>| {
+        p.orders.iter().find(|o| o.order == order).and_then(pick)
+    };
+    let orders: std::collections::BTreeSet<u32> =
+        positions.values().flat_map(|p| p.orders.iter().map(|o| o.order)).collect();
+    let shown: Vec<u32> = orders
+        .into_iter()
+        .filter(|o| positions.values().any(|p| value(p, *o, measured).is_some()))
+        .take(8)
+        .collect();
     let titles: Vec<String> = shown.iter().map(|order| format!("order {order}{unit}")).collect();
     let layout = panels(x_axis, &titles, format);
     let caption = "Marks: measured, filled where fitted, open where held out. Lines: predicted.";
@@ -63,8 +73,10 @@ fn along(
     for (n, order) in shown.into_iter().enumerate() {
         let y_axis = y_axis(n);
         let name = format!("order {order}");
-        let points: Vec<_> =
-            rows.iter().filter_map(|(p, row)| Some((place(page, p, known), rounded(value(row, order, predicted)?, 6)))).collect();
+        let points: Vec<_> = rows
+            .iter()
+            .filter_map(|(p, row)| Some((place(page, p, known), rounded(value(row, order, predicted)?, 6))))
+            .collect();
         if !points.is_empty() {
             let (x, y): (Vec<_>, Vec<_>) = points.into_iter().unzip();
             let pen = line(colour(n), 1.6);
@@ -73,7 +85,9 @@ fn along(
         }
         for (held_out, symbol) in [(false, MarkerSymbol::Circle), (true, MarkerSymbol::CircleOpen)] {
             let of_role = rows.iter().filter(|(_, row)| (row.role == Role::HeldOut) == held_out);
-            let points: Vec<_> = of_role.filter_map(|(p, row)| Some((*p, place(page, p, known), value(row, order, measured)?))).collect();
+            let points: Vec<_> = of_role
+                .filter_map(|(p, row)| Some((*p, place(page, p, known), value(row, order, measured)?)))
+                .collect();
             if points.is_empty() {
                 continue;
             }
@@ -81,7 +95,8 @@ fn along(
             let (x, y): (Vec<_>, Vec<_>) = points.into_iter().map(|(_, x, y)| (x, y)).unzip();
             let hover = format!("%{{text}}, {name}, measured<br>%{{y:.5~g}}<extra></extra>");
             let mark = Marker::new().color(colour(n)).size(9).symbol(symbol);
-            let trace = Scatter::new(x, y).mode(Mode::Markers).marker(mark).text_array(names).hover_template(hover);
+            let trace =
+                Scatter::new(x, y).mode(Mode::Markers).marker(mark).text_array(names).hover_template(hover);
             chart.trace(trace.y_axis(&y_axis));
         }
     }

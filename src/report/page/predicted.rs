@@ -1,4 +1,5 @@
-//! Predictions at positions that were not measured: natural frequency against position, and FRFs, with their bands.
+//! Predictions at positions that were not measured: natural frequency against position, and FRFs, with their
+//! bands.
 
 use plotly::Scatter;
 use plotly::common::{Fill, Marker, MarkerSymbol, Mode};
@@ -6,7 +7,9 @@ use plotly::layout::HoverMode;
 
 use super::chart::{Chart, Switches, axis, colour, layout, line, log_axis, panels, y_axis};
 use super::text::{TextTable, escape, paragraph, rounded};
-use crate::prediction::{HEADER, PredictedMode, PredictedPosition, PredictionDocument, mode_rows, stiffness_rows};
+use crate::prediction::{
+    HEADER, PredictedMode, PredictedPosition, PredictionDocument, mode_rows, stiffness_rows,
+};
 
 /// A measured natural frequency.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,12 +33,17 @@ const SHADE: &str = "rgba(0,114,178,0.22)";
 
 /// Formats the section of a prediction.
 pub fn content(of: &PredictionDocument, measured: &[MeasuredMode]) -> String {
-    let several = if of.minima > 1 { format!(" about each of {} minima of χ²", of.minima) } else { String::new() };
-    let text = format!("95 % intervals from {} machines{several} that data and tolerances leave possible.", of.draws);
+    let several =
+        if of.minima > 1 { format!(" about each of {} minima of χ²", of.minima) } else { String::new() };
+    let text = format!(
+        "95 % intervals from {} machines{several} that data and tolerances leave possible.",
+        of.draws
+    );
     format!("{}{}{}{}", paragraph(&text), frequencies(of, measured), frfs(of), table(of))
 }
 
-/// Returns the predicted frequency (Hz) of an order at a nut position, linear between the predicted positions.
+/// Returns the predicted frequency (Hz) of an order at a nut position, linear between the predicted
+/// positions.
 fn interpolated(along: &[(f64, &PredictedPosition)], order: usize, nut_m: f64) -> Option<f64> {
     let of = |at: usize| along.get(at).and_then(|(x, p)| Some((*x, mode(p, order)?.mode.frequency_hz)));
     let above = along.iter().position(|(x, _)| *x >= nut_m).unwrap_or(along.len());
@@ -52,8 +60,10 @@ fn mode(position: &PredictedPosition, order: usize) -> Option<&PredictedMode> {
 
 /// Formats natural frequency against position, one panel for each order.
 fn frequencies(of: &PredictionDocument, measured: &[MeasuredMode]) -> String {
-    let along: Vec<(f64, &PredictedPosition)> = of.ordered().into_iter().filter_map(|(_, p)| Some((p.nut_m?, p))).collect();
-    let most = along.iter().flat_map(|(_, p)| p.modes.iter().map(|m| m.mode.order)).max().unwrap_or(0).min(ORDERS);
+    let along: Vec<(f64, &PredictedPosition)> =
+        of.ordered().into_iter().filter_map(|(_, p)| Some((p.nut_m?, p))).collect();
+    let most =
+        along.iter().flat_map(|(_, p)| p.modes.iter().map(|m| m.mode.order)).max().unwrap_or(0).min(ORDERS);
     if along.len() < 2 || most == 0 {
         return String::new();
     }
@@ -63,27 +73,48 @@ fn frequencies(of: &PredictionDocument, measured: &[MeasuredMode]) -> String {
             Some((*order, (hz / mark.frequency_hz).ln().abs()))
         };
         let all = (1..=most).filter_map(|order| distance(&order));
-        all.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, distance)| *distance < REACH).map(|(order, _)| order)
+        all.min_by(|a, b| a.1.total_cmp(&b.1))
+            .filter(|(_, distance)| *distance < REACH)
+            .map(|(order, _)| order)
     };
-    let marks: Vec<(usize, &MeasuredMode)> = measured.iter().filter_map(|mark| Some((nearest(mark)?, mark))).collect();
+    let marks: Vec<(usize, &MeasuredMode)> =
+        measured.iter().filter_map(|mark| Some((nearest(mark)?, mark))).collect();
     let titles: Vec<String> = (1..=most).map(|order| format!("order {order} (Hz)")).collect();
     let layout = panels(axis("nut position (m)"), &titles, "~g");
     let caption = "Line and band: prediction with its 95 % interval. Marks: measured, filled where fitted, open where held out.";
-    let mut chart = Chart::new("prediction-frequency", "Predicted natural frequencies against position", caption, 90 + 140 * most, layout);
+    let mut chart = Chart::new(
+        "prediction-frequency",
+        "Predicted natural frequencies against position",
+        caption,
+        90 + 140 * most,
+        layout,
+    );
     for order in 1..=most {
         let y_axis = y_axis(order - 1);
-        let rows: Vec<(f64, &PredictedMode)> = along.iter().filter_map(|(x, p)| Some((*x, mode(p, order)?))).collect();
+        let rows: Vec<(f64, &PredictedMode)> =
+            along.iter().filter_map(|(x, p)| Some((*x, mode(p, order)?))).collect();
         let x: Vec<f64> = rows.iter().map(|r| r.0).collect();
-        let curve = |pick: &dyn Fn(&PredictedMode) -> f64| rows.iter().map(|r| rounded(pick(r.1), 6)).collect::<Vec<_>>();
-        let end = |y: Vec<_>| Scatter::new(x.clone(), y).mode(Mode::Lines).line(line(colour(0), 0.6)).y_axis(&y_axis);
+        let curve = |pick: &dyn Fn(&PredictedMode) -> f64| {
+            rows.iter().map(|r| rounded(pick(r.1), 6)).collect::<Vec<_>>()
+        };
+        let end = |y: Vec<_>| {
+            Scatter::new(x.clone(), y).mode(Mode::Lines).line(line(colour(0), 0.6)).y_axis(&y_axis)
+        };
         let hover = format!("order {order}, %{{x:.4~g}} m<br>%{{y:.5~g}} Hz<extra></extra>");
         chart.trace(end(curve(&|m| m.frequency95[0])).hover_template(&hover));
-        chart.trace(end(curve(&|m| m.frequency95[1])).fill(Fill::ToNextY).fill_color(SHADE).hover_template(&hover));
-        let predicted = Scatter::new(x.clone(), curve(&|m| m.mode.frequency_hz)).mode(Mode::Lines).line(line(colour(0), 1.8));
+        chart.trace(
+            end(curve(&|m| m.frequency95[1])).fill(Fill::ToNextY).fill_color(SHADE).hover_template(&hover),
+        );
+        let predicted = Scatter::new(x.clone(), curve(&|m| m.mode.frequency_hz))
+            .mode(Mode::Lines)
+            .line(line(colour(0), 1.8));
         chart.trace(predicted.y_axis(&y_axis).hover_template(&hover));
         for (held_out, symbol) in [(false, MarkerSymbol::Circle), (true, MarkerSymbol::CircleOpen)] {
-            let own: Vec<&MeasuredMode> =
-                marks.iter().filter(|(of, mark)| *of == order && mark.held_out == held_out).map(|(_, mark)| *mark).collect();
+            let own: Vec<&MeasuredMode> = marks
+                .iter()
+                .filter(|(of, mark)| *of == order && mark.held_out == held_out)
+                .map(|(_, mark)| *mark)
+                .collect();
             if own.is_empty() {
                 continue;
             }
@@ -91,7 +122,14 @@ fn frequencies(of: &PredictionDocument, measured: &[MeasuredMode]) -> String {
             let names: Vec<String> = own.iter().map(|mark| escape(&mark.position)).collect();
             let hover = "%{text}, measured<br>%{y:.5~g} Hz<extra></extra>";
             let marker = Marker::new().color(colour(1)).size(9).symbol(symbol);
-            chart.trace(Scatter::new(x, y).mode(Mode::Markers).marker(marker).text_array(names).hover_template(hover).y_axis(&y_axis));
+            chart.trace(
+                Scatter::new(x, y)
+                    .mode(Mode::Markers)
+                    .marker(marker)
+                    .text_array(names)
+                    .hover_template(hover)
+                    .y_axis(&y_axis),
+            );
         }
     }
     chart.html()
@@ -99,22 +137,35 @@ fn frequencies(of: &PredictionDocument, measured: &[MeasuredMode]) -> String {
 
 /// Formats the predicted FRFs with their bands, one position at a time.
 fn frfs(of: &PredictionDocument) -> String {
-    let positions: Vec<_> = of.ordered().into_iter().filter_map(|(name, p)| Some((name, p.frf.as_ref()?))).collect();
+    let positions: Vec<_> =
+        of.ordered().into_iter().filter_map(|(name, p)| Some((name, p.frf.as_ref()?))).collect();
     let title = format!("|{}| (SI units)", of.quantity);
-    let layout = layout().show_legend(false).hover_mode(HoverMode::Closest).x_axis(log_axis("frequency (Hz)"));
+    let layout =
+        layout().show_legend(false).hover_mode(HoverMode::Closest).x_axis(log_axis("frequency (Hz)"));
     let layout = layout.y_axis(log_axis(&title).tick_format("~e"));
-    let caption = format!("{}/{}. Line and band: prediction with its pointwise 95 % band, without noise.", of.response, of.excitation);
+    let caption = format!(
+        "{}/{}. Line and band: prediction with its pointwise 95 % band, without noise.",
+        of.response, of.excitation
+    );
     let options = positions.iter().map(|(name, _)| (*name).clone()).collect();
     let switches = Switches { label: "Position".into(), options, many: false, coloured: false };
-    let mut chart = Chart::new("prediction-frf", "Predicted FRFs", &caption, 420, layout).switches(vec![switches]).log_switch();
+    let mut chart = Chart::new("prediction-frf", "Predicted FRFs", &caption, 420, layout)
+        .switches(vec![switches])
+        .log_switch();
     for (at, (_, frf)) in positions.iter().enumerate() {
         let hz: Vec<f64> = frf.frequency_hz.iter().map(|hz| rounded(*hz, 7)).collect();
-        let curve = |y: Vec<f64>, width: f64| Scatter::new(hz.clone(), y).mode(Mode::Lines).line(line(colour(0), width));
+        let curve = |y: Vec<f64>, width: f64| {
+            Scatter::new(hz.clone(), y).mode(Mode::Lines).line(line(colour(0), width))
+        };
         let hover = "%{x:.5~g} Hz: %{y:.3~e}<extra></extra>";
-        let end = |which: usize| frf.magnitude95.iter().map(|ends| rounded(ends[which], 5)).collect::<Vec<f64>>();
+        let end =
+            |which: usize| frf.magnitude95.iter().map(|ends| rounded(ends[which], 5)).collect::<Vec<f64>>();
         let value = frf.value.iter().map(|[re, im]| rounded(re.hypot(*im), 5)).collect::<Vec<f64>>();
         chart.trace_for(vec![Some(at)], curve(end(0), 0.5).hover_template(hover));
-        chart.trace_for(vec![Some(at)], curve(end(1), 0.5).fill(Fill::ToNextY).fill_color(SHADE).hover_template(hover));
+        chart.trace_for(
+            vec![Some(at)],
+            curve(end(1), 0.5).fill(Fill::ToNextY).fill_color(SHADE).hover_template(hover),
+        );
         chart.trace_for(vec![Some(at)], curve(value, 1.6).hover_template(hover));
     }
     chart.html()
@@ -124,9 +175,11 @@ fn frfs(of: &PredictionDocument) -> String {
 fn table(of: &PredictionDocument) -> String {
     let (place, modes) = mode_rows(of);
     let heads = HEADER.map(|name| if name == "Nut m" { place } else { name });
-    let mut table = TextTable::new("Predicted natural frequencies, damping ratios and amplitudes (SI units)", 2, heads);
+    let mut table =
+        TextTable::new("Predicted natural frequencies, damping ratios and amplitudes (SI units)", 2, heads);
     modes.into_iter().for_each(|row| table.row(row));
-    let mut stiffness = TextTable::new("Predicted static stiffness (SI units)", 1, [place, "Stiffness", "95 % interval"]);
+    let mut stiffness =
+        TextTable::new("Predicted static stiffness (SI units)", 1, [place, "Stiffness", "95 % interval"]);
     stiffness_rows(of).into_iter().for_each(|row| stiffness.row(row));
     table.html() + &stiffness.html()
 }

@@ -70,21 +70,36 @@ pub fn content(page: &Page) -> String {
         for (n, mode) in group.modes.iter().enumerate() {
             let label = format!("mode {}, {:.1} Hz", n + 1, mode.frequency_hz);
             let all = mode.deflections.iter().flat_map(|d| d.points.iter().map(|p| p.1));
-            let largest = all.chain(mode.observed.iter().map(|o| o.1)).fold(0.0, |m: f64, u| if u.abs() > m.abs() { u } else { m });
+            let largest = all
+                .chain(mode.observed.iter().map(|o| o.1))
+                .fold(0.0, |m: f64, u| if u.abs() > m.abs() { u } else { m });
             let scale = if largest == 0.0 { 1.0 } else { 1.0 / largest };
             for deflection in &mode.deflections {
-                let (x, y): (Vec<f64>, Vec<f64>) =
-                    deflection.points.iter().map(|(x, u)| (rounded(*x, 5), rounded((u * scale * 1e5).round() / 1e5, 4))).unzip();
-                let hover = format!("{label}<br>{}, %{{x:.4~g}} m: %{{y:.3f}}<extra></extra>", escape(&deflection.shaft));
-                let trace = Scatter::new(x, y).mode(Mode::Lines).line(line(colour(n), 1.8).dash(dash(n))).name(label.clone());
+                let (x, y): (Vec<f64>, Vec<f64>) = deflection
+                    .points
+                    .iter()
+                    .map(|(x, u)| (rounded(*x, 5), rounded((u * scale * 1e5).round() / 1e5, 4)))
+                    .unzip();
+                let hover = format!(
+                    "{label}<br>{}, %{{x:.4~g}} m: %{{y:.3f}}<extra></extra>",
+                    escape(&deflection.shaft)
+                );
+                let trace = Scatter::new(x, y)
+                    .mode(Mode::Lines)
+                    .line(line(colour(n), 1.8).dash(dash(n)))
+                    .name(label.clone());
                 let trace = trace.hover_template(hover);
                 let trace = if deflection.torsional { trace.y_axis("y2") } else { trace };
                 chart.trace_for(vec![Some(at), Some(n)], trace);
             }
             if let (Some((name, u)), Some(nut_m)) = (&mode.observed, group.nut_m) {
-                let mark = Marker::new().color(colour(n)).size(9).symbol(plotly::common::MarkerSymbol::Diamond);
+                let mark =
+                    Marker::new().color(colour(n)).size(9).symbol(plotly::common::MarkerSymbol::Diamond);
                 let hover = format!("{label}<br>{}: %{{y:.3f}}<extra></extra>", escape(name));
-                let trace = Scatter::new(vec![nut_m], vec![rounded(u * scale, 4)]).mode(Mode::Markers).marker(mark).name(label.clone());
+                let trace = Scatter::new(vec![nut_m], vec![rounded(u * scale, 4)])
+                    .mode(Mode::Markers)
+                    .marker(mark)
+                    .name(label.clone());
                 chart.trace_for(vec![Some(at), Some(n)], trace.hover_template(hover));
             }
         }

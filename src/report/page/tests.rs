@@ -14,8 +14,10 @@ fn curves(positions: usize, channels: usize, lines: usize) -> Vec<PageCurve> {
     let mut out = Vec::new();
     for p in 0..positions {
         for c in 0..channels {
-            let scatter = |i: usize, s: f64| 1.0 + s * (((i * 7919 + p * 31 + c * 17) % 101) as f64 / 50.0 - 1.0);
-            let measured = (1..=lines).map(|i| (0.2 * i as f64, resonator(0.2 * i as f64) * scatter(i, 0.05))).collect();
+            let scatter =
+                |i: usize, s: f64| 1.0 + s * (((i * 7919 + p * 31 + c * 17) % 101) as f64 / 50.0 - 1.0);
+            let measured =
+                (1..=lines).map(|i| (0.2 * i as f64, resonator(0.2 * i as f64) * scatter(i, 0.05))).collect();
             let predicted = (1..=lines).map(|i| (0.2 * i as f64, resonator(0.2 * i as f64))).collect();
             out.push(PageCurve {
                 position: if p == 0 { EVIL.into() } else { format!("l{p}") },
@@ -74,7 +76,12 @@ fn uninformative_intervals_are_reported_as_such() {
     let mut found = diagnosis();
     found.effects[1].closed95 = Some([-63.83, 52.36]);
     let made = html(&Page { title: "open".into(), diagnosis: Some(found), ..Page::default() });
-    assert!(made.contains("not determined") && made.contains("80.00 % … 100.00 %") && !made.contains("-6383") && !made.contains("−6383"));
+    assert!(
+        made.contains("not determined")
+            && made.contains("80.00 % … 100.00 %")
+            && !made.contains("-6383")
+            && !made.contains("−6383")
+    );
 }
 
 #[test]

@@ -4,9 +4,11 @@ use file_access::printable;
 
 pub use crate::text_table::{TextTable, cell};
 
-/// Escapes text for HTML and for labels of charts: special characters are written as entities, hidden ones as their code.
+/// Escapes text for HTML and for labels of charts: special characters are written as entities, hidden ones as
+/// their code.
 ///
-/// The charting crate knows few entities by name, but all by number; `%{` begins a placeholder in its hover labels.
+/// The charting crate knows few entities by name, but all by number; `%{` begins a placeholder in its hover
+/// labels.
 pub fn escape(text: &str) -> String {
     let text = printable(text);
     let mut out = String::with_capacity(text.len());
@@ -34,7 +36,10 @@ pub fn section(id: &str, heading: &str, content: &str) -> String {
     if content.is_empty() {
         return String::new();
     }
-    format!("<section id=\"{id}\" aria-labelledby=\"{id}-h\">\n<h2 id=\"{id}-h\">{}</h2>\n{content}</section>\n", escape(heading))
+    format!(
+        "<section id=\"{id}\" aria-labelledby=\"{id}-h\">\n<h2 id=\"{id}-h\">{}</h2>\n{content}</section>\n",
+        escape(heading)
+    )
 }
 
 impl TextTable {
@@ -66,7 +71,8 @@ impl TextTable {
     }
 }
 
-/// Rounds a number to `digits` significant digits. Further digits are invisible in charts and enlarge the page.
+/// Rounds a number to `digits` significant digits. Further digits are invisible in charts and enlarge the
+/// page.
 pub fn rounded(x: f64, digits: usize) -> f64 {
     format!("{x:.*e}", digits.saturating_sub(1)).parse().unwrap_or(x)
 }

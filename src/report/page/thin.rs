@@ -40,9 +40,10 @@ impl Ord for Span {
 
 /// Thins a curve to its ends and the lines that deviate most.
 ///
-/// Each step keeps the line with the largest deviation from the straight line between its kept neighbours, over ln f, in ln|H| and phase.
-/// It stops where no line deviates by more than `tolerance`, or where `most` lines are kept. Peaks and antiresonances deviate most, so they are
-/// kept first, with their exact frequency and height.
+/// Each step keeps the line with the largest deviation from the straight line between its kept neighbours,
+/// over ln f, in ln|H| and phase. It stops where no line deviates by more than `tolerance`, or where `most`
+/// lines are kept. Peaks and antiresonances deviate most, so they are kept first, with their exact frequency
+/// and height.
 pub fn thin(frequency_hz: &[f64], values: &[Complex64], tolerance: f64, most: usize) -> Thinned {
     let count = frequency_hz.len().min(values.len());
     if count <= 2 {
@@ -87,7 +88,14 @@ mod tests {
     use super::*;
 
     fn resonator(f: f64) -> Complex64 {
-        (0..4).map(|k| 1.0 / Complex64::new((50.0 * 3.0_f64.powi(k)).powi(2) - f * f, 0.04 * 50.0 * 3.0_f64.powi(k) * f)).sum()
+        (0..4)
+            .map(|k| {
+                1.0 / Complex64::new(
+                    (50.0 * 3.0_f64.powi(k)).powi(2) - f * f,
+                    0.04 * 50.0 * 3.0_f64.powi(k) * f,
+                )
+            })
+            .sum()
     }
 
     #[test]

@@ -1,4 +1,5 @@
-//! A diagnosis: the verdict in a sentence, the location of the gap, and the share of it that each effect closes.
+//! A diagnosis: the verdict in a sentence, the location of the gap, and the share of it that each effect
+//! closes.
 
 use plotly::common::{ColorScale, ColorScaleElement, ErrorData, ErrorType, Marker, Mode, Orientation};
 use plotly::layout::{AxisType, BarMode};
@@ -16,20 +17,27 @@ use crate::vocabulary::{EffectStatus, VerdictKind};
 pub fn sentence(of: &DiagnosisDocument) -> String {
     let verdict = &of.verdict;
     let effects = |last: &str, between: &str| {
-        let combinations: Vec<String> = verdict.effects.iter().map(|combination| combination_text(combination, between)).collect();
+        let combinations: Vec<String> =
+            verdict.effects.iter().map(|combination| combination_text(combination, between)).collect();
         listed(&combinations, last)
     };
     let place = of.places.first().map(|w| format!(" at «{}»", w.place_text())).unwrap_or_default();
     match verdict.kind {
-        VerdictKind::None => "The model explains the measurements: no effect is missing beyond noise and tolerances.".into(),
+        VerdictKind::None => {
+            "The model explains the measurements: no effect is missing beyond noise and tolerances.".into()
+        }
         VerdictKind::Effect => format!("The model lacks {}.", effects("and", " together with ")),
-        VerdictKind::Ambiguous => format!("The model lacks {}: these data do not distinguish them.", effects("or", " with ")),
+        VerdictKind::Ambiguous => {
+            format!("The model lacks {}: these data do not distinguish them.", effects("or", " with "))
+        }
         VerdictKind::Unknown if verdict.confirmed == Some(false) => {
             "Measurements that were not fitted confirm no effect of the library.".into()
         }
         VerdictKind::Unknown => format!("The model lacks an effect{place} that is not in the library."),
         VerdictKind::WrongParameter => "A parameter that was held fixed is wrong.".into(),
-        VerdictKind::Measurement if of.verdict.faults.is_empty() => "The measurements are faulty: no effect makes them consistent.".into(),
+        VerdictKind::Measurement if of.verdict.faults.is_empty() => {
+            "The measurements are faulty: no effect makes them consistent.".into()
+        }
         VerdictKind::Measurement => format!("The measurements are faulty: {}.", of.verdict.faults.join(", ")),
         VerdictKind::Insufficient => "The data do not suffice for a verdict.".into(),
     }
@@ -37,7 +45,9 @@ pub fn sentence(of: &DiagnosisDocument) -> String {
 
 /// The text under the verdict: reason, location, next measurement.
 pub fn summary(of: &DiagnosisDocument) -> String {
-    let described = of.named_effects().filter_map(|row| Some(paragraph(&format!("{}: {}.", row.id, row.description.as_ref()?))));
+    let described = of
+        .named_effects()
+        .filter_map(|row| Some(paragraph(&format!("{}: {}.", row.id, row.description.as_ref()?))));
     let mut out: String = described.collect();
     let without = of.stamp.without.iter().map(|id| format!("without {id}"));
     let changes: Vec<String> = of.stamp.overrides.iter().cloned().chain(without).collect();
@@ -47,7 +57,8 @@ pub fn summary(of: &DiagnosisDocument) -> String {
     if !of.verdict.reason.is_empty() {
         out += &paragraph(&of.verdict.reason);
     }
-    if let (Some(place), VerdictKind::Effect | VerdictKind::Ambiguous | VerdictKind::WrongParameter) = (&of.verdict.place, of.verdict.kind)
+    if let (Some(place), VerdictKind::Effect | VerdictKind::Ambiguous | VerdictKind::WrongParameter) =
+        (&of.verdict.place, of.verdict.kind)
     {
         let band = of.verdict.band_text().map_or(String::new(), |band| format!("; {band}"));
         let what = if of.verdict.kind == VerdictKind::Ambiguous { "The first of them" } else { "It" };
@@ -64,8 +75,11 @@ pub fn summary(of: &DiagnosisDocument) -> String {
 
 /// The section behind the verdict: gap, location, effects.
 pub fn content(of: &DiagnosisDocument, curves: &[PageCurve]) -> String {
-    let after =
-        if of.chosen.id.is_empty() { "as chosen".to_string() } else { format!("with {}", combination_text(&of.chosen.id, " and ")) };
+    let after = if of.chosen.id.is_empty() {
+        "as chosen".to_string()
+    } else {
+        format!("with {}", combination_text(&of.chosen.id, " and "))
+    };
     let overlay = curve::chart("diagnosis-curves", curves, &after);
     let motion = super::motion::content(of);
     format!(
@@ -85,15 +99,19 @@ pub fn content(of: &DiagnosisDocument, curves: &[PageCurve]) -> String {
 /// What the chosen model changes: the gap, and the headline metrics.
 fn change(of: &DiagnosisDocument) -> String {
     let chosen = &of.chosen;
-    let mut table = TextTable::new("Held-out positions before and after", 1, ["", "as described", "chosen model"]);
+    let mut table =
+        TextTable::new("Held-out positions before and after", 1, ["", "as described", "chosen model"]);
     if of.gap.held_out.is_some() && chosen.gap_held_out.is_some() {
         table.row(["gap".to_string(), cell(of.gap.held_out, percent), cell(chosen.gap_held_out, percent)]);
     }
-    chosen.headline_metrics.iter().for_each(|p| table.row([p.figure.clone(), percent(p.before), percent(p.after)]));
+    chosen
+        .headline_metrics
+        .iter()
+        .for_each(|p| table.row([p.figure.clone(), percent(p.before), percent(p.after)]));
     let interval = interval_text(of);
-    let ceiling = chosen
-        .ceiling
-        .map_or_else(String::new, |c| format!(" A generic impedance at one interface closes {} at most.", share_closed(Some(c))));
+    let ceiling = chosen.ceiling.map_or_else(String::new, |c| {
+        format!(" A generic impedance at one interface closes {} at most.", share_closed(Some(c)))
+    });
     let closed = chosen.closed.map_or_else(String::new, |c| {
         paragraph(&format!(
             "Share of the squared gap above the noise floor that the chosen model closes: {}{interval}.{ceiling}",
@@ -105,7 +123,8 @@ fn change(of: &DiagnosisDocument) -> String {
 
 /// The gap by part.
 fn gaps(of: &DiagnosisDocument) -> String {
-    let mut table = TextTable::new("Gap between the machine as described and the measurements", 2, ["Over", "", "Gap"]);
+    let mut table =
+        TextTable::new("Gap between the machine as described and the measurements", 2, ["Over", "", "Gap"]);
     let mut row = |name: &str, role: &str, x: Option<f64>| {
         if x.is_some() {
             table.row([name.to_string(), role.into(), cell(x, percent)]);
@@ -127,7 +146,8 @@ fn gaps(of: &DiagnosisDocument) -> String {
 
 /// Ratio of measured over predicted FRFs.
 fn looks(of: &DiagnosisDocument) -> String {
-    let mut table = TextTable::new("Measured over predicted, by channel", 2, ["Channel", "Pattern", "Factor"]);
+    let mut table =
+        TextTable::new("Measured over predicted, by channel", 2, ["Channel", "Pattern", "Factor"]);
     of.ratio.iter().for_each(|r| table.row([r.channel.clone(), r.looks_like.clone(), figure(r.factor)]));
     table.html()
 }
@@ -139,11 +159,18 @@ fn bands(of: &DiagnosisDocument) -> String {
         "Gap by frequency band",
         "",
         260,
-        layout().x_axis(axis("frequency band (Hz)").type_(AxisType::Category)).y_axis(axis("gap").tick_format(".0%")),
+        layout()
+            .x_axis(axis("frequency band (Hz)").type_(AxisType::Category))
+            .y_axis(axis("gap").tick_format(".0%")),
     );
     if !bands.is_empty() {
-        let (x, y): (Vec<String>, Vec<f64>) = bands.iter().map(|b| (band(b.from_hz, b.to_hz), rounded(b.gap, 4))).unzip();
-        chart.trace(Bar::new(x, y).marker(Marker::new().color(colour(0))).hover_template("%{x} Hz: %{y:.1%}<extra></extra>"));
+        let (x, y): (Vec<String>, Vec<f64>) =
+            bands.iter().map(|b| (band(b.from_hz, b.to_hz), rounded(b.gap, 4))).unzip();
+        chart.trace(
+            Bar::new(x, y)
+                .marker(Marker::new().color(colour(0)))
+                .hover_template("%{x} Hz: %{y:.1%}<extra></extra>"),
+        );
     }
     chart.html()
 }
@@ -176,19 +203,23 @@ fn residual_map(of: &DiagnosisDocument) -> String {
     names.reverse();
     let mut z: Vec<Vec<Option<f64>>> = vec![vec![None; edges.len()]; names.len()];
     for c in &of.residual_map {
-        let at = (names.iter().position(|n| *n == name(c)), edges.iter().position(|e| *e == (c.from_hz, c.to_hz)));
+        let at =
+            (names.iter().position(|n| *n == name(c)), edges.iter().position(|e| *e == (c.from_hz, c.to_hz)));
         if let (Some(row), Some(column)) = at {
             z[row][column] = Some(rounded(c.gap, 3));
         }
     }
     let scale = [(0.0, "#FFF7DC"), (0.35, "#E69F00"), (0.7, "#D55E00"), (1.0, "#3B0F00")];
-    let scale = ColorScale::Vector(scale.iter().map(|(at, c)| ColorScaleElement(*at, (*c).to_string())).collect());
+    let scale =
+        ColorScale::Vector(scale.iter().map(|(at, c)| ColorScaleElement(*at, (*c).to_string())).collect());
     let mut chart = Chart::new(
         "residual-map",
         "Gap by position, channel and frequency band",
         "The darker a cell, the larger the difference between model and measurement there.",
         130 + 26 * names.len(),
-        layout().x_axis(axis("frequency band (Hz)").type_(AxisType::Category)).y_axis(axis("").type_(AxisType::Category)),
+        layout()
+            .x_axis(axis("frequency band (Hz)").type_(AxisType::Category))
+            .y_axis(axis("").type_(AxisType::Category)),
     );
     let x: Vec<String> = edges.iter().map(|e| band(e.0, e.1)).collect();
     let y: Vec<String> = names.iter().map(|n| escape(n)).collect();
@@ -206,17 +237,27 @@ fn places(of: &DiagnosisDocument) -> String {
         "The named effect comes first, at its location. The shorter the bar, the better a change at this interface alone explains the \
          measurements. Dashed line: gap of the machine as described.",
         110 + 30 * known.len(),
-        layout().show_legend(false).x_axis(axis("held-out gap").tick_format(".0%")).y_axis(axis("").type_(AxisType::Category)),
+        layout()
+            .show_legend(false)
+            .x_axis(axis("held-out gap").tick_format(".0%"))
+            .y_axis(axis("").type_(AxisType::Category)),
     );
     if !known.is_empty() {
-        let (names, left): (Vec<String>, Vec<f64>) =
-            known.iter().map(|(w, g)| (escape(&format!("{}, {}", w.place_text(), w.shape_text())), rounded(*g, 4))).unzip();
+        let (names, left): (Vec<String>, Vec<f64>) = known
+            .iter()
+            .map(|(w, g)| (escape(&format!("{}, {}", w.place_text(), w.shape_text())), rounded(*g, 4)))
+            .unzip();
         let shapes: Vec<String> = known.iter().map(|(w, _)| escape(w.shape_text())).collect();
         let ends: Vec<String> = names.first().into_iter().chain(names.last()).cloned().collect();
-        let bars = Bar::new(left, names).orientation(Orientation::Horizontal).text_array(shapes).marker(Marker::new().color(colour(0)));
+        let bars = Bar::new(left, names)
+            .orientation(Orientation::Horizontal)
+            .text_array(shapes)
+            .marker(Marker::new().color(colour(0)));
         chart.trace(bars.hover_template("%{y}: %{x:.1%}, like %{text}<extra></extra>"));
         if let Some(now) = of.gap.held_out {
-            let now = Scatter::new(vec![now; 2], ends).mode(Mode::Lines).line(line("#8A8A8A", 2.0).dash(plotly::common::DashType::Dash));
+            let now = Scatter::new(vec![now; 2], ends)
+                .mode(Mode::Lines)
+                .line(line("#8A8A8A", 2.0).dash(plotly::common::DashType::Dash));
             chart.trace(now.hover_template("as described: %{x:.1%}<extra></extra>"));
         }
     }
@@ -225,12 +266,16 @@ fn places(of: &DiagnosisDocument) -> String {
 
 /// Whether the verdict names an effect.
 fn in_verdict(of: &DiagnosisDocument, effect: &EffectRow) -> bool {
-    effect.selected || of.verdict.effects.iter().any(|combination| effect_ids(combination).any(|id| id == effect.id))
+    effect.selected
+        || of.verdict.effects.iter().any(|combination| effect_ids(combination).any(|id| id == effect.id))
 }
 
-/// Effects that change the gap and those in the verdict, in the order of the document; reversed, as the axis begins below.
+/// Effects that change the gap and those in the verdict, in the order of the document; reversed, as the axis
+/// begins below.
 fn tried(of: &DiagnosisDocument) -> Vec<&EffectRow> {
-    let matters = |e: &&EffectRow| e.status == EffectStatus::Tried && (in_verdict(of, e) || e.closed.is_none_or(|c| c.abs() > 0.005));
+    let matters = |e: &&EffectRow| {
+        e.status == EffectStatus::Tried && (in_verdict(of, e) || e.closed.is_none_or(|c| c.abs() > 0.005))
+    };
     of.effects.iter().filter(matters).take(12).collect::<Vec<_>>().into_iter().rev().collect()
 }
 
@@ -242,7 +287,10 @@ fn effects(of: &DiagnosisDocument) -> String {
         "Share of the squared held-out gap above the noise floor that an effect closes; grey bars: 95 % interval, for the named effect. Orange: in the verdict. \
          Effects that close nothing are in the table only.",
         110 + 28 * rows.len(),
-        layout().show_legend(false).x_axis(axis("share closed").tick_format(".0%")).y_axis(axis("").type_(AxisType::Category)),
+        layout()
+            .show_legend(false)
+            .x_axis(axis("share closed").tick_format(".0%"))
+            .y_axis(axis("").type_(AxisType::Category)),
     );
     for (effect, closed) in &rows {
         let interval = effect.closed95.filter(|interval| !is_undetermined(*interval));
@@ -260,10 +308,16 @@ fn effects(of: &DiagnosisDocument) -> String {
         chart.trace(if interval.is_some() { bar.error_x(spread) } else { bar });
     }
     let header = ["Effect", "", "Gap before", "Gap after", "Closed", "95 % interval", "p"];
-    let mut table = TextTable::new("Candidates, best first; p: share of null simulations with a statistic as large", 2, header);
-    let value =
-        |e: &EffectRow, id: &String, x: f64| format!("{id} = {} {}", figure(x), unit(e.parameter_units.get(id).map_or("", String::as_str)));
-    let parameters = |e: &EffectRow| e.parameters.iter().map(|(id, x)| value(e, id, *x)).collect::<Vec<_>>().join(", ");
+    let mut table = TextTable::new(
+        "Candidates, best first; p: share of null simulations with a statistic as large",
+        2,
+        header,
+    );
+    let value = |e: &EffectRow, id: &String, x: f64| {
+        format!("{id} = {} {}", figure(x), unit(e.parameter_units.get(id).map_or("", String::as_str)))
+    };
+    let parameters =
+        |e: &EffectRow| e.parameters.iter().map(|(id, x)| value(e, id, *x)).collect::<Vec<_>>().join(", ");
     for effect in of.effects.iter().filter(|effect| effect.status != EffectStatus::NotApplicable) {
         let class = if effect.selected { "strong" } else { "" };
         table.row_of(
@@ -287,7 +341,12 @@ fn effects(of: &DiagnosisDocument) -> String {
             ],
         );
     }
-    let skipped: Vec<&str> = of.effects.iter().filter(|e| e.status == EffectStatus::NotApplicable).map(|e| e.id.as_str()).collect();
+    let skipped: Vec<&str> = of
+        .effects
+        .iter()
+        .filter(|e| e.status == EffectStatus::NotApplicable)
+        .map(|e| e.id.as_str())
+        .collect();
     let skipped = match skipped.is_empty() {
         true => String::new(),
         false => paragraph(&format!("Not applicable to this machine or these data: {}.", skipped.join(", "))),
@@ -296,7 +355,10 @@ fn effects(of: &DiagnosisDocument) -> String {
 }
 
 fn before_after(of: &DiagnosisDocument) -> String {
-    let rows: Vec<_> = tried(of).into_iter().filter_map(|e| Some((escape(&e.id), e.gap_held_out_before?, e.gap_held_out_after?))).collect();
+    let rows: Vec<_> = tried(of)
+        .into_iter()
+        .filter_map(|e| Some((escape(&e.id), e.gap_held_out_before?, e.gap_held_out_after?)))
+        .collect();
     let mut chart = Chart::new(
         "before-after",
         "Held-out gap before and after adding each effect",
@@ -312,7 +374,10 @@ fn before_after(of: &DiagnosisDocument) -> String {
         for (what, n, pick) in [("after", 0, 2), ("before", 6, 1)] {
             let x: Vec<f64> = rows.iter().map(|r| rounded(if pick == 1 { r.1 } else { r.2 }, 4)).collect();
             let names: Vec<String> = rows.iter().map(|r| r.0.clone()).collect();
-            let bars = Bar::new(x, names).name(what).orientation(Orientation::Horizontal).marker(Marker::new().color(colour(n)));
+            let bars = Bar::new(x, names)
+                .name(what)
+                .orientation(Orientation::Horizontal)
+                .marker(Marker::new().color(colour(n)));
             chart.trace(bars.hover_template("%{y}: %{x:.1%}"));
         }
     }
@@ -320,7 +385,10 @@ fn before_after(of: &DiagnosisDocument) -> String {
 }
 
 fn delta_z(of: &DiagnosisDocument) -> String {
-    let layout = layout().show_legend(true).x_axis(log_axis("frequency (Hz)")).y_axis(axis("ΔZ (N/m or N·m/rad)").tick_format("~e"));
+    let layout = layout()
+        .show_legend(true)
+        .x_axis(log_axis("frequency (Hz)"))
+        .y_axis(axis("ΔZ (N/m or N·m/rad)").tick_format("~e"));
     let options: Vec<String> = of.delta_z.iter().map(|d| d.interface.clone()).collect();
     let mut chart = Chart::new(
         "delta-z",
@@ -333,7 +401,8 @@ fn delta_z(of: &DiagnosisDocument) -> String {
     .switches(vec![Switches { label: "Interface".into(), options, many: false, coloured: false }]);
     for (at, delta) in of.delta_z.iter().enumerate() {
         for (what, n, part) in [("real part", 0, &delta.real), ("imaginary part", 1, &delta.imag)] {
-            let (x, y): (Vec<f64>, Vec<f64>) = delta.frequency_hz.iter().zip(part).map(|(f, z)| (rounded(*f, 6), rounded(*z, 5))).unzip();
+            let (x, y): (Vec<f64>, Vec<f64>) =
+                delta.frequency_hz.iter().zip(part).map(|(f, z)| (rounded(*f, 6), rounded(*z, 5))).unzip();
             let trace = Scatter::new(x, y).mode(Mode::Lines).name(what).line(line(colour(n), 1.6));
             chart.trace_for(vec![Some(at)], trace.hover_template("%{x:.6~g} Hz<br>%{y:.4~g}"));
         }

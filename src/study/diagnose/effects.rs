@@ -14,12 +14,19 @@ pub fn choose_effects(request: &DiagnosisRequest, all: &[Effect], data: Data) ->
     for (key, ids) in [("effects", &request.effects), ("exclude", &request.exclude)] {
         if let Some(id) = ids.iter().find(|id| !all.iter().any(|e| e.id == **id)) {
             let known: Vec<&str> = all.iter().map(|e| e.id.as_str()).collect();
-            return Err(StudyError::setting(key, "", format!("no effect is called «{id}»; there are {}", known.join(", "))));
+            return Err(StudyError::setting(
+                key,
+                "",
+                format!("no effect is called «{id}»; there are {}", known.join(", ")),
+            ));
         }
     }
     // What describes a requested effect in more detail goes with it.
-    let is_requested = |e: &Effect| request.effects.contains(&e.id) || e.refines.as_ref().is_some_and(|id| request.effects.contains(id));
-    let wanted = |e: &&Effect| (request.effects.is_empty() || is_requested(e)) && !request.exclude.contains(&e.id);
+    let is_requested = |e: &Effect| {
+        request.effects.contains(&e.id) || e.refines.as_ref().is_some_and(|id| request.effects.contains(id))
+    };
+    let wanted =
+        |e: &&Effect| (request.effects.is_empty() || is_requested(e)) && !request.exclude.contains(&e.id);
     Ok(Effect::for_data(all, data).filter(wanted).cloned().collect())
 }
 
@@ -68,9 +75,10 @@ pub fn units(own: &Values<'_>) -> BTreeMap<String, String> {
     own.iter().map(|(p, _)| (p.id.clone(), p.unit.clone())).collect()
 }
 
-/// Returns the ids of an effect's parameters that lie at an end of their range. `chosen` holds the values of the joint fit if the chosen model
-/// contains the effect.
+/// Returns the ids of an effect's parameters that lie at an end of their range. `chosen` holds the values of
+/// the joint fit if the chosen model contains the effect.
 pub fn at_bound(own: &Values<'_>, chosen: Option<&BTreeMap<String, f64>>) -> Vec<String> {
-    let value = |p: &Parameter, alone: f64| chosen.and_then(|values| values.get(&p.id)).copied().unwrap_or(alone);
+    let value =
+        |p: &Parameter, alone: f64| chosen.and_then(|values| values.get(&p.id)).copied().unwrap_or(alone);
     own.iter().filter(|(p, alone)| p.is_at_bound(value(p, *alone))).map(|(p, _)| p.id.clone()).collect()
 }

@@ -12,8 +12,8 @@ use report::record::LearnableRow;
 const EXAMPLES: usize = 8000;
 const BEGINNINGS: usize = 4;
 
-/// Trains a network per extra channel on the residual of the machine as described, from command and position of the fitted records. Returns its residual
-/// at held-out records next to that of the chosen model.
+/// Trains a network per extra channel on the residual of the machine as described, from command and position
+/// of the fitted records. Returns its residual at held-out records next to that of the chosen model.
 pub fn learnable(
     motions: &[&MotionSignal],
     (before, after): (&[&MotionPart], &[&MotionPart]),
@@ -38,7 +38,8 @@ pub fn learnable(
             Some(records.map(|r| samples(r, parts)).collect::<Option<Vec<_>>>()?.concat())
         };
         let lesson = of(0..fitted, before)?;
-        let thin: Vec<Example> = lesson.iter().step_by(lesson.len().div_ceil(EXAMPLES).max(1)).copied().collect();
+        let thin: Vec<Example> =
+            lesson.iter().step_by(lesson.len().div_ceil(EXAMPLES).max(1)).copied().collect();
         let network = NeuralResidual::train(&thin, seed, BEGINNINGS, stop).ok()?.network;
         let (unseen, chosen) = (of(fitted..motions.len(), before)?, of(fitted..motions.len(), after)?);
         let rms = |of: &dyn Fn(&Example) -> f64, all: &[Example]| {

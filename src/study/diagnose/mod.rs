@@ -1,4 +1,5 @@
-//! Diagnosis: where model and machine disagree, which effect the description lacks, and how far including it closes the gap.
+//! Diagnosis: where model and machine disagree, which effect the description lacks, and how far including it
+//! closes the gap.
 
 mod effects;
 mod learnable;
@@ -60,7 +61,13 @@ pub struct DiagnosisRequest {
 
 impl Default for DiagnosisRequest {
     fn default() -> Self {
-        DiagnosisRequest { effects: Vec::new(), exclude: Vec::new(), nulls: 40, cache: NullCache::None, ablated: Vec::new() }
+        DiagnosisRequest {
+            effects: Vec::new(),
+            exclude: Vec::new(),
+            nulls: 40,
+            cache: NullCache::None,
+            ablated: Vec::new(),
+        }
     }
 }
 
@@ -78,7 +85,11 @@ impl Study {
     pub fn diagnose_with(&self, request: &DiagnosisRequest) -> StudyResult<DiagnosisDocument> {
         self.check_observations()?;
         if !(20..=2000).contains(&request.nulls) {
-            return Err(StudyError::setting("nulls", request.nulls, "write a number of null simulations from 20 to 2000"));
+            return Err(StudyError::setting(
+                "nulls",
+                request.nulls,
+                "write a number of null simulations from 20 to 2000",
+            ));
         }
         if self.is_on_motion() { self.diagnose_records(request) } else { self.diagnose_responses(request) }
     }

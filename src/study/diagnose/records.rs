@@ -7,7 +7,9 @@ use super::effects::{at_bound, choose_effects, names_effect, status_words, units
 use super::learnable::learnable;
 use crate::motion_records::{curve_rows, transmission_rows};
 use crate::{Study, StudyResult};
-use diagnosis::motion::{MisfitAxis, MisfitCell, MotionDiagnosis, MotionPart, MotionSettings, diagnose_motion, gap_of};
+use diagnosis::motion::{
+    MisfitAxis, MisfitCell, MotionDiagnosis, MotionPart, MotionSettings, diagnose_motion, gap_of,
+};
 use diagnosis::{VerdictKind, share_closed};
 use dynamics::inverse_dynamics::{MotionSignal, Phase, phases};
 use machine::{Data, Effect, Machine, Parameter};
@@ -15,14 +17,18 @@ use report::diagnosis as document;
 use report::record::{ChannelRow, MeasuringChainRow, MisfitRow, MotionRows, TraceRow};
 use report::vocabulary::{DataKind, Direction, MisfitBy, Role};
 
-/// Null simulations of motion records per requested one: they are linear and cheap, and p-values need at least 1000.
+/// Null simulations of motion records per requested one: they are linear and cheap, and p-values need at
+/// least 1000.
 const NULLS: usize = 25;
 /// Most samples of a record in the document, for the page.
 const DRAWN: usize = 2500;
 
 impl Study {
     /// As [`Study::diagnose`], on motion records.
-    pub(super) fn diagnose_records(&self, request: &DiagnosisRequest) -> StudyResult<document::DiagnosisDocument> {
+    pub(super) fn diagnose_records(
+        &self,
+        request: &DiagnosisRequest,
+    ) -> StudyResult<document::DiagnosisDocument> {
         let made = self.settings.identification(&self.set)?;
         let machine = &self.config.machine;
         self.check_frozen()?;
@@ -32,7 +38,8 @@ impl Study {
         let of = |records: &[usize]| records.iter().map(|i| &motions[*i]).collect::<Vec<&MotionSignal>>();
         let (fitted, left) = (of(&fit), of(&held_out));
         let settings = MotionSettings { seed: made.seed, draws: NULLS * request.nulls };
-        let found = diagnose_motion(machine, &effects, &made.frozen, (&fitted, &left), settings, &self.control)?;
+        let found =
+            diagnose_motion(machine, &effects, &made.frozen, (&fitted, &left), settings, &self.control)?;
         let mut document = to_document(self, (&fitted, &left), &found, &effects)?;
         if let Some(rows) = &mut document.motion {
             let all: Vec<&MotionSignal> = fitted.iter().chain(&left).copied().collect();
@@ -53,19 +60,30 @@ fn to_document(
 ) -> StudyResult<document::DiagnosisDocument> {
     let (before, after) = (gap_of(&found.held_out), gap_of(&found.chosen_held_out));
     let mut warnings: Vec<String> = found.contradictions.iter().map(|c| c.description.clone()).collect();
-    let corrected = found.force_faults.iter().map(|fault| format!("{fault}; gaps and values are those of the corrected records"));
+    let corrected = found
+        .force_faults
+        .iter()
+        .map(|fault| format!("{fault}; gaps and values are those of the corrected records"));
     warnings.extend(corrected);
     if held_out.is_empty() {
-        warnings.push("nothing is held out, so that the closed share of the gap is unknown; hold records out".into());
+        warnings.push(
+            "nothing is held out, so that the closed share of the gap is unknown; hold records out".into(),
+        );
     }
     if found.contradictions.iter().any(|_| found.verdict.kind != VerdictKind::Measurement) {
         warnings.push("the gap of a held-out record that contradicts the fitted ones contains the fault of its measuring chain".into());
     }
     let closed = after.filter(|_| !held_out.is_empty()).and_then(|_| found.closed(&found.chosen_held_out));
     // A named effect has its own location.
-    let named = found.verdict.first_effect().and_then(|id| effects.iter().find(|e| e.id == id)).and_then(Effect::location);
+    let named = found
+        .verdict
+        .first_effect()
+        .and_then(|id| effects.iter().find(|e| e.id == id))
+        .and_then(Effect::location);
     let places = list_places(found, named.clone());
-    let place = named.or_else(|| places.first().map(|i| i.interface.clone())).filter(|_| found.verdict.kind != VerdictKind::None);
+    let place = named
+        .or_else(|| places.first().map(|i| i.interface.clone()))
+        .filter(|_| found.verdict.kind != VerdictKind::None);
     let is_named = found.verdict.kind.explains();
     let closed_by = |gap: f64| share_closed(before?, gap, found.floor?);
     let ceiling = found.located.iter().filter_map(|l| closed_by(l.gap_held_out?)).chain(closed);
@@ -100,7 +118,10 @@ fn to_document(
         },
         misfit_over_null: found.excess[0],
         null: None,
-        verdict: document::VerdictRow { phase: found.phase.map(|phase| phase.word().into()), ..verdict_row(&found.verdict, place) },
+        verdict: document::VerdictRow {
+            phase: found.phase.map(|phase| phase.word().into()),
+            ..verdict_row(&found.verdict, place)
+        },
         places,
         ratio: Vec::new(),
         residual_map: Vec::new(),
@@ -113,14 +134,23 @@ fn to_document(
 }
 
 /// Returns the rows of all candidates.
-fn list_effects(found: &MotionDiagnosis, effects: &[Effect], chosen: &document::Chosen) -> Vec<document::EffectRow> {
+fn list_effects(
+    found: &MotionDiagnosis,
+    effects: &[Effect],
+    chosen: &document::Chosen,
+) -> Vec<document::EffectRow> {
     found
         .tried
         .iter()
         .map(|t| {
             let (status, why) = status_words(&t.status);
-            let patched = || effects.iter().filter(|effect| effect.id == t.id).flat_map(|effect| &effect.patch.parameters);
-            let own = t.parameters.iter().filter_map(|(id, value)| Some((patched().find(|p| p.id == *id)?, *value)));
+            let patched = || {
+                effects.iter().filter(|effect| effect.id == t.id).flat_map(|effect| &effect.patch.parameters)
+            };
+            let own = t
+                .parameters
+                .iter()
+                .filter_map(|(id, value)| Some((patched().find(|p| p.id == *id)?, *value)));
             let own: Vec<(&Parameter, f64)> = own.collect();
             document::EffectRow {
                 id: t.id.clone(),
@@ -138,7 +168,10 @@ fn list_effects(found: &MotionDiagnosis, effects: &[Effect], chosen: &document::
                 misfit_reduction: t.gain.max(0.0),
                 parameters: t.parameters.iter().cloned().collect(),
                 parameter_units: units(&own),
-                parameters_at_bound: at_bound(&own, found.chosen.0.effects.contains(&t.id).then_some(&chosen.parameters)),
+                parameters_at_bound: at_bound(
+                    &own,
+                    found.chosen.0.effects.contains(&t.id).then_some(&chosen.parameters),
+                ),
                 // The best amplitude of each shape is computed directly.
                 open: false,
                 selected: names_effect(&found.verdict, &t.id),
@@ -148,7 +181,8 @@ fn list_effects(found: &MotionDiagnosis, effects: &[Effect], chosen: &document::
         .collect()
 }
 
-/// Interfaces and columns where a free function reduces the residual most. The named effect comes first, at its location.
+/// Interfaces and columns where a free function reduces the residual most. The named effect comes first, at
+/// its location.
 fn list_places(found: &MotionDiagnosis, named: Option<String>) -> Vec<document::WhereRow> {
     let named = named.filter(|_| found.verdict.kind.explains()).map(|interface| document::WhereRow {
         interface,
@@ -192,18 +226,29 @@ fn by_phase(cells: &[MisfitCell], of: &[&MotionSignal]) -> BTreeMap<String, f64>
 
 /// Returns the force error of each record, before and after.
 fn headline_metrics(found: &MotionDiagnosis) -> Vec<document::HeadlineMetrics> {
-    let pairs = found.fit.iter().zip(&found.chosen_fit).chain(found.held_out.iter().zip(&found.chosen_held_out));
+    let pairs =
+        found.fit.iter().zip(&found.chosen_fit).chain(found.held_out.iter().zip(&found.chosen_held_out));
     let channels = pairs.flat_map(|(b, a)| b.channels().zip(a.channels()));
     let row = |(b, a): (&MotionPart, &MotionPart)| match b.tracking_gap().zip(a.tracking_gap()) {
-        Some((before, after)) => {
-            document::HeadlineMetrics { figure: format!("tracking error of {} in {}", b.column, b.name), before, after }
-        }
-        None => document::HeadlineMetrics { figure: format!("force error of {}", b.name), before: b.own_gap(), after: a.own_gap() },
+        Some((before, after)) => document::HeadlineMetrics {
+            figure: format!("tracking error of {} in {}", b.column, b.name),
+            before,
+            after,
+        },
+        None => document::HeadlineMetrics {
+            figure: format!("force error of {}", b.name),
+            before: b.own_gap(),
+            after: a.own_gap(),
+        },
     };
     channels.map(row).collect()
 }
 
-fn motion_rows(study: &Study, (fit, held_out): (&[&MotionSignal], &[&MotionSignal]), found: &MotionDiagnosis) -> StudyResult<MotionRows> {
+fn motion_rows(
+    study: &Study,
+    (fit, held_out): (&[&MotionSignal], &[&MotionSignal]),
+    found: &MotionDiagnosis,
+) -> StudyResult<MotionRows> {
     let machine = &found.chosen.0.machine;
     let rigid = study.rigid_model()?;
     let all: Vec<&MotionSignal> = fit.iter().chain(held_out).copied().collect();
@@ -230,7 +275,8 @@ fn motion_rows(study: &Study, (fit, held_out): (&[&MotionSignal], &[&MotionSigna
         }
     });
     let records = found.shifts.iter().map(|s| {
-        let gap = |parts: &[&MotionPart]| parts.iter().find(|p| p.name == s.name).map_or(f64::NAN, |p| p.own_gap());
+        let gap =
+            |parts: &[&MotionPart]| parts.iter().find(|p| p.name == s.name).map_or(f64::NAN, |p| p.own_gap());
         MeasuringChainRow {
             record: s.name.clone(),
             role: role(&s.name),
@@ -243,8 +289,10 @@ fn motion_rows(study: &Study, (fit, held_out): (&[&MotionSignal], &[&MotionSigna
         }
     });
     let transmission = befores.iter().zip(&afters).zip(&all).flat_map(|((before, after), motion)| {
-        let rows = transmission_rows(before, motion).into_iter().zip(transmission_rows(after, motion).into_values());
-        let weights: BTreeMap<&str, f64> = before.extra_channels.iter().map(|f| (f.column.as_str(), f.weight)).collect();
+        let rows =
+            transmission_rows(before, motion).into_iter().zip(transmission_rows(after, motion).into_values());
+        let weights: BTreeMap<&str, f64> =
+            before.extra_channels.iter().map(|f| (f.column.as_str(), f.weight)).collect();
         let record = motion.name.clone();
         rows.map(move |((column, before), after)| {
             let weight = weights.get(column.as_str()).copied().unwrap_or_default();
@@ -252,7 +300,10 @@ fn motion_rows(study: &Study, (fit, held_out): (&[&MotionSignal], &[&MotionSigna
         })
     });
     let transmission = transmission.collect();
-    let traces = all.iter().zip(befores.iter().zip(&afters)).map(|(motion, (before, after))| trace(motion, before, after));
+    let traces = all
+        .iter()
+        .zip(befores.iter().zip(&afters))
+        .map(|(motion, (before, after))| trace(motion, before, after));
     Ok(MotionRows {
         unit: if all.first().is_some_and(|m| m.load_column == "torque_nm") { "N*m" } else { "N" }.into(),
         misfit_map: cells.collect(),

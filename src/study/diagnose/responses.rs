@@ -10,8 +10,9 @@ use super::DiagnosisRequest;
 use super::effects::{at_bound, choose_effects, names_effect, status_words, units, verdict_row};
 use crate::{Study, StudyError, StudyResult, document_rows};
 use diagnosis::{
-    Ablation, Diagnosis, DiagnosisSettings, Domain, Fitted, Hypothesis, HypothesisKind, NullDistribution, PartialGap, closed,
-    closed_interval, diagnose, fitter, floor_over, gap_over, gaps_by_mode, largest_loss_factor, peak_errors, relaxes_within, values_of,
+    Ablation, Diagnosis, DiagnosisSettings, Domain, Fitted, Hypothesis, HypothesisKind, NullDistribution,
+    PartialGap, closed, closed_interval, diagnose, fitter, floor_over, gap_over, gaps_by_mode,
+    largest_loss_factor, peak_errors, relaxes_within, values_of,
 };
 use identification::objective::FrfObjective;
 use long_work::{found_in, kept_as};
@@ -30,7 +31,10 @@ type Range = (f64, f64);
 
 impl Study {
     /// As [`Study::diagnose`], on FRFs or modes.
-    pub(super) fn diagnose_responses(&self, request: &DiagnosisRequest) -> StudyResult<document::DiagnosisDocument> {
+    pub(super) fn diagnose_responses(
+        &self,
+        request: &DiagnosisRequest,
+    ) -> StudyResult<document::DiagnosisDocument> {
         let made = self.identification_settings()?;
         let (fit, held_out) = self.set.split(self.fit.as_deref(), &self.hold_out)?;
         let machine = &self.config.machine;
@@ -56,23 +60,28 @@ impl Study {
         }
         let fitter = fitter(&fit, domain, &made.frozen, &ablated);
         let cache = self.cache_file(request, &effects);
-        let null = cache.as_ref().and_then(|(folder, file)| found_in(&read_text(&folder.join(file), MOST_DOCUMENT_BYTES).ok()?, file));
+        let null = cache.as_ref().and_then(|(folder, file)| {
+            found_in(&read_text(&folder.join(file), MOST_DOCUMENT_BYTES).ok()?, file)
+        });
         let cached = null.is_some();
         let settings = DiagnosisSettings { seed: made.seed, draws: request.nulls, null };
         let found = diagnose(machine, &effects, &fitter, &held_out, &settings, &self.control)?;
         let interval = closed_interval(&fitter, &held_out, &found, settings.seed, &self.control);
         if let Some((folder, file)) = cache.filter(|_| !cached && found.complete) {
             // A cache that cannot be written costs time, not the result.
-            let _ = kept_as(&file, &found.null)
-                .map(|line| OutputFolder::prepare(&folder).and_then(|folder| folder.write(&file, line.as_bytes())));
+            let _ = kept_as(&file, &found.null).map(|line| {
+                OutputFolder::prepare(&folder).and_then(|folder| folder.write(&file, line.as_bytes()))
+            });
         }
         to_document(self, (&fit, &held_out), &found, (interval, fitter.band_hz()), &effects)
     }
 
-    /// Folder and file of the cached null distribution of this machine, these data and this build; `None` without a cache.
+    /// Folder and file of the cached null distribution of this machine, these data and this build; `None`
+    /// without a cache.
     fn cache_file(&self, request: &DiagnosisRequest, effects: &[Effect]) -> Option<(PathBuf, String)> {
         let folder = request.cache.folder()?;
-        // Everything on which null simulations depend enters: settings as a whole, and effects with their ranges.
+        // Everything on which null simulations depend enters: settings as a whole, and effects with their
+        // ranges.
         let DiagnosisRequest { effects: _, exclude: _, nulls, cache: _, ablated } = request;
         let key = self.key(&format!("null distribution {nulls} {ablated:?} {effects:?}"));
         Some((folder, format!("null-{}.json", &digest(key.as_bytes())[..24])))
@@ -83,7 +92,9 @@ impl Study {
 fn acts_on_loops_alone(effect: &Effect) -> bool {
     let patch = &effect.patch;
     let adds = !patch.points.is_empty() || !patch.joints.is_empty() || !patch.reattached.is_empty();
-    !adds && !patch.rescales.is_empty() && patch.rescales.iter().all(|(target, ..)| target.kind == TargetKind::Drive)
+    !adds
+        && !patch.rescales.is_empty()
+        && patch.rescales.iter().all(|(target, ..)| target.kind == TargetKind::Drive)
 }
 
 fn to_document(
@@ -94,7 +105,8 @@ fn to_document(
     effects: &[Effect],
 ) -> StudyResult<document::DiagnosisDocument> {
     let whole = matches!(found.domain, Domain::Frf(_));
-    let names = |positions: &[usize], frfs: &[usize]| document_rows::names(&study.set, positions, frfs, whole);
+    let names =
+        |positions: &[usize], frfs: &[usize]| document_rows::names(&study.set, positions, frfs, whole);
     let before = gap_over(&found.held_out);
     let map = residual_map(study, (fit, held_out), found)?;
     let advice = "if it is right, an effect beyond this verdict is missing";
@@ -127,7 +139,10 @@ fn to_document(
         },
         misfit_over_null: found.excess,
         null: null_row(&found.null),
-        verdict: document::VerdictRow { band_hz: found.location.band_hz, ..verdict_row(&found.verdict, found.location.interface.clone()) },
+        verdict: document::VerdictRow {
+            band_hz: found.location.band_hz,
+            ..verdict_row(&found.verdict, found.location.interface.clone())
+        },
         places: list_places(found),
         ratio: ratios(&map),
         residual_map: map,
@@ -137,7 +152,13 @@ fn to_document(
         effects: list_effects(found, interval, effects, (&chosen, band_hz)),
         described: {
             let (hypothesis, fitted) = &found.described;
-            hypothesis.machine.parameters.iter().map(|p| p.id.clone()).zip(values_of(hypothesis, fitted)).collect()
+            hypothesis
+                .machine
+                .parameters
+                .iter()
+                .map(|p| p.id.clone())
+                .zip(values_of(hypothesis, fitted))
+                .collect()
         },
         chosen,
     })
@@ -155,11 +176,14 @@ fn null_row(null: &NullDistribution) -> Option<document::NullRow> {
     })
 }
 
-/// Says why a fitted effect may stand for another one: a loss factor ends at its border, or a relaxation has its corner outside the band (Hz) of the data.
+/// Says why a fitted effect may stand for another one: a loss factor ends at its border, or a relaxation has
+/// its corner outside the band (Hz) of the data.
 fn doubt_about(hypothesis: &Hypothesis, fitted: &Fitted, band_hz: Option<Range>) -> Option<String> {
     if let Some(parameter) = largest_loss_factor(hypothesis, fitted) {
         let id = &parameter.id;
-        return Some(format!("{id} ends at the largest value of its range: the effect takes up a change that another one makes"));
+        return Some(format!(
+            "{id} ends at the largest value of its range: the effect takes up a change that another one makes"
+        ));
     }
     let (from_hz, to_hz) = band_hz.filter(|band_hz| !relaxes_within(hypothesis, fitted, *band_hz))?;
     Some(format!(
@@ -180,18 +204,26 @@ fn list_effects(
         // What describes a named effect in more detail stands in the row of that effect.
         .filter(|t| {
             let id = &t.candidate.id;
-            t.candidate.fitted.is_some() || names_effect(&found.verdict, id) || !found.chosen.0.effects.contains(id)
+            t.candidate.fitted.is_some()
+                || names_effect(&found.verdict, id)
+                || !found.chosen.0.effects.contains(id)
         })
         .map(|t| {
             let (status, why) = status_words(&t.candidate.status);
             // The row of an effect that is named alone is that of the chosen model.
-            let is_named_first = found.verdict.effects.first().is_some_and(|first| first.is_only(&t.candidate.id));
+            let is_named_first =
+                found.verdict.effects.first().is_some_and(|first| first.is_only(&t.candidate.id));
             let is_chosen = is_named_first && found.chosen.0.effects.first() == Some(&t.candidate.id);
             let (fitted, held_out, gain) = match is_chosen {
-                true => (Some(&found.chosen), &found.chosen_held_out, found.nominal.1.chi_square - found.chosen.1.chi_square),
+                true => (
+                    Some(&found.chosen),
+                    &found.chosen_held_out,
+                    found.nominal.1.chi_square - found.chosen.1.chi_square,
+                ),
                 false => (t.candidate.fitted.as_ref(), &t.held_out, t.candidate.gain),
             };
-            let why = why.or_else(|| fitted.and_then(|(hypothesis, fitted)| doubt_about(hypothesis, fitted, band_hz)));
+            let why = why
+                .or_else(|| fitted.and_then(|(hypothesis, fitted)| doubt_about(hypothesis, fitted, band_hz)));
             let is_selected = names_effect(&found.verdict, &t.candidate.id);
             let own: Vec<(&Parameter, f64)> = fitted.map_or_else(Vec::new, |(hypothesis, fitted)| {
                 let values = values_of(hypothesis, fitted);
@@ -210,7 +242,10 @@ fn list_effects(
                 misfit_reduction: gain / found.nominal.1.chi_square,
                 parameters: own.iter().map(|(p, value)| (p.id.clone(), *value)).collect(),
                 parameter_units: units(&own),
-                parameters_at_bound: at_bound(&own, found.chosen.0.effects.contains(&t.candidate.id).then_some(&chosen.parameters)),
+                parameters_at_bound: at_bound(
+                    &own,
+                    found.chosen.0.effects.contains(&t.candidate.id).then_some(&chosen.parameters),
+                ),
                 open: fitted.is_some_and(|(_, fitted)| fitted.found < 2),
                 selected: is_selected,
                 description: effects.iter().find(|e| e.id == t.candidate.id).map(|e| e.description.clone()),
@@ -222,12 +257,14 @@ fn list_effects(
 /// Returns the interfaces where a generic impedance reduces χ² most.
 fn list_places(found: &Diagnosis) -> Vec<document::WhereRow> {
     // The named effect comes first, at its location.
-    let named = found.location.interface.clone().filter(|_| found.verdict.kind.explains()).map(|interface| document::WhereRow {
-        interface,
-        over: None,
-        shape: document::NAMED.into(),
-        misfit_reduction: 1.0 - found.chosen.1.chi_square / found.nominal.1.chi_square,
-        gap_held_out: gap_over(&found.chosen_held_out),
+    let named = found.location.interface.clone().filter(|_| found.verdict.kind.explains()).map(|interface| {
+        document::WhereRow {
+            interface,
+            over: None,
+            shape: document::NAMED.into(),
+            misfit_reduction: 1.0 - found.chosen.1.chi_square / found.nominal.1.chi_square,
+            gap_held_out: gap_over(&found.chosen_held_out),
+        }
     });
     named
         .into_iter()
@@ -245,16 +282,34 @@ fn list_places(found: &Diagnosis) -> Vec<document::WhereRow> {
 }
 
 /// Returns the chosen model and the share of the gap that it closes.
-fn chosen_row(held_out: &HoldOutSet<'_>, found: &Diagnosis, interval: Option<(f64, f64)>) -> StudyResult<document::Chosen> {
-    let ceiling =
-        found.located.iter().filter_map(|l| closed(&found.held_out, &l.held_out)).chain(closed(&found.held_out, &found.chosen_held_out));
+fn chosen_row(
+    held_out: &HoldOutSet<'_>,
+    found: &Diagnosis,
+    interval: Option<(f64, f64)>,
+) -> StudyResult<document::Chosen> {
+    let ceiling = found
+        .located
+        .iter()
+        .filter_map(|l| closed(&found.held_out, &l.held_out))
+        .chain(closed(&found.held_out, &found.chosen_held_out));
     let chosen_values = values_of(&found.explained.0, &found.explained.1);
     Ok(document::Chosen {
         id: found.chosen.0.id(),
-        parameters: found.explained.0.machine.parameters.iter().map(|p| p.id.clone()).zip(chosen_values).collect(),
+        parameters: found
+            .explained
+            .0
+            .machine
+            .parameters
+            .iter()
+            .map(|p| p.id.clone())
+            .zip(chosen_values)
+            .collect(),
         gap_held_out: gap_over(&found.chosen_held_out),
         misfit_over_null: Some(found.chosen_excess),
-        gap_held_out_with_nuisances: found.gaps_with_nuisances.as_ref().map(|each| each.each_ref().map(|parts| gap_over(parts))),
+        gap_held_out_with_nuisances: found
+            .gaps_with_nuisances
+            .as_ref()
+            .map(|each| each.each_ref().map(|parts| gap_over(parts))),
         closed: closed(&found.held_out, &found.chosen_held_out),
         closed95: interval.map(|(a, b)| [a, b]),
         ceiling: ceiling.reduce(f64::max),
@@ -311,7 +366,10 @@ fn residual_map(
             let count = inside.len() as f64;
             let mean = inside.iter().sum::<Complex64>() / count;
             cells.push(document::ResidualCell {
-                position: frf.position.map_or_else(|| frf.record.clone().unwrap_or_default(), |p| study.set.positions[p].name.clone()),
+                position: frf.position.map_or_else(
+                    || frf.record.clone().unwrap_or_default(),
+                    |p| study.set.positions[p].name.clone(),
+                ),
                 channel: format!("{}/{}", frf.response, frf.excitation),
                 from_hz,
                 to_hz,
@@ -325,10 +383,14 @@ fn residual_map(
 }
 
 /// Returns the gap of each mode over all positions, with the machine as described at its fit.
-fn by_mode((fit, held_out): (&FitSet<'_>, &HoldOutSet<'_>), found: &Diagnosis) -> StudyResult<Vec<Option<f64>>> {
+fn by_mode(
+    (fit, held_out): (&FitSet<'_>, &HoldOutSet<'_>),
+    found: &Diagnosis,
+) -> StudyResult<Vec<Option<f64>>> {
     let Domain::Modes(settings) = found.domain else { return Ok(Vec::new()) };
     let (hypothesis, fitted) = &found.described;
-    gaps_by_mode(hypothesis, &values_of(hypothesis, fitted), &fit.both(held_out), settings).map_err(StudyError::from)
+    gaps_by_mode(hypothesis, &values_of(hypothesis, fitted), &fit.both(held_out), settings)
+        .map_err(StudyError::from)
 }
 
 fn by_band(map: &[document::ResidualCell]) -> Vec<document::BandGap> {
@@ -340,10 +402,14 @@ fn by_band(map: &[document::ResidualCell]) -> Vec<document::BandGap> {
         }
     }
     bands.sort_by(|a, b| a.0.total_cmp(&b.0));
-    bands.into_iter().map(|(from_hz, to_hz, sum, count)| document::BandGap { from_hz, to_hz, gap: (sum / count).sqrt() }).collect()
+    bands
+        .into_iter()
+        .map(|(from_hz, to_hz, sum, count)| document::BandGap { from_hz, to_hz, gap: (sum / count).sqrt() })
+        .collect()
 }
 
-/// # Source  plant–model ratio: a flat magnitude is a gain, a phase in proportion to the frequency a delay (Selvanathan and Tangirala, J. Process
+/// # Source  plant–model ratio: a flat magnitude is a gain, a phase in proportion to the frequency a delay
+///   (Selvanathan and Tangirala, J. Process
 /// Control 20 (2010)).
 fn ratios(map: &[document::ResidualCell]) -> Vec<document::Ratio> {
     let mut channels: Vec<&String> = map.iter().map(|c| &c.channel).collect();
@@ -354,7 +420,9 @@ fn ratios(map: &[document::ResidualCell]) -> Vec<document::Ratio> {
         .map(|channel| {
             let cells: Vec<&document::ResidualCell> = map.iter().filter(|c| c.channel == *channel).collect();
             let count = cells.len() as f64;
-            let mean = |of: &dyn Fn(&document::ResidualCell) -> f64| cells.iter().map(|c| of(c)).sum::<f64>() / count;
+            let mean = |of: &dyn Fn(&document::ResidualCell) -> f64| {
+                cells.iter().map(|c| of(c)).sum::<f64>() / count
+            };
             let log_f = |c: &document::ResidualCell| 0.5 * (c.from_hz * c.to_hz).ln();
             let (x, y) = (mean(&log_f), mean(&|c| c.log_ratio));
             let spread = mean(&|c| (log_f(c) - x).powi(2)).max(1e-12);
@@ -374,7 +442,13 @@ fn ratios(map: &[document::ResidualCell]) -> Vec<document::Ratio> {
             } else {
                 let worst = cells.iter().max_by(|a, b| a.gap.total_cmp(&b.gap));
                 worst.map_or(String::new(), |c| {
-                    format!("differs by {:.0} % rms, most at {} from {:.0} to {:.0} Hz", 100.0 * size, c.position, c.from_hz, c.to_hz)
+                    format!(
+                        "differs by {:.0} % rms, most at {} from {:.0} to {:.0} Hz",
+                        100.0 * size,
+                        c.position,
+                        c.from_hz,
+                        c.to_hz
+                    )
                 })
             };
             document::Ratio { channel: channel.clone(), factor: y.exp(), power, delay_s, looks_like }
@@ -392,7 +466,8 @@ fn delta_z(found: &Diagnosis) -> Vec<document::DeltaZ> {
             let (hypothesis, fitted) = l.candidate.fitted.as_ref()?;
             let HypothesisKind::Interface { interface, shape } = &hypothesis.kind else { return None };
             let values = values_of(hypothesis, fitted);
-            let frequency_hz: Vec<f64> = (0..120).map(|at| 5.0 * 400.0_f64.powf(f64::from(at) / 119.0)).collect();
+            let frequency_hz: Vec<f64> =
+                (0..120).map(|at| 5.0 * 400.0_f64.powf(f64::from(at) / 119.0)).collect();
             let at = |f: &f64| hypothesis.dynamic_stiffness(&values, std::f64::consts::TAU * f);
             let z: Vec<Complex64> = frequency_hz.iter().filter_map(at).collect();
             Some(document::DeltaZ {
@@ -405,22 +480,31 @@ fn delta_z(found: &Diagnosis) -> Vec<document::DeltaZ> {
         .collect()
 }
 
-/// Returns the errors of the highest resonance of held-out FRFs, before and after: frequency, damping ratio, peak compliance.
-fn headline_metrics(held_out: &HoldOutSet<'_>, found: &Diagnosis) -> StudyResult<Vec<document::HeadlineMetrics>> {
+/// Returns the errors of the highest resonance of held-out FRFs, before and after: frequency, damping ratio,
+/// peak compliance.
+fn headline_metrics(
+    held_out: &HoldOutSet<'_>,
+    found: &Diagnosis,
+) -> StudyResult<Vec<document::HeadlineMetrics>> {
     let Domain::Frf(settings) = found.domain else { return Ok(Vec::new()) };
     if held_out.frfs().is_empty() {
         return Ok(Vec::new());
     }
-    let errors =
-        |(hypothesis, fitted): &(Hypothesis, Fitted)| peak_errors(hypothesis, fitted, held_out, settings).map_err(StudyError::from);
-    let (Some(before), Some(after)) = (errors(&found.described)?, errors(&found.explained)?) else { return Ok(Vec::new()) };
+    let errors = |(hypothesis, fitted): &(Hypothesis, Fitted)| {
+        peak_errors(hypothesis, fitted, held_out, settings).map_err(StudyError::from)
+    };
+    let (Some(before), Some(after)) = (errors(&found.described)?, errors(&found.explained)?) else {
+        return Ok(Vec::new());
+    };
     let row = |what: &str, before: f64, after: f64| document::HeadlineMetrics {
         figure: format!("{what}, rms error at held-out positions"),
         before,
         after,
     };
     let mut rows = vec![row("frequency of the highest resonance", before.frequency, after.frequency)];
-    rows.extend(before.damping.zip(after.damping).map(|(before, after)| row("its damping ratio", before, after)));
+    rows.extend(
+        before.damping.zip(after.damping).map(|(before, after)| row("its damping ratio", before, after)),
+    );
     rows.push(row("its peak compliance", before.height, after.height));
     Ok(rows)
 }

@@ -7,10 +7,11 @@ use crate::{Study, StudyResult};
 use report::document::IdentificationDocument;
 
 impl Study {
-    /// Identifies the machine's free parameters from the fitted data, and predicts the held-out data. Where nothing is held out, each position is
-    /// predicted by a fit without it.
+    /// Identifies the machine's free parameters from the fitted data, and predicts the held-out data. Where
+    /// nothing is held out, each position is predicted by a fit without it.
     ///
-    /// # Errors  a setting is outside its range; machine and set do not fit together; the data do not suffice.
+    /// # Errors  a setting is outside its range; machine and set do not fit together; the data do not
+    ///   suffice.
     pub fn identify(&self) -> StudyResult<IdentificationDocument> {
         self.check_observations()?;
         if self.is_on_motion() { self.identify_from_records() } else { self.identify_from_responses() }

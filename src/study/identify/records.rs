@@ -5,10 +5,13 @@ use std::collections::BTreeMap;
 use crate::document_rows::parameter_row;
 use crate::motion_records::{add_simulated_gaps, curve_rows, list_positions, list_records, names};
 use crate::{Study, StudyError, StudyResult};
-use dynamics::inverse_dynamics::{InverseError, MotionSignal, Preprocessing, free_parameters, parameters_without_influence, recorded};
+use dynamics::inverse_dynamics::{
+    InverseError, MotionSignal, Preprocessing, free_parameters, parameters_without_influence, recorded,
+};
 use identification::Estimate;
 use identification::motion::{
-    ForceFit, SmallPrint, ToleranceSize, TolerantFit, correlation, estimate_weighted, estimate_with_tolerances, output_error,
+    ForceFit, SmallPrint, ToleranceSize, TolerantFit, correlation, estimate_weighted,
+    estimate_with_tolerances, output_error,
 };
 use long_work::Control;
 use machine::Machine;
@@ -25,7 +28,10 @@ impl Study {
             None | Some(ObjectiveKind::InverseDynamics) => false,
             Some(ObjectiveKind::OutputError) => true,
             Some(_) => {
-                let fault = format!("{} holds only motion records; write inverse-dynamics or output-error", self.set.path);
+                let fault = format!(
+                    "{} holds only motion records; write inverse-dynamics or output-error",
+                    self.set.path
+                );
                 return Err(StudyError::setting("objective", "", fault));
             }
         };
@@ -36,11 +42,19 @@ impl Study {
         let (fit, held_out) = (&fit[..], &held_out[..]);
         let (mut motions, rigid, mut warnings) = self.preprocess_all()?;
         let asked = free_parameters(machine, &made.frozen)?;
-        let unseen =
-            parameters_without_influence(&rigid, machine, &asked, &fit.iter().map(|i| &motions[*i]).collect::<Vec<&MotionSignal>>());
+        let unseen = parameters_without_influence(
+            &rigid,
+            machine,
+            &asked,
+            &fit.iter().map(|i| &motions[*i]).collect::<Vec<&MotionSignal>>(),
+        );
         let free: Vec<usize> = asked.into_iter().filter(|i| !unseen.contains(i)).collect();
         if free.is_empty() {
-            return Err(StudyError::setting("freeze", "", "holds every parameter of the machine; leave one free"));
+            return Err(StudyError::setting(
+                "freeze",
+                "",
+                "holds every parameter of the machine; leave one free",
+            ));
         }
         let mut found = estimate_weighted(&rigid, machine, &free, &mut motions, fit, &self.control)?;
         let (mut complete, mut tolerances) = (true, BTreeMap::new());
@@ -66,7 +80,8 @@ impl Study {
             let all: Vec<&MotionRecord> = self.set.motions.iter().collect();
             complete &= add_simulated_gaps(&mut records, (machine, values), &all, &self.control)?;
         }
-        let error = |r: &MotionRecordRow| if simulated { r.simulated_force_error } else { Some(r.force_error) };
+        let error =
+            |r: &MotionRecordRow| if simulated { r.simulated_force_error } else { Some(r.force_error) };
         let level = if simulated {
             let all = fit.iter().flat_map(|i| self.set.motions[*i].load.samples());
             all.map(|x| x * x).sum::<f64>()
@@ -79,7 +94,11 @@ impl Study {
             machine: self.machine_text(),
             manifest: self.manifest(),
             settings: RunSettings {
-                objective: if simulated { ObjectiveKind::OutputError } else { ObjectiveKind::InverseDynamics },
+                objective: if simulated {
+                    ObjectiveKind::OutputError
+                } else {
+                    ObjectiveKind::InverseDynamics
+                },
                 ..self.run_settings(&made)
             },
             parameters: parameter_rows(machine, values, &estimates),
@@ -110,7 +129,9 @@ fn refine_by_simulation(
     let machine = &study.config.machine;
     let records: Vec<&MotionRecord> = fit.iter().map(|i| &study.set.motions[*i]).collect();
     let closed = output_error(machine, &found.values, free, &records, control)?;
-    let length = |i: &usize| (study.set.motions[*i].samples(), motions[*i].period.map(|p| p * motions[*i].preprocessing.factor));
+    let length = |i: &usize| {
+        (study.set.motions[*i].samples(), motions[*i].period.map(|p| p * motions[*i].preprocessing.factor))
+    };
     let lengths: Vec<(usize, Option<usize>)> = fit.iter().map(length).collect();
     let refined = ForceFit { evaluations: found.evaluations + closed.evaluations, ..closed };
     let estimates = refined.estimates_of(machine, free, &lengths);
@@ -120,8 +141,9 @@ fn refine_by_simulation(
 /// Returns warnings about parameters that the records do not determine, and about those at a bound.
 fn list_warnings(machine: &Machine, unseen: &[usize], estimates: &[Estimate]) -> Vec<String> {
     let ids: Vec<&str> = unseen.iter().map(|i| machine.parameters[*i].id.as_str()).collect();
-    let nowhere =
-        (!ids.is_empty()).then(|| format!("not identifiable from force and extra channels, held at the start value: {}", ids.join(", ")));
+    let nowhere = (!ids.is_empty()).then(|| {
+        format!("not identifiable from force and extra channels, held at the start value: {}", ids.join(", "))
+    });
     let at_end = estimates.iter().filter(|e| e.at_bound).map(|e| {
         let p = &machine.parameters[e.parameter];
         format!("{} lies at a bound of its range, {} … {} {}", p.id, p.lower, p.upper, p.unit)
@@ -129,7 +151,11 @@ fn list_warnings(machine: &Machine, unseen: &[usize], estimates: &[Estimate]) ->
     nowhere.into_iter().chain(at_end).collect()
 }
 
-fn parameter_rows(machine: &Machine, values: &[f64], estimates: &[Estimate]) -> BTreeMap<String, ParameterRow> {
+fn parameter_rows(
+    machine: &Machine,
+    values: &[f64],
+    estimates: &[Estimate],
+) -> BTreeMap<String, ParameterRow> {
     let row = |at: usize| {
         let found = estimates.iter().find(|e| e.parameter == at);
         let held = Estimate::without_interval(at, values[at], None);
@@ -138,7 +164,8 @@ fn parameter_rows(machine: &Machine, values: &[f64], estimates: &[Estimate]) -> 
     (0..machine.parameters.len()).map(row).collect()
 }
 
-/// Returns the tolerances of a fit: delay and friction at reversals by their values, the others by their sizes.
+/// Returns the tolerances of a fit: delay and friction at reversals by their values, the others by their
+/// sizes.
 fn tolerance_rows(fit: &TolerantFit, load_column: &str) -> BTreeMap<String, ToleranceRow> {
     let force = if load_column == "torque_nm" { "N*m" } else { "N" };
     let row = |size: &ToleranceSize| {
@@ -147,7 +174,12 @@ fn tolerance_rows(fit: &TolerantFit, load_column: &str) -> BTreeMap<String, Tole
         let prior = PriorRow { mean: 0.0, sd: size.kind.prior_sd() * size.stated, kind };
         (
             size.kind.name().to_string(),
-            ToleranceRow { unit: unit.into(), prior, value: size.value * size.stated, sd: size.sd * size.stated },
+            ToleranceRow {
+                unit: unit.into(),
+                prior,
+                value: size.value * size.stated,
+                sd: size.sd * size.stated,
+            },
         )
     };
     fit.sizes.iter().map(row).collect()
@@ -157,7 +189,10 @@ fn tolerance_rows(fit: &TolerantFit, load_column: &str) -> BTreeMap<String, Tole
 fn list_discrepancies(fit: &TolerantFit) -> Vec<String> {
     let large = fit.sizes.iter().filter(|size| size.is_implausible()).map(|size| {
         let times = size.value.abs();
-        format!("{}: {times:.1} times what is common; run diagnose to find the effect that the machine lacks", size.kind.name())
+        format!(
+            "{}: {times:.1} times what is common; run diagnose to find the effect that the machine lacks",
+            size.kind.name()
+        )
     });
     let systematic = fit.is_systematic().then(|| {
         let share = 100.0 * fit.systematic_share;
@@ -168,7 +203,10 @@ fn list_discrepancies(fit: &TolerantFit) -> Vec<String> {
     large.chain(systematic).collect()
 }
 
-fn derived(records: &BTreeMap<String, MotionRecordRow>, error: impl Fn(&MotionRecordRow) -> Option<f64>) -> BTreeMap<String, f64> {
+fn derived(
+    records: &BTreeMap<String, MotionRecordRow>,
+    error: impl Fn(&MotionRecordRow) -> Option<f64>,
+) -> BTreeMap<String, f64> {
     let over = |role: Role| {
         let own = records.values().filter(|r| r.role == role).filter_map(|r| Some((error(r)?, r.compared)));
         numeric::statistics::root_mean_square_of_parts(own)
@@ -180,5 +218,10 @@ fn derived(records: &BTreeMap<String, MotionRecordRow>, error: impl Fn(&MotionRe
 }
 
 fn recipe_row(recipe: &Preprocessing) -> PreprocessingRow {
-    PreprocessingRow { cutoff_hz: recipe.cutoff_hz, order: recipe.order, dropped: recipe.dropped, decimation: recipe.factor }
+    PreprocessingRow {
+        cutoff_hz: recipe.cutoff_hz,
+        order: recipe.order,
+        dropped: recipe.dropped,
+        decimation: recipe.factor,
+    }
 }

@@ -21,14 +21,19 @@ impl Study {
         let renumbered = self.renumbered(&misplaced, &made)?;
         // Where nothing is held out, each position is predicted by a fit without it.
         let alone = held_out.is_empty();
-        let predicted = if alone && found.complete { cross_validation(machine, &fit, &made, &found, control)? } else { None };
+        let predicted = if alone && found.complete {
+            cross_validation(machine, &fit, &made, &found, control)?
+        } else {
+            None
+        };
         found.complete &= !control.stopped();
         let leave_one_out = predicted.is_some();
         if let Some(predicted) = predicted {
             (found.fitted, found.fitted_frfs) = (predicted.modes, predicted.frfs);
         }
         let whole = made.frf.is_some();
-        let names = |positions: &[usize], frfs: &[usize]| document_rows::names(&self.set, positions, frfs, whole);
+        let names =
+            |positions: &[usize], frfs: &[usize]| document_rows::names(&self.set, positions, frfs, whole);
         let fit_positions = names(fit.positions(), fit.frfs());
         let positions = document_rows::positions(self, &found, &fit_positions);
         let frfs = document_rows::all_frfs(&self.set, &found);
@@ -47,7 +52,8 @@ impl Study {
         derived.extend(found.derived.iter().map(|d| (d.name.clone(), d.value)));
         derived.insert("chi_square".into(), found.chi_square);
         derived.insert("degrees_of_freedom".into(), found.degrees_of_freedom as f64);
-        let interval = |d: &identification::DerivedEstimate| d.interval95.map(|(a, b)| (d.name.clone(), [a, b]));
+        let interval =
+            |d: &identification::DerivedEstimate| d.interval95.map(|(a, b)| (d.name.clone(), [a, b]));
         let free = found.free.iter().map(|i| machine.parameters[*i].id.clone());
         let gain = (found.certainty.sd.len() > found.free.len()).then(|| "gain".to_string());
         let repeat = |r: &identification::Repeat| RepeatRow {
@@ -71,7 +77,11 @@ impl Study {
             bootstrap: document_rows::bootstraps(machine, &found),
             cost: found.cost,
             evaluations: found.evaluations,
-            search: Some(SearchRow { starts: found.effort.starts, found: found.effort.found, required: found.effort.required }),
+            search: Some(SearchRow {
+                starts: found.effort.starts,
+                found: found.effort.found,
+                required: found.effort.required,
+            }),
             searches_agree: found.agree,
             searches: found.repeats.iter().map(repeat).collect(),
             leave_one_out,
@@ -88,7 +98,11 @@ impl Study {
     }
 
     /// Fits the set with misplaced modes at the orders they fit; `None` where there are none.
-    fn renumbered(&self, misplaced: &[MisplacedMode], made: &IdentificationSettings) -> StudyResult<Option<RenumberedRow>> {
+    fn renumbered(
+        &self,
+        misplaced: &[MisplacedMode],
+        made: &IdentificationSettings,
+    ) -> StudyResult<Option<RenumberedRow>> {
         if misplaced.is_empty() {
             return Ok(None);
         }
@@ -98,7 +112,11 @@ impl Study {
             frequency_hz: m.frequency_hz,
             fits_order: m.fits,
         };
-        let row = RenumberedRow { modes: misplaced.iter().map(of).collect(), cost: None, parameters: BTreeMap::new() };
+        let row = RenumberedRow {
+            modes: misplaced.iter().map(of).collect(),
+            cost: None,
+            parameters: BTreeMap::new(),
+        };
         let set = with_fitting_orders(&self.set, misplaced);
         let (fit, held_out) = set.split(self.fit.as_deref(), &self.hold_out)?;
         if !misplaced.iter().any(|m| fit.positions().contains(&m.position)) {
@@ -107,6 +125,10 @@ impl Study {
         let machine = &self.config.machine;
         let found = identify(machine, &fit, &held_out, made, &self.control.within("renumbered"))?;
         let names = document_rows::names(&self.set, fit.positions(), &[], false);
-        Ok(Some(RenumberedRow { cost: Some(found.cost), parameters: document_rows::parameters(self, &found, &names), ..row }))
+        Ok(Some(RenumberedRow {
+            cost: Some(found.cost),
+            parameters: document_rows::parameters(self, &found, &names),
+            ..row
+        }))
     }
 }

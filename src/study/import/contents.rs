@@ -33,9 +33,12 @@ pub fn list_contents(files: &[PathBuf]) -> StudyResult<Vec<FileContents>> {
             all.push(FileContents { text: format!("{source}: {described}\n"), warnings });
             continue;
         }
-        let file = read_headers(open_universal(path)?).map_err(|e| StudyError::input(&source, e.to_string()))?;
-        let counted = |count: usize, noun: &str| format!("{count} {noun}{}", if count == 1 { "" } else { "s" });
-        let (functions, nodes) = (counted(file.functions.len(), "function"), counted(file.nodes.len(), "node"));
+        let file =
+            read_headers(open_universal(path)?).map_err(|e| StudyError::input(&source, e.to_string()))?;
+        let counted =
+            |count: usize, noun: &str| format!("{count} {noun}{}", if count == 1 { "" } else { "s" });
+        let (functions, nodes) =
+            (counted(file.functions.len(), "function"), counted(file.nodes.len(), "node"));
         text += &format!("{source}: {functions}, {nodes}, {}\n", counted(file.units.len(), "unit set"));
         for (at, header) in file.functions.iter().enumerate() {
             text += &format!("  {:>3}  {}\n", at + 1, described(header));

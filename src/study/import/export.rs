@@ -3,7 +3,8 @@
 use crate::{StudyError, StudyResult};
 use measurement::{Frf, MeasurementSet, Quantity};
 use universal_files::{
-    Abscissa, ByteOrder, Encoding, FileHeader, NodeLocation, RecordAxis, Units, UniversalRecord, UniversalWriter, WriteError, data_type,
+    Abscissa, ByteOrder, Encoding, FileHeader, NodeLocation, RecordAxis, Units, UniversalRecord,
+    UniversalWriter, WriteError, data_type,
 };
 
 /// A measurement set as a universal file.
@@ -46,8 +47,7 @@ pub fn export(set: &MeasurementSet, binary: bool) -> StudyResult<ExportedSet> {
     let has_noise = set.frfs.iter().any(|f| f.lines.iter().any(|l| l.noise.is_some()));
     let left_out = "coherence and relative_sd have no field in a universal FRF record and are not written; keep the measurement set, too";
     let has_window = set.frfs.iter().any(|f| f.condition.window_per_s > 0.0);
-    let unstated =
-        "an exponential window has no field in a universal FRF record; state exponential_window_s again where the file is imported";
+    let unstated = "an exponential window has no field in a universal FRF record; state exponential_window_s again where the file is imported";
     let notes = [(has_noise, left_out), (has_window, unstated)].into_iter().filter(|(applies, _)| *applies);
     Ok(ExportedSet { bytes, frfs: set.frfs.len(), notes: notes.map(|(_, note)| note.to_string()).collect() })
 }
@@ -58,7 +58,8 @@ fn record(frf: &Frf, position: Option<&str>, response: i64, excitation: i64) -> 
         Quantity::Mobility => (data_type::VELOCITY, "Velocity", "m/s"),
         Quantity::Accelerance => (data_type::ACCELERATION, "Acceleration", "m/s^2"),
     };
-    let location = |name: &str, node: i64| NodeLocation { entity: name.chars().take(10).collect(), node, direction: 1 };
+    let location =
+        |name: &str, node: i64| NodeLocation { entity: name.chars().take(10).collect(), node, direction: 1 };
     let frequency = Abscissa::Uneven(frf.lines.iter().map(|l| l.frequency_hz).collect());
     let values = frf.lines.iter().map(|line| frf.recorded(line)).collect();
     let numerator = RecordAxis::new(code, label, unit);

@@ -12,7 +12,8 @@ pub struct ImportRequest {
     pub files: Vec<PathBuf>,
     /// Names of the columns of all tables, in place of their headers.
     pub columns: Option<Vec<String>>,
-    /// Whether any faulty part refuses its file; otherwise the sound parts are imported, and what is left out is named.
+    /// Whether any faulty part refuses its file; otherwise the sound parts are imported, and what is left out
+    /// is named.
     pub strict: bool,
     /// Whether files that end inside their data are accepted.
     pub accept_truncated: bool,

@@ -6,7 +6,9 @@ use crate::frequency_response::Evaluated;
 use crate::modal_density::mode_frequencies_hz;
 use crate::{StudyError, StudyResult};
 use dynamics::model::RodModel;
-use identification::objective::{Excitation, FrfObjective, FrfSettings, ModeObjective, ModeSettings, operating};
+use identification::objective::{
+    Excitation, FrfObjective, FrfSettings, ModeObjective, ModeSettings, operating,
+};
 use machine::{Chain, Machine, Operating, ParameterValues, PointMotion};
 use measurement::{FitSet, Frf, Gain, HoldOutSet, MeasurementSet, Quantity};
 use numeric::statistics::extremes;
@@ -15,12 +17,13 @@ use report::page::{PageCurve, PeakMark};
 
 /// Number of frequency lines of a predicted FRF where none was measured, evenly spaced in ln f.
 const LINES: usize = 1500;
-/// Ends of the predicted band over the lowest and the highest measured natural frequency (1): the flanks of both peaks lie inside.
+/// Ends of the predicted band over the lowest and the highest measured natural frequency (1): the flanks of
+/// both peaks lie inside.
 const BAND_ENDS: (f64, f64) = (0.4, 1.4);
 /// Number of extra lines on each side of a predicted peak.
 const PEAK_LINES: i32 = 100;
-/// Distance of the first extra line from the peak, relative to its frequency (1). The i-th line lies i³ times as far: dense at the peak, up to 2 %
-/// from it.
+/// Distance of the first extra line from the peak, relative to its frequency (1). The i-th line lies i³ times
+/// as far: dense at the peak, up to 2 % from it.
 const PEAK_SPACING: f64 = 2e-8;
 
 /// A line of an FRF: frequency (Hz), and value in the displayed unit.
@@ -46,7 +49,8 @@ pub(super) struct Overlay<'o> {
 }
 
 impl Overlay<'_> {
-    /// Returns all FRFs of the set with their predictions. For a set of modes it returns predictions over the band of its modes.
+    /// Returns all FRFs of the set with their predictions. For a set of modes it returns predictions over the
+    /// band of its modes.
     pub(super) fn curves(&self) -> StudyResult<Vec<PageCurve>> {
         let gains = self.models.iter().map(|m| self.gain(m)).collect::<StudyResult<Vec<f64>>>()?;
         if self.set.frfs.is_empty() {
@@ -63,8 +67,8 @@ impl Overlay<'_> {
 
     /// Returns the gain of a model: the factor from its prediction to the record (1).
     ///
-    /// An unknown gain is fitted to all positions. It belongs to the measuring chain, which is the same for fitted and held-out positions. It only
-    /// scales the drawn curves.
+    /// An unknown gain is fitted to all positions. It belongs to the measuring chain, which is the same for
+    /// fitted and held-out positions. It only scales the drawn curves.
     fn gain(&self, model: &CurveModel) -> StudyResult<f64> {
         match (self.set.gain, model.gain) {
             (Gain::Known(gain), _) | (Gain::Unknown, Some(gain)) => Ok(gain),
@@ -81,7 +85,8 @@ impl Overlay<'_> {
         }
     }
 
-    /// Predicts a recorded response with every model, times a unit factor. Returns the curves of the result and of the model before it.
+    /// Predicts a recorded response with every model, times a unit factor. Returns the curves of the result
+    /// and of the model before it.
     fn predicted(
         &self,
         channel: (&str, &str),
@@ -91,8 +96,9 @@ impl Overlay<'_> {
         gains: &[f64],
     ) -> StudyResult<(Vec<FrfSample>, Vec<FrfSample>)> {
         let models = self.models.iter().zip(gains);
-        let mut all =
-            models.map(|(m, gain)| m.predicted(channel, quantity, operating, lines, factor * gain)).collect::<Result<Vec<_>, _>>()?;
+        let mut all = models
+            .map(|(m, gain)| m.predicted(channel, quantity, operating, lines, factor * gain))
+            .collect::<Result<Vec<_>, _>>()?;
         Ok((all.pop().unwrap_or_default(), all.pop().unwrap_or_default()))
     }
 
@@ -102,11 +108,20 @@ impl Overlay<'_> {
         let operating = operating(set, frf);
         let (factor, unit) = self.unit((&frf.response, &frf.excitation), frf.quantity)?;
         let lines: Vec<f64> = frf.lines.iter().map(|l| l.frequency_hz).collect();
-        let (predicted, before) = self.predicted((&frf.response, &frf.excitation), (frf.quantity, factor), &operating, &lines, gains)?;
+        let (predicted, before) = self.predicted(
+            (&frf.response, &frf.excitation),
+            (frf.quantity, factor),
+            &operating,
+            &lines,
+            gains,
+        )?;
         let channel = format!("{}/{}", frf.response, frf.excitation);
         let name = |p: usize| set.positions[p].name.clone();
-        // Without a position the record names the curve. Where a position has several records, the record is added to the channel.
-        let several = |p: usize| set.frfs.iter().filter(|f| f.position == Some(p) && f.response == frf.response).count() > 1;
+        // Without a position the record names the curve. Where a position has several records, the record is
+        // added to the channel.
+        let several = |p: usize| {
+            set.frfs.iter().filter(|f| f.position == Some(p) && f.response == frf.response).count() > 1
+        };
         let (position, channel) = match (frf.position, &frf.record) {
             (Some(p), Some(record)) if several(p) => (name(p), format!("{channel} {record}")),
             (Some(p), _) => (name(p), channel),
@@ -128,7 +143,10 @@ impl Overlay<'_> {
     /// Returns predicted FRFs of the measured channel at all positions, with the measured modes as marks.
     fn mode_curves(&self, gains: &[f64]) -> StudyResult<Vec<PageCurve>> {
         let set = self.set;
-        let (Some(modes), Some(response), Some(excitation)) = (&set.modes, &set.response, &set.excitation) else { return Ok(Vec::new()) };
+        let (Some(modes), Some(response), Some(excitation)) = (&set.modes, &set.response, &set.excitation)
+        else {
+            return Ok(Vec::new());
+        };
         let quantity = set.quantity.unwrap_or(Quantity::Receptance);
         let (factor, unit) = self.unit((response, excitation), quantity)?;
         let (low, high) = extremes(&mode_frequencies_hz(set));
@@ -144,15 +162,23 @@ impl Overlay<'_> {
         }
         let mut curves = Vec::new();
         for (at, (position, observed)) in set.positions.iter().zip(&modes.positions).enumerate() {
-            let mut lines: Vec<f64> = (0..LINES).map(|i| from * (to / from).powf(i as f64 / (LINES - 1) as f64)).collect();
+            let mut lines: Vec<f64> =
+                (0..LINES).map(|i| from * (to / from).powf(i as f64 / (LINES - 1) as f64)).collect();
             for peak in peaks[at].iter().filter(|f| (from..=to).contains(*f)) {
-                lines.extend((-PEAK_LINES..=PEAK_LINES).map(|i| peak * (1.0 + PEAK_SPACING * f64::from(i).powi(3))));
+                lines.extend(
+                    (-PEAK_LINES..=PEAK_LINES).map(|i| peak * (1.0 + PEAK_SPACING * f64::from(i).powi(3))),
+                );
             }
             lines.retain(|f| *f > 0.0);
             lines.sort_by(f64::total_cmp);
             lines.dedup();
-            let (predicted, before) =
-                self.predicted((response, excitation), (quantity, factor), &Operating::at(position.nut_m), &lines, gains)?;
+            let (predicted, before) = self.predicted(
+                (response, excitation),
+                (quantity, factor),
+                &Operating::at(position.nut_m),
+                &lines,
+                gains,
+            )?;
             curves.push(PageCurve {
                 position: position.name.clone(),
                 channel: format!("{response}/{excitation}"),
@@ -164,7 +190,11 @@ impl Overlay<'_> {
                 peaks: observed
                     .iter()
                     .filter_map(|m| {
-                        Some(PeakMark { order: m.order, frequency_hz: m.frequency_hz?, amplitude: m.amplitude.map(|a| a * factor) })
+                        Some(PeakMark {
+                            order: m.order,
+                            frequency_hz: m.frequency_hz?,
+                            amplitude: m.amplitude.map(|a| a * factor),
+                        })
                     })
                     .collect(),
             });
@@ -174,13 +204,19 @@ impl Overlay<'_> {
 
     /// Returns scale factor and display unit of an FRF, such as 1e6 and µm/N for a receptance in m/N.
     fn unit(&self, (response, excitation): (&str, &str), quantity: Quantity) -> StudyResult<(f64, String)> {
-        let Some(machine) = self.models.last().map(|m| &m.machine) else { return Ok((1.0, quantity.word().into())) };
+        let Some(machine) = self.models.last().map(|m| &m.machine) else {
+            return Ok((1.0, quantity.word().into()));
+        };
         let (factor, length, angle) = match quantity {
             Quantity::Receptance => (1e6, "µm", "µrad"),
             Quantity::Mobility => (1e3, "mm/s", "mrad/s"),
             Quantity::Accelerance => (1.0, "m/s²", "rad/s²"),
         };
-        let translates = |name: &str| Ok::<_, StudyError>(machine.points[point_index(machine, name)?].motion == PointMotion::Translation);
+        let translates = |name: &str| {
+            Ok::<_, StudyError>(
+                machine.points[point_index(machine, name)?].motion == PointMotion::Translation,
+            )
+        };
         let output = if translates(response)? { length } else { angle };
         let gain_note = if self.set.gain == Gain::Unknown { ", times the gain" } else { "" };
         if matches!(Excitation::named(machine, "the set", excitation)?, Excitation::Command) {
@@ -197,7 +233,8 @@ fn point_index(machine: &Machine, name: &str) -> StudyResult<usize> {
 }
 
 impl CurveModel {
-    /// Predicts a recorded response at frequencies `lines` (Hz), times a factor. Lines without a finite value are left out.
+    /// Predicts a recorded response at frequencies `lines` (Hz), times a factor. Lines without a finite value
+    /// are left out.
     fn predicted(
         &self,
         (response, excitation): (&str, &str),
@@ -207,12 +244,18 @@ impl CurveModel {
         scale: f64,
     ) -> StudyResult<Vec<FrfSample>> {
         let machine = &self.machine;
-        let (response, excitation) = (point_index(machine, response)?, Excitation::named(machine, "the set", excitation)?);
+        let (response, excitation) =
+            (point_index(machine, response)?, Excitation::named(machine, "the set", excitation)?);
         let evaluated = Evaluated { machine, values: &self.values, operating: *operating, rods: self.rods };
         let chain = machine.chain.at(&self.values, operating);
         let omegas: Vec<f64> = lines.iter().copied().map(omega_rad_s).collect();
-        let recorded = |omega: f64| quantity.from_receptance(omega) * Chain::log_factor(chain, omega).exp() * scale;
-        let all = evaluated.response(response, excitation, false, &omegas)?.into_iter().zip(&omegas).map(|(h, omega)| h * recorded(*omega));
+        let recorded =
+            |omega: f64| quantity.from_receptance(omega) * Chain::log_factor(chain, omega).exp() * scale;
+        let all = evaluated
+            .response(response, excitation, false, &omegas)?
+            .into_iter()
+            .zip(&omegas)
+            .map(|(h, omega)| h * recorded(*omega));
         Ok(lines.iter().copied().zip(all).filter(|(_, h)| h.is_finite()).collect())
     }
 }

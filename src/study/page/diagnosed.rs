@@ -24,10 +24,15 @@ pub(super) fn draw(of: &DiagnosisDocument, sources: &Sources, page: &mut Page) -
     let Study { config, set, .. } = &study;
     let described = &config.machine;
     let before = model(described.clone(), &of.described);
-    let after = described.with_chosen(of.chosen.effects(), &config.effects).and_then(|machine| model(machine, &of.chosen.parameters));
-    let models: Vec<CurveModel> = before.into_iter().chain(after.filter(|_| !of.chosen.is_nominal())).collect();
+    let after = described
+        .with_chosen(of.chosen.effects(), &config.effects)
+        .and_then(|machine| model(machine, &of.chosen.parameters));
+    let models: Vec<CurveModel> =
+        before.into_iter().chain(after.filter(|_| !of.chosen.is_nominal())).collect();
     if models.is_empty() {
-        return Err(StudyError::impossible("the diagnosis does not state its parameter values; diagnose again with this version"));
+        return Err(StudyError::impossible(
+            "the diagnosis does not state its parameter values; diagnose again with this version",
+        ));
     }
     let (fit, _) = set.split(Some(&of.fit_positions), &of.held_out_positions)?;
     page.title = config.machine.title.clone();

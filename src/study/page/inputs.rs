@@ -7,11 +7,18 @@ use report::document::Stamp;
 /// Checks that the inputs of a reopened study are those of a document.
 ///
 /// # Errors  an input cannot be read, or has changed since the document was written.
-pub(super) fn unchanged(study: StudyResult<Study>, then: &Stamp, (of, again): (&str, &str)) -> StudyResult<Study> {
-    let study =
-        study.map_err(|e| StudyError::impossible(format!("{e} (paths are those of the {of}; make the page in the same folder)")))?;
+pub(super) fn unchanged(
+    study: StudyResult<Study>,
+    then: &Stamp,
+    (of, again): (&str, &str),
+) -> StudyResult<Study> {
+    let study = study.map_err(|e| {
+        StudyError::impossible(format!("{e} (paths are those of the {of}; make the page in the same folder)"))
+    })?;
     match changed_input(&then.inputs, &study.inputs()) {
-        Some(path) => Err(StudyError::impossible(format!("{path} has changed since the {of}; {again} again"))),
+        Some(path) => {
+            Err(StudyError::impossible(format!("{path} has changed since the {of}; {again} again")))
+        }
         None => Ok(study),
     }
 }

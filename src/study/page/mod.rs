@@ -20,13 +20,17 @@ use report::digest;
 use report::document::IdentificationDocument;
 use report::page::Page;
 
-/// Reads the result documents of a folder, and predicts the curves and shapes that the page draws over the measurements, which are read as the
-/// sources allow.
+/// Reads the result documents of a folder, and predicts the curves and shapes that the page draws over the
+/// measurements, which are read as the sources allow.
 ///
 /// # Errors  there is no such folder; it holds no result document, or one that cannot be read.
 pub fn page(folder: &Path, sources: &Sources) -> StudyResult<Page> {
     if !folder.is_dir() {
-        let fault = if folder.exists() { "is not a folder; name a folder that holds result documents" } else { "there is no such folder" };
+        let fault = if folder.exists() {
+            "is not a folder; name a folder that holds result documents"
+        } else {
+            "there is no such folder"
+        };
         return Err(StudyError::input(folder.display(), fault));
     }
     let mut page = Page::default();
@@ -54,7 +58,9 @@ pub fn page(folder: &Path, sources: &Sources) -> StudyResult<Page> {
     if let (Some(identified), Some(predicted)) = (&page.identification, &page.prediction) {
         match predicted::measured(identified, predicted, sources) {
             Ok(marks) => page.measured_modes = marks,
-            Err(fault) => page.notes.push(format!("measured natural frequencies are not drawn over the prediction: {fault}")),
+            Err(fault) => page
+                .notes
+                .push(format!("measured natural frequencies are not drawn over the prediction: {fault}")),
         }
     }
     if let Some(identified) = page.identification.take() {
@@ -79,7 +85,11 @@ pub fn page(folder: &Path, sources: &Sources) -> StudyResult<Page> {
 }
 
 /// Reads a document of the folder; `None` where it does not exist.
-fn read<T: DeserializeOwned>(folder: &Path, name: &str, files: &mut Vec<(String, String)>) -> StudyResult<Option<T>> {
+fn read<T: DeserializeOwned>(
+    folder: &Path,
+    name: &str,
+    files: &mut Vec<(String, String)>,
+) -> StudyResult<Option<T>> {
     let path = folder.join(name);
     let bytes = match read_file(&path, MOST_DOCUMENT_BYTES) {
         Err(fault) if fault.is_missing() => return Ok(None),
@@ -93,11 +103,20 @@ fn read<T: DeserializeOwned>(folder: &Path, name: &str, files: &mut Vec<(String,
 /// Predicts the measurements from the machine and its identified values.
 ///
 /// # Errors  an input has changed since the identification.
-fn draw_identified(folder: &Path, identified: &IdentificationDocument, sources: &Sources, page: &mut Page) -> StudyResult<()> {
+fn draw_identified(
+    folder: &Path,
+    identified: &IdentificationDocument,
+    sources: &Sources,
+    page: &mut Page,
+) -> StudyResult<()> {
     let path = folder.join("identification.json");
     check_identification(&path, identified)?;
     let settings = &identified.settings;
-    let study = unchanged(Study::of_identification(identified, sources), &identified.stamp, ("identification", "identify"))?;
+    let study = unchanged(
+        Study::of_identification(identified, sources),
+        &identified.stamp,
+        ("identification", "identify"),
+    )?;
     page.notes.extend(study.outdated_machine());
     let Study { config, set, .. } = &study;
     let values = study.identified_values(&path, identified)?;

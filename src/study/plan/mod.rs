@@ -40,11 +40,14 @@ pub struct PlanRequest {
     pub measured: Vec<String>,
     /// Channels to choose from, as `response/excitation`; that of the set by default.
     pub channels: Vec<String>,
-    /// Operating states to choose from: `as-is`, `servo-off`, `mass=KG` and `level=N`; `as-is` alone where empty.
+    /// Operating states to choose from: `as-is`, `servo-off`, `mass=KG` and `level=N`; `as-is` alone where
+    /// empty.
     pub states: Vec<String>,
-    /// Nut positions (m) whose predicted natural frequencies decide the ranking; empty: the parameters decide.
+    /// Nut positions (m) whose predicted natural frequencies decide the ranking; empty: the parameters
+    /// decide.
     pub predict_at_m: Vec<f64>,
-    /// Ambiguous diagnosis, with its file where it has one: the probability that a choice settles it decides the ranking.
+    /// Ambiguous diagnosis, with its file where it has one: the probability that a choice settles it decides
+    /// the ranking.
     pub diagnosis: Option<(DiagnosisDocument, Option<Input>)>,
     /// Relative standard deviation of an FRF line (1).
     pub noise: f64,
@@ -88,9 +91,11 @@ impl Study {
         self.plan_with(&PlanRequest::default())
     }
 
-    /// Ranks choices of measurements by what they decide: intervals of the parameters or of predictions, or the verdict of a diagnosis.
+    /// Ranks choices of measurements by what they decide: intervals of the parameters or of predictions, or
+    /// the verdict of a diagnosis.
     ///
-    /// # Errors  a setting is outside its range; a measurement, channel or parameter is unknown; no parameter is free; there are too many choices.
+    /// # Errors  a setting is outside its range; a measurement, channel or parameter is unknown; no parameter
+    ///   is free; there are too many choices.
     pub fn plan_with(&self, request: &PlanRequest) -> StudyResult<PlanDocument> {
         self.check_responses("a plan")?;
         if let Some(count) = request.choose.iter().find(|count| !CHOSEN.contains(count)) {
@@ -131,7 +136,11 @@ impl Study {
                 Some(position) => position.clone(),
                 None => channel,
             };
-            if c.state == State::Described { measurement } else { format!("{measurement}@{}", c.state.name()) }
+            if c.state == State::Described {
+                measurement
+            } else {
+                format!("{measurement}@{}", c.state.name())
+            }
         };
         let made = self.made(request, &design, &name)?;
         let counts: Vec<usize> = match (&request.choose[..], made.is_empty()) {
@@ -150,8 +159,17 @@ impl Study {
             prediction95: choice.prediction_sd.map(|sd| 1.96 * sd),
             settled: *settled,
             score: choice.score,
-            determined: ids.iter().enumerate().filter(|(c, _)| design.is_identifiable(choice, *c)).map(|(_, id)| id.clone()).collect(),
-            half_width95: ids.iter().enumerate().map(|(column, id)| (id.clone(), half_width(choice, column))).collect(),
+            determined: ids
+                .iter()
+                .enumerate()
+                .filter(|(c, _)| design.is_identifiable(choice, *c))
+                .map(|(_, id)| id.clone())
+                .collect(),
+            half_width95: ids
+                .iter()
+                .enumerate()
+                .map(|(column, id)| (id.clone(), half_width(choice, column)))
+                .collect(),
         };
         let mut rankings = Vec::new();
         for &count in &counts {
@@ -161,21 +179,27 @@ impl Study {
                 let settled = discrimination.as_ref().map(|(found, _)| found.settled(&all));
                 (choice, settled)
             };
-            let mut ranked: Vec<(Choice, Option<f64>)> = design.ranking(&made, count).into_iter().map(with_settled).collect();
+            let mut ranked: Vec<(Choice, Option<f64>)> =
+                design.ranking(&made, count).into_iter().map(with_settled).collect();
             // Choices that settle the verdict alike keep the order of their intervals.
             ranked.sort_by(|(_, a), (_, b)| b.unwrap_or(0.0).total_cmp(&a.unwrap_or(0.0)));
             // Rank of the set's own split.
-            let split: Option<Vec<usize>> = self.set.split.as_ref().filter(|_| made.is_empty() && channels.len() == 1).map(|names| {
-                let mut which: Vec<usize> = (0..design.candidates.len()).filter(|i| names.contains(&name(*i))).collect();
-                which.sort_unstable();
-                which
-            });
-            let split_rank = split.and_then(|split| ranked.iter().position(|(c, _)| c.candidates == split)).map(|at| at + 1);
+            let split: Option<Vec<usize>> =
+                self.set.split.as_ref().filter(|_| made.is_empty() && channels.len() == 1).map(|names| {
+                    let mut which: Vec<usize> =
+                        (0..design.candidates.len()).filter(|i| names.contains(&name(*i))).collect();
+                    which.sort_unstable();
+                    which
+                });
+            let split_rank = split
+                .and_then(|split| ranked.iter().position(|(c, _)| c.candidates == split))
+                .map(|at| at + 1);
             rankings.push(PlanRanking { count, split_rank, choices: ranked.iter().map(row).collect() });
         }
         let other = request.identified.iter().filter(|(identified, _)| !self.is_machine_of(identified));
-        let warning =
-            |_| "the values are those of another machine: text, overrides or removed effects of its description differ".to_string();
+        let warning = |_| {
+            "the values are those of another machine: text, overrides or removed effects of its description differ".to_string()
+        };
         let mut stamp = self.stamp("plan", 0, true, other.map(warning).collect());
         stamp.inputs.extend(inputs);
         Ok(PlanDocument {
@@ -194,17 +218,28 @@ impl Study {
         let set = &self.set;
         if request.channels.is_empty() {
             let point = |name: &Option<String>, key: &str| {
-                let of_first = || set.frfs.first().map(|f| if key == "response" { f.response.clone() } else { f.excitation.clone() });
+                let of_first = || {
+                    set.frfs
+                        .first()
+                        .map(|f| if key == "response" { f.response.clone() } else { f.excitation.clone() })
+                };
                 name.clone().or_else(of_first)
             };
             return match (point(&set.response, "response"), point(&set.excitation, "excitation")) {
                 (Some(response), Some(excitation)) => Ok(vec![(response, excitation)]),
-                _ => Err(StudyError::input(&set.path, "names no response and excitation; name channels, such as table/table")),
+                _ => Err(StudyError::input(
+                    &set.path,
+                    "names no response and excitation; name channels, such as table/table",
+                )),
             };
         }
         let pair = |text: &String| match text.split_once('/') {
             Some((a, b)) if !a.is_empty() && !b.is_empty() => Ok((a.to_string(), b.to_string())),
-            _ => Err(StudyError::setting("channels", text, "write RESPONSE/EXCITATION, two points of the machine")),
+            _ => Err(StudyError::setting(
+                "channels",
+                text,
+                "write RESPONSE/EXCITATION, two points of the machine",
+            )),
         };
         request.channels.iter().map(pair).collect()
     }
@@ -216,46 +251,89 @@ impl Study {
         among: (&[ChannelNames], &[State]),
     ) -> StudyResult<PlanDesign> {
         let (plan, settings) = self.planned_frf(request)?;
-        Ok(PlanDesign::of_frfs(&self.config.machine, values, &self.set, among, plan, settings, &self.settings.freeze)?)
+        Ok(PlanDesign::of_frfs(
+            &self.config.machine,
+            values,
+            &self.set,
+            among,
+            plan,
+            settings,
+            &self.settings.freeze,
+        )?)
     }
 
     /// Returns noise and lines of a planned FRF, and the settings of its objective.
     fn planned_frf(&self, request: &PlanRequest) -> StudyResult<(FrfPlan, FrfSettings)> {
         let band_hz = request.band_hz.map_or(Ok((5.0, 1000.0)), checked_band)?;
         if !(request.noise > 0.0 && request.noise < 1.0) {
-            return Err(StudyError::setting("noise", request.noise, "write a share above 0 and below 1, such as 0.02"));
+            return Err(StudyError::setting(
+                "noise",
+                request.noise,
+                "write a share above 0 and below 1, such as 0.02",
+            ));
         }
         let plan = FrfPlan { noise: request.noise, band_hz, lines: request.lines };
         Ok((plan, FrfSettings { rods: self.settings.rods, ..FrfSettings::default() }))
     }
 
-    fn design_of_modes(&self, request: &PlanRequest, values: &ParameterValues, channels: &[ChannelNames]) -> StudyResult<PlanDesign> {
+    fn design_of_modes(
+        &self,
+        request: &PlanRequest,
+        values: &ParameterValues,
+        channels: &[ChannelNames],
+    ) -> StudyResult<PlanDesign> {
         let set = &self.set;
         if !request.states.is_empty() {
-            return Err(StudyError::setting("states", "", "operating states are planned for FRFs (data frf)"));
+            return Err(StudyError::setting(
+                "states",
+                "",
+                "operating states are planned for FRFs (data frf)",
+            ));
         }
         if set.positions.is_empty() {
-            return Err(StudyError::input(&set.path, "has no positions to take modes at; plan FRFs (data frf)"));
+            return Err(StudyError::input(
+                &set.path,
+                "has no positions to take modes at; plan FRFs (data frf)",
+            ));
         }
         let [channel] = channels else {
-            return Err(StudyError::setting("channels", "", "modes are planned for one pair of points; name one, or plan FRFs (data frf)"));
+            return Err(StudyError::setting(
+                "channels",
+                "",
+                "modes are planned for one pair of points; name one, or plan FRFs (data frf)",
+            ));
         };
         let (low, high) = extremes(&mode_frequencies_hz(set));
         let default_hz = if high > 0.0 { (0.5 * low, 1.1 * high) } else { (5.0, 1000.0) };
         let settings = ModeSettings { rods: self.settings.rods, ..ModeSettings::default() };
         let band_hz = request.band_hz.map_or(Ok(default_hz), checked_band)?;
-        Ok(PlanDesign::of_modes(&self.config.machine, values, set, channel, band_hz, settings, &self.settings.freeze)?)
+        Ok(PlanDesign::of_modes(
+            &self.config.machine,
+            values,
+            set,
+            channel,
+            band_hz,
+            settings,
+            &self.settings.freeze,
+        )?)
     }
 
     /// Returns the candidates that are already measured.
-    fn made(&self, request: &PlanRequest, design: &PlanDesign, name: &dyn Fn(usize) -> String) -> StudyResult<Vec<usize>> {
+    fn made(
+        &self,
+        request: &PlanRequest,
+        design: &PlanDesign,
+        name: &dyn Fn(usize) -> String,
+    ) -> StudyResult<Vec<usize>> {
         let mut made = Vec::new();
         for wanted in &request.measured {
             let of_position = |i: &usize| {
                 let candidate = &design.candidates[*i];
-                candidate.state == State::Described && candidate.position.is_some_and(|p| self.set.positions[p].name == *wanted)
+                candidate.state == State::Described
+                    && candidate.position.is_some_and(|p| self.set.positions[p].name == *wanted)
             };
-            let found: Vec<usize> = (0..design.candidates.len()).filter(|i| name(*i) == *wanted || of_position(i)).collect();
+            let found: Vec<usize> =
+                (0..design.candidates.len()).filter(|i| name(*i) == *wanted || of_position(i)).collect();
             if found.is_empty() {
                 let known: Vec<String> = (0..design.candidates.len()).map(name).collect();
                 let fault = format!("there is no such measurement; there are {}", known.join(", "));
@@ -273,11 +351,14 @@ impl Study {
 fn check_count(count: usize, design: &PlanDesign, made: usize) -> StudyResult<()> {
     let number = design.choices(made, count);
     if number < 1.0 {
-        let fault = format!("only {} measurements to choose from; choose fewer", design.candidates.len() - made);
+        let fault =
+            format!("only {} measurements to choose from; choose fewer", design.candidates.len() - made);
         return Err(StudyError::setting("choose", count, fault));
     }
     if number > MOST_CHOICES {
-        let fault = format!("{number:.0} choices are too many to rank; choose fewer at once, and name those made already as measured");
+        let fault = format!(
+            "{number:.0} choices are too many to rank; choose fewer at once, and name those made already as measured"
+        );
         return Err(StudyError::setting("choose", count, fault));
     }
     Ok(())
@@ -288,7 +369,8 @@ fn states(request: &PlanRequest) -> StudyResult<Vec<State>> {
     let mut states = Vec::new();
     for text in &request.states {
         let fault = |fault: &str| StudyError::setting("states", text, fault);
-        let state = State::named(text).ok_or_else(|| fault("write as-is, servo-off, mass=KG or level=N, such as mass=20"))?;
+        let state = State::named(text)
+            .ok_or_else(|| fault("write as-is, servo-off, mass=KG or level=N, such as mass=20"))?;
         if states.contains(&state) {
             return Err(fault("is named twice; write each state once"));
         }

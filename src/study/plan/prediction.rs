@@ -10,8 +10,8 @@ use machine::{Operating, ParameterValues};
 const STEP: f64 = 1e-4;
 
 impl Study {
-    /// Returns the derivatives of the logarithms of the natural frequencies at the positions to predict with respect to the unit intervals of the free
-    /// parameters.
+    /// Returns the derivatives of the logarithms of the natural frequencies at the positions to predict with
+    /// respect to the unit intervals of the free parameters.
     ///
     /// # Errors  a position lies outside the screw; the machine has no mode in the band.
     pub(super) fn predicted_frequencies(
@@ -27,12 +27,17 @@ impl Study {
         let machine = &self.config.machine;
         let places: Vec<Place> = request.predict_at_m.iter().copied().map(Place::Nut).collect();
         let places = self.predicted_places(&places, &[]).map_err(|error| match error {
-            StudyError::Setting { key, given, fault } if key == "nut_m" => StudyError::Setting { key: "predict_at".into(), given, fault },
+            StudyError::Setting { key, given, fault } if key == "nut_m" => {
+                StudyError::Setting { key: "predict_at".into(), given, fault }
+            }
             other => other,
         })?;
         let band_hz = self.predicted_band(request.band_hz)?;
-        let point =
-            |name: &String| machine.point(name).ok_or_else(|| StudyError::setting("channels", name, "is not a point of the machine"));
+        let point = |name: &String| {
+            machine
+                .point(name)
+                .ok_or_else(|| StudyError::setting("channels", name, "is not a point of the machine"))
+        };
         let channel = (point(&channel.0)?, point(&channel.1)?);
         let evaluation = Evaluation::new(machine, channel, self.quantity(), self.settings.rods, band_hz)?;
         let mut space = evaluation.space();
@@ -42,7 +47,9 @@ impl Study {
             let mut modes = |values: &ParameterValues| evaluation.modes(values, &operating, &mut space);
             let here = modes(values);
             let first = slopes.len();
-            slopes.extend(here.iter().filter(|mode| mode.frequency_hz <= band_hz.1).map(|_| vec![0.0; free.len()]));
+            slopes.extend(
+                here.iter().filter(|mode| mode.frequency_hz <= band_hz.1).map(|_| vec![0.0; free.len()]),
+            );
             for (column, index) in free.iter().enumerate() {
                 let parameter = &machine.parameters[*index];
                 let unit = parameter.to_unit(values[*index]);
@@ -58,12 +65,18 @@ impl Study {
                         let distance = |hz: f64| (hz / mode.frequency_hz).ln();
                         of.iter().map(|m| distance(m.frequency_hz)).min_by(|a, b| a.abs().total_cmp(&b.abs()))
                     };
-                    slopes[column] = same(&above).zip(same(&below)).map_or(0.0, |(above, below)| (above - below) / (high - low));
+                    slopes[column] = same(&above)
+                        .zip(same(&below))
+                        .map_or(0.0, |(above, below)| (above - below) / (high - low));
                 }
             }
         }
         if slopes.is_empty() {
-            return Err(StudyError::setting("predict_at", "", "the machine has no natural frequency in the band; widen the band"));
+            return Err(StudyError::setting(
+                "predict_at",
+                "",
+                "the machine has no natural frequency in the band; widen the band",
+            ));
         }
         Ok(slopes)
     }

@@ -9,10 +9,11 @@ use machine::State;
 use report::vocabulary::VerdictKind;
 
 impl Study {
-    /// Returns how well the candidates of a plan discriminate between the explanations that a diagnosis could not distinguish, and their names. `None`
-    /// where no diagnosis is given.
+    /// Returns how well the candidates of a plan discriminate between the explanations that a diagnosis could
+    /// not distinguish, and their names. `None` where no diagnosis is given.
     ///
-    /// # Errors  the diagnosis is incomplete, of another version, machine or set, or leaves nothing to settle; modes are planned.
+    /// # Errors  the diagnosis is incomplete, of another version, machine or set, or leaves nothing to
+    ///   settle; modes are planned.
     pub(super) fn discrimination(
         &self,
         request: &PlanRequest,
@@ -24,15 +25,25 @@ impl Study {
         let fault = |text: String| Err(StudyError::input(name, text));
         check_current(name, &diagnosis.stamp, ("diagnosis", "diagnose"))?;
         let same = diagnosis.machine.as_ref().is_some_and(|machine| machine.text == self.config.text);
-        if !same || (&diagnosis.stamp.overrides, &diagnosis.stamp.without) != (&self.overrides, &self.without) {
-            return fault(format!("is of another machine than «{}»; diagnose this one", self.config.machine.title));
+        if !same || (&diagnosis.stamp.overrides, &diagnosis.stamp.without) != (&self.overrides, &self.without)
+        {
+            return fault(format!(
+                "is of another machine than «{}»; diagnose this one",
+                self.config.machine.title
+            ));
         }
         let now = self.inputs();
         if let Some(input) = diagnosis.stamp.inputs.iter().find(|input| !now.contains(input)) {
-            return fault(format!("is of another measurement set, or of one that has changed since ({}); diagnose again", input.path));
+            return fault(format!(
+                "is of another measurement set, or of one that has changed since ({}); diagnose again",
+                input.path
+            ));
         }
         if diagnosis.verdict.kind != VerdictKind::Ambiguous || diagnosis.verdict.effects.len() < 2 {
-            return fault(format!("has the verdict «{}», which leaves no effects to tell apart; plan without it", diagnosis.verdict.kind));
+            return fault(format!(
+                "has the verdict «{}», which leaves no effects to tell apart; plan without it",
+                diagnosis.verdict.kind
+            ));
         }
         if !frfs {
             return Err(StudyError::setting("diagnosis", "", "a verdict is settled by FRFs (data frf)"));
@@ -53,7 +64,10 @@ impl Study {
             let effects = if named.iter().all(|id| chosen.contains(id)) { chosen.clone() } else { named };
             let machine =
                 self.config.machine.with_chosen(effects, &self.config.effects).ok_or_else(|| {
-                    StudyError::input(name, format!("names «{explanation}», which the machine cannot have; diagnose again"))
+                    StudyError::input(
+                        name,
+                        format!("names «{explanation}», which the machine cannot have; diagnose again"),
+                    )
                 })?;
             let found = identify(&machine, &fit, &held_out, &made, &self.control)?;
             rivals.push(RivalMachine { name: explanation.clone(), machine, values: found.values });
@@ -61,7 +75,14 @@ impl Study {
         let (plan, settings) = self.planned_frf(request)?;
         let variance = diagnosis.chosen.misfit_over_null.unwrap_or(1.0).max(1.0);
         let modes = made.frf.is_none().then_some(made.settings);
-        let found = Discrimination::of_frfs(&rivals, (&fit, &made.frozen), among, plan, (settings, modes), (EQUIVALENT, variance))?;
+        let found = Discrimination::of_frfs(
+            &rivals,
+            (&fit, &made.frozen),
+            among,
+            plan,
+            (settings, modes),
+            (EQUIVALENT, variance),
+        )?;
         Ok(Some((found, rivals.into_iter().map(|rival| rival.name).collect())))
     }
 }

@@ -6,7 +6,9 @@ use nalgebra::DVector;
 use num_complex::Complex64;
 
 use crate::{StudyError, StudyResult};
-use dynamics::model::{AssembledModel, PeakSearch, RodModel, Structure, UndampedMode, Workspace, matrices, peaks, undamped_modes};
+use dynamics::model::{
+    AssembledModel, PeakSearch, RodModel, Structure, UndampedMode, Workspace, matrices, peaks, undamped_modes,
+};
 use machine::{Machine, Operating, Value};
 use measurement::Quantity;
 use numeric::unit::omega_rad_s;
@@ -14,7 +16,8 @@ use report::prediction::NaturalMode;
 
 /// Relative precision of the peaks.
 const PRECISION: f64 = 1e-8;
-/// Ends of the search for peaks and modes over those of the band (1): peaks at the ends of the band lie inside.
+/// Ends of the search for peaks and modes over those of the band (1): peaks at the ends of the band lie
+/// inside.
 const SEARCHED: (f64, f64) = (0.5, 1.15);
 
 /// Damping ratio up to which that of the undamped mode holds: its error grows with the square (1).
@@ -47,7 +50,8 @@ impl<'m> Evaluation<'m> {
         rods: RodModel,
         band_hz: (f64, f64),
     ) -> StudyResult<Self> {
-        let structure = Arc::new(Structure::new(machine, response, excitation, rods).map_err(StudyError::impossible)?);
+        let structure =
+            Arc::new(Structure::new(machine, response, excitation, rods).map_err(StudyError::impossible)?);
         let at_rest = (response == excitation).then(|| {
             let mut at_rest = machine.clone();
             for joint in &mut at_rest.joints {
@@ -69,19 +73,28 @@ impl<'m> Evaluation<'m> {
     }
 
     /// Computes the natural modes in ascending frequency, without rigid-body modes.
-    pub(crate) fn modes(&self, values: &[f64], operating: &Operating, space: &mut EvaluationSpace) -> Vec<NaturalMode> {
+    pub(crate) fn modes(
+        &self,
+        values: &[f64],
+        operating: &Operating,
+        space: &mut EvaluationSpace,
+    ) -> Vec<NaturalMode> {
         let EvaluationSpace { model, work } = space;
         model.update(self.machine, values, operating);
-        let elastic: Vec<UndampedMode> =
-            undamped_modes(model, self.highest_hz(), work).into_iter().filter(|m| m.frequency_hz > 0.0).collect();
+        let elastic: Vec<UndampedMode> = undamped_modes(model, self.highest_hz(), work)
+            .into_iter()
+            .filter(|m| m.frequency_hz > 0.0)
+            .collect();
         let search = PeakSearch {
-            from_hz: SEARCHED.0 * self.band_hz.0.min(elastic.first().map_or(f64::INFINITY, |m| m.frequency_hz)),
+            from_hz: SEARCHED.0
+                * self.band_hz.0.min(elastic.first().map_or(f64::INFINITY, |m| m.frequency_hz)),
             to_hz: self.highest_hz(),
             precision: PRECISION,
             omega_power: self.quantity.power(),
         };
         let found = peaks(model, search, work);
-        // Each peak belongs to the mode with the nearest frequency; of several peaks of a mode the highest counts.
+        // Each peak belongs to the mode with the nearest frequency; of several peaks of a mode the highest
+        // counts.
         let distance = |a: f64, b: f64| (a / b).ln().abs();
         let nearest = |hz: f64| {
             let by_distance = |a: &(usize, &UndampedMode), b: &(usize, &UndampedMode)| {
@@ -93,8 +106,10 @@ impl<'m> Evaluation<'m> {
             let own = found.iter().filter(|peak| nearest(peak.frequency_hz) == Some(at));
             own.max_by(|a, b| a.amplitude.total_cmp(&b.amplitude))
         };
-        // An overdamped mode does not oscillate. It is counted where the FRF has a peak: there another part of the machine carries the damping.
-        let oscillates = |at: &usize| of_mode(*at).is_some() || elastic[*at].damping_ratio.is_none_or(|z| z < 1.0);
+        // An overdamped mode does not oscillate. It is counted where the FRF has a peak: there another part
+        // of the machine carries the damping.
+        let oscillates =
+            |at: &usize| of_mode(*at).is_some() || elastic[*at].damping_ratio.is_none_or(|z| z < 1.0);
         let row = |(order, at): (usize, usize)| {
             let (mode, peak) = (&elastic[at], of_mode(at));
             NaturalMode {
@@ -108,14 +123,25 @@ impl<'m> Evaluation<'m> {
     }
 
     /// Computes the FRF at some frequencies (Hz).
-    pub(crate) fn frf(&self, values: &[f64], operating: &Operating, lines_hz: &[f64], space: &mut EvaluationSpace) -> Vec<Complex64> {
+    pub(crate) fn frf(
+        &self,
+        values: &[f64],
+        operating: &Operating,
+        lines_hz: &[f64],
+        space: &mut EvaluationSpace,
+    ) -> Vec<Complex64> {
         space.model.update(self.machine, values, operating);
         let omegas: Vec<f64> = lines_hz.iter().copied().map(omega_rad_s).collect();
         let receptances = space.model.sweep(&omegas, &mut space.work);
-        receptances.into_iter().zip(&omegas).map(|(h, omega)| h * self.quantity.from_receptance(*omega)).collect()
+        receptances
+            .into_iter()
+            .zip(&omegas)
+            .map(|(h, omega)| h * self.quantity.from_receptance(*omega))
+            .collect()
     }
 
-    /// Computes the static stiffness at the excited point; `None` where the response is another point, or a part of the machine is free to move.
+    /// Computes the static stiffness at the excited point; `None` where the response is another point, or a
+    /// part of the machine is free to move.
     pub(crate) fn static_stiffness(&self, values: &[f64], operating: &Operating) -> Option<f64> {
         let (machine, point) = self.at_rest.as_ref()?;
         let found = matrices(machine, values, operating, 1).ok()?;
@@ -125,7 +151,8 @@ impl<'m> Evaluation<'m> {
         }
         let mut force = DVector::zeros(found.names.len());
         force[at] = 1.0;
-        // The two supports of a short nut may pass its centre, which leaves K regular but not positive definite.
+        // The two supports of a short nut may pass its centre, which leaves K regular but not positive
+        // definite.
         let deflection: DVector<f64> = found.stiffness.lu().solve(&force)?;
         Some(1.0 / deflection[at]).filter(|k| k.is_finite())
     }

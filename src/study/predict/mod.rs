@@ -1,4 +1,5 @@
-//! Prediction: natural modes, FRFs and static stiffness of an identified machine at any position, with intervals.
+//! Prediction: natural modes, FRFs and static stiffness of an identified machine at any position, with
+//! intervals.
 
 mod evaluate;
 mod natural;
@@ -27,18 +28,31 @@ use report::prediction::PredictionDocument;
 use report::vocabulary::ObjectiveKind;
 
 impl Study {
-    /// Predicts natural modes and static stiffness of an identified machine at places of the nut, each with its 95 % interval.
+    /// Predicts natural modes and static stiffness of an identified machine at places of the nut, each with
+    /// its 95 % interval.
     ///
     /// # Errors  as [`Study::predict_with`].
-    pub fn predict(&self, identified: &IdentificationDocument, places: &[Place]) -> StudyResult<PredictionDocument> {
-        self.predict_with(identified, &PredictionRequest { places: places.to_vec(), ..PredictionRequest::default() })
+    pub fn predict(
+        &self,
+        identified: &IdentificationDocument,
+        places: &[Place],
+    ) -> StudyResult<PredictionDocument> {
+        self.predict_with(
+            identified,
+            &PredictionRequest { places: places.to_vec(), ..PredictionRequest::default() },
+        )
     }
 
     /// As [`Study::predict`], with FRFs on request.
     ///
-    /// # Errors  the identification is incomplete, of another version, or of another machine or measurement set than this study's; a place is outside
+    /// # Errors  the identification is incomplete, of another version, or of another machine or measurement
+    ///   set than this study's; a place is outside
     /// the screw; a setting is outside its range.
-    pub fn predict_with(&self, identified: &IdentificationDocument, request: &PredictionRequest) -> StudyResult<PredictionDocument> {
+    pub fn predict_with(
+        &self,
+        identified: &IdentificationDocument,
+        request: &PredictionRequest,
+    ) -> StudyResult<PredictionDocument> {
         let study = self.with_posterior_of(identified, &request.name())?;
         if !DRAWS_RANGE.contains(&request.draws) {
             let fault = format!("write a number from {} to {}", DRAWS_RANGE.start(), DRAWS_RANGE.end());
@@ -49,13 +63,15 @@ impl Study {
         let places = study.predicted_places(&request.places, fit.positions())?;
         let band_hz = study.predicted_band(request.band_hz)?;
         let machine = &study.config.machine;
-        let sample = study.sample(identified, &request.name(), (request.draws, request.seed, request.drawing))?;
+        let sample =
+            study.sample(identified, &request.name(), (request.draws, request.seed, request.drawing))?;
         if sample.draws.iter().any(|drawn| drawn.len() < *DRAWS_RANGE.start()) {
             return Err(StudyError::Stopped);
         }
         let (response, excitation) = study.channel()?;
         let quantity = study.quantity();
-        let evaluation = Evaluation::new(&sample.machine, (response, excitation), quantity, study.settings.rods, band_hz)?;
+        let evaluation =
+            Evaluation::new(&sample.machine, (response, excitation), quantity, study.settings.rods, band_hz)?;
         let nut_sd_m = if made.tolerances { study.set.tolerance.nut_m } else { 0.0 };
         let mut positions = BTreeMap::new();
         for (at, place) in places.iter().enumerate() {
@@ -63,7 +79,8 @@ impl Study {
             let predicted = sample::predict(&evaluation, &sample, place, nut, request)?;
             positions.insert(place.name.clone(), predicted);
         }
-        let mut warnings: Vec<String> = identified.stamp.warnings.iter().filter(|w| w.starts_with("χ²")).cloned().collect();
+        let mut warnings: Vec<String> =
+            identified.stamp.warnings.iter().filter(|w| w.starts_with("χ²")).cloned().collect();
         warnings.extend(study.reach_warning(&places));
         let mut stamp = study.stamp("prediction", request.seed, sample.complete, warnings);
         stamp.inputs.extend(request.file.clone());
@@ -81,8 +98,9 @@ impl Study {
         })
     }
 
-    /// Draws machines that data and tolerances leave possible: `count` about each minimum. Returns the ids of the drawn parameters, tolerances included,
-    /// and the values of each machine, those of the best fit first.
+    /// Draws machines that data and tolerances leave possible: `count` about each minimum. Returns the ids of
+    /// the drawn parameters, tolerances included, and the values of each machine, those of the best fit
+    /// first.
     ///
     /// # Errors  as [`Study::predict_with`]; a bootstrap of modes.
     pub fn draw(
@@ -98,19 +116,39 @@ impl Study {
     }
 
     /// Draws machines from the posterior of an identification of this study.
-    fn sample(&self, identified: &IdentificationDocument, name: &str, draws: (usize, u64, Drawing)) -> StudyResult<PosteriorSample> {
-        let Some(posterior) = &identified.posterior else { return Err(StudyError::impossible("no posterior")) };
+    fn sample(
+        &self,
+        identified: &IdentificationDocument,
+        name: &str,
+        draws: (usize, u64, Drawing),
+    ) -> StudyResult<PosteriorSample> {
+        let Some(posterior) = &identified.posterior else {
+            return Err(StudyError::impossible("no posterior"));
+        };
         let (fit, _) = self.set.split(self.fit.as_deref(), &self.hold_out)?;
         let minima: Vec<Minimum> = posterior.minima.iter().map(|place| Minimum(place.clone())).collect();
         let estimate = self.identified_values(Path::new(name), identified)?;
         let (machine, made) = (&self.config.machine, self.identification_settings()?);
-        Ok(draw_posterior(machine, &fit, &made, (&estimate, &minima, posterior.variance), draws, &self.control)?)
+        Ok(draw_posterior(
+            machine,
+            &fit,
+            &made,
+            (&estimate, &minima, posterior.variance),
+            draws,
+            &self.control,
+        )?)
     }
 
-    /// Returns the study with split and settings of an identification, after all checks that its posterior is that of this machine and set.
+    /// Returns the study with split and settings of an identification, after all checks that its posterior is
+    /// that of this machine and set.
     ///
-    /// # Errors  the result is incomplete, of motion records, of another version, machine or measurement set, or has no posterior.
-    pub(crate) fn with_posterior_of(&self, identified: &IdentificationDocument, name: &str) -> StudyResult<Study> {
+    /// # Errors  the result is incomplete, of motion records, of another version, machine or measurement set,
+    ///   or has no posterior.
+    pub(crate) fn with_posterior_of(
+        &self,
+        identified: &IdentificationDocument,
+        name: &str,
+    ) -> StudyResult<Study> {
         let fault = |text: String| Err(StudyError::input(name, text));
         check_identification(Path::new(name), identified)?;
         check_current(name, &identified.stamp, ("identification", "identify"))?;
@@ -131,22 +169,33 @@ impl Study {
             ));
         }
         if self.outdated_machine().is_some() {
-            return fault(format!("is of a machine whose file {} has changed since; identify again", self.config.path));
+            return fault(format!(
+                "is of a machine whose file {} has changed since; identify again",
+                self.config.path
+            ));
         }
         if let Some(path) = changed_input(&self.inputs(), &identified.stamp.inputs) {
             return fault(format!("is of a measurement set that has changed since ({path}); identify again"));
         }
         let settings = settings_of(identified);
-        let fit_tolerances = posterior.coordinates.iter().any(|c| c.of_machine && !identified.parameters.contains_key(&c.name));
+        let fit_tolerances = posterior
+            .coordinates
+            .iter()
+            .any(|c| c.of_machine && !identified.parameters.contains_key(&c.name));
         let (fit, hold_out) = (identified.settings.positions.clone(), identified.settings.hold_out.clone());
-        let mut study = Study { fit, hold_out, settings: crate::Settings { fit_tolerances, ..settings }, ..self.clone() };
+        let mut study =
+            Study { fit, hold_out, settings: crate::Settings { fit_tolerances, ..settings }, ..self.clone() };
         // The checks above refuse what this warning is about.
         study.config.warnings.retain(|w| !w.contains("has changed since the result"));
         Ok(study)
     }
 
     /// Returns the places to predict, each once.
-    pub(crate) fn predicted_places(&self, places: &[Place], fitted: &[usize]) -> StudyResult<Vec<PredictedPlace>> {
+    pub(crate) fn predicted_places(
+        &self,
+        places: &[Place],
+        fitted: &[usize],
+    ) -> StudyResult<Vec<PredictedPlace>> {
         let (set, machine) = (&self.set, &self.config.machine);
         let mut wanted = places.to_vec();
         if wanted.is_empty() {
@@ -156,7 +205,11 @@ impl Study {
             wanted.push(Place::MidStroke);
         }
         if wanted.len() > MOST_PLACES {
-            return Err(StudyError::setting("nut_m", "", format!("{} positions are too many; write at most {MOST_PLACES}", wanted.len())));
+            return Err(StudyError::setting(
+                "nut_m",
+                "",
+                format!("{} positions are too many; write at most {MOST_PLACES}", wanted.len()),
+            ));
         }
         let mut found: Vec<PredictedPlace> = Vec::new();
         for place in &wanted {
@@ -205,14 +258,19 @@ impl Study {
         }
     }
 
-    /// Returns response and excitation of the set (points of the machine). Of closed-loop FRFs the response is also the excitation: predicted is
-    /// the machine without its loops.
+    /// Returns response and excitation of the set (points of the machine). Of closed-loop FRFs the response
+    /// is also the excitation: predicted is the machine without its loops.
     fn channel(&self) -> StudyResult<(usize, usize)> {
         let (set, machine) = (&self.set, &self.config.machine);
         let first = set.frfs.first();
         let named = |own: &Option<String>, of_first: Option<&String>, key: &str| {
-            let name = own.as_ref().or(of_first).ok_or_else(|| StudyError::input(&set.path, format!("names no {key}")))?;
-            machine.point(name).ok_or_else(|| StudyError::input(&set.path, format!("{key} «{name}» is not a point of the machine")))
+            let name = own
+                .as_ref()
+                .or(of_first)
+                .ok_or_else(|| StudyError::input(&set.path, format!("names no {key}")))?;
+            machine.point(name).ok_or_else(|| {
+                StudyError::input(&set.path, format!("{key} «{name}» is not a point of the machine"))
+            })
         };
         let response = named(&set.response, first.map(|f| &f.response), "response")?;
         if self.is_commanded() {
@@ -223,13 +281,21 @@ impl Study {
 
     /// Returns the quantity of the set, or that of its first FRF.
     pub fn quantity(&self) -> Quantity {
-        self.set.quantity.or_else(|| self.set.frfs.first().map(|frf| frf.quantity)).unwrap_or(Quantity::Receptance)
+        self.set
+            .quantity
+            .or_else(|| self.set.frfs.first().map(|frf| frf.quantity))
+            .unwrap_or(Quantity::Receptance)
     }
 
-    /// Warns of amplitudes that the set measures with an unknown gain, and of places beyond the outermost measured ones.
+    /// Warns of amplitudes that the set measures with an unknown gain, and of places beyond the outermost
+    /// measured ones.
     fn reach_warning(&self, places: &[PredictedPlace]) -> Vec<String> {
         let (low, high) = extremes(self.set.positions.iter().filter_map(|p| p.nut_m.as_ref()));
-        let beyond: Vec<&str> = places.iter().filter(|p| p.nut_m.is_some_and(|x| x < low || x > high)).map(|p| p.name.as_str()).collect();
+        let beyond: Vec<&str> = places
+            .iter()
+            .filter(|p| p.nut_m.is_some_and(|x| x < low || x > high))
+            .map(|p| p.name.as_str())
+            .collect();
         let mut warnings = Vec::new();
         if !beyond.is_empty() && low <= high {
             warnings.push(format!(
@@ -242,7 +308,10 @@ impl Study {
                 .push("the set holds closed-loop FRFs: predicted are modes and FRFs of a force on the response, without the loops".into());
         }
         if self.set.gain == Gain::Unknown {
-            warnings.push("the gain of the set is unknown: predicted amplitudes are those of the machine, without it".into());
+            warnings.push(
+                "the gain of the set is unknown: predicted amplitudes are those of the machine, without it"
+                    .into(),
+            );
         }
         warnings
     }

@@ -11,10 +11,15 @@ use numeric::statistics::extremes;
 use report::prediction::NaturalMode;
 
 impl Study {
-    /// Computes the natural modes of a fitted machine at all positions of the set, with nut positions as stated.
-    pub(crate) fn natural_modes(&self, found: &Identification) -> StudyResult<BTreeMap<String, Vec<NaturalMode>>> {
+    /// Computes the natural modes of a fitted machine at all positions of the set, with nut positions as
+    /// stated.
+    pub(crate) fn natural_modes(
+        &self,
+        found: &Identification,
+    ) -> StudyResult<BTreeMap<String, Vec<NaturalMode>>> {
         let band_hz = self.predicted_band(None)?;
-        let evaluation = Evaluation::new(&found.machine, self.channel()?, self.quantity(), self.settings.rods, band_hz)?;
+        let evaluation =
+            Evaluation::new(&found.machine, self.channel()?, self.quantity(), self.settings.rods, band_hz)?;
         let mut space = evaluation.space();
         let mut of = |nut_m: Option<f64>| {
             let modes = evaluation.modes(&found.values, &Operating::at(nut_m), &mut space);
@@ -29,9 +34,17 @@ impl Study {
     /// Returns a warning where no natural frequency lies in the band of any FRF; `None` for FRFs of one line.
     pub(crate) fn modeless_warning(&self, modes: &BTreeMap<String, Vec<NaturalMode>>) -> Option<String> {
         let within = self.settings.band_hz.unwrap_or((0.0, f64::INFINITY));
-        let band = |frf: &Frf| extremes(frf.lines.iter().map(|line| &line.frequency_hz).filter(|hz| (within.0..=within.1).contains(*hz)));
+        let band = |frf: &Frf| {
+            extremes(
+                frf.lines
+                    .iter()
+                    .map(|line| &line.frequency_hz)
+                    .filter(|hz| (within.0..=within.1).contains(*hz)),
+            )
+        };
         let bands: Vec<(f64, f64)> = self.set.frfs.iter().map(band).filter(|(from, to)| to > from).collect();
-        let inside = |mode: &NaturalMode| bands.iter().any(|(from, to)| (*from..=*to).contains(&mode.frequency_hz));
+        let inside =
+            |mode: &NaturalMode| bands.iter().any(|(from, to)| (*from..=*to).contains(&mode.frequency_hz));
         if bands.is_empty() || modes.values().flatten().any(inside) {
             return None;
         }

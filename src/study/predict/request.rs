@@ -4,7 +4,8 @@ use crate::simulation::Place;
 use identification::Drawing;
 use report::document::Input;
 
-/// Number of machines drawn about each minimum: the 5th and the 195th of 199 values enclose a further one with a probability of exactly 95 %.
+/// Number of machines drawn about each minimum: the 5th and the 195th of 199 values enclose a further one
+/// with a probability of exactly 95 %.
 const DRAWS: usize = 199;
 /// Largest number of positions of a prediction.
 pub(super) const MOST_PLACES: usize = 2000;

@@ -24,18 +24,21 @@ pub(crate) struct PredictedPlace {
 
 /// Number of lines of an FRF that are spread over the band, evenly in ln f.
 const LINES: usize = 400;
-/// Lines about each natural frequency: their number on each side, and the largest distance over the frequency (1).
+/// Lines about each natural frequency: their number on each side, and the largest distance over the frequency
+/// (1).
 const PEAK_LINES: (i32, f64) = (30, 0.15);
 
 /// The numbers of one machine at one place.
 struct Predicted {
-    /// The modes that continue those of the best machine, in their order; `None` for one above the searched frequencies.
+    /// The modes that continue those of the best machine, in their order; `None` for one above the searched
+    /// frequencies.
     modes: Vec<Option<NaturalMode>>,
     static_stiffness: Option<f64>,
     frf: Vec<Complex64>,
 }
 
-/// Predicts one place from all drawn machines. `nut_sd_m` is the standard deviation of a nut position that was not fitted, drawn with a seed.
+/// Predicts one place from all drawn machines. `nut_sd_m` is the standard deviation of a nut position that
+/// was not fitted, drawn with a seed.
 pub(super) fn predict(
     evaluation: &Evaluation<'_>,
     sample: &PosteriorSample,
@@ -45,7 +48,10 @@ pub(super) fn predict(
 ) -> StudyResult<PredictedPosition> {
     let operating = |draw: &PosteriorDraw, elsewhere_m: f64| {
         // A fitted position keeps the nut position of the fit; at any other the nut is placed anew.
-        let fitted = draw.nut_shifts_m.iter().find(|(stated_m, _)| place.fit == Some(true) && Some(*stated_m) == place.nut_m);
+        let fitted = draw
+            .nut_shifts_m
+            .iter()
+            .find(|(stated_m, _)| place.fit == Some(true) && Some(*stated_m) == place.nut_m);
         let shift_m = fitted.map_or(elsewhere_m, |(_, shift_m)| *shift_m);
         Operating::at(place.nut_m.map(|nut_m| nut_m + shift_m))
     };
@@ -56,7 +62,8 @@ pub(super) fn predict(
     let lines_hz = lines(evaluation, &best_modes, request)?;
     let frf = evaluation.frf(&sample.best.values, &at_best, &lines_hz, &mut space);
     let static_stiffness = evaluation.static_stiffness(&sample.best.values, &at_best);
-    let modes: Vec<NaturalMode> = best_modes.into_iter().filter(|m| m.frequency_hz <= evaluation.band_hz.1).collect();
+    let modes: Vec<NaturalMode> =
+        best_modes.into_iter().filter(|m| m.frequency_hz <= evaluation.band_hz.1).collect();
     let generator = &mut Xoshiro256PlusPlus::seed_from_u64(seed);
     let drawn: Vec<Vec<Predicted>> = sample
         .draws
@@ -71,7 +78,11 @@ pub(super) fn predict(
                     |space, (draw, shift_m)| {
                         let operating = operating(draw, shift_m);
                         Predicted {
-                            modes: continued(&modes, evaluation.modes(&draw.values, &operating, space), evaluation.highest_hz()),
+                            modes: continued(
+                                &modes,
+                                evaluation.modes(&draw.values, &operating, space),
+                                evaluation.highest_hz(),
+                            ),
                             static_stiffness: evaluation.static_stiffness(&draw.values, &operating),
                             frf: evaluation.frf(&draw.values, &operating, &lines_hz, space),
                         }
@@ -83,8 +94,10 @@ pub(super) fn predict(
     let interval = |value: f64, of: &dyn Fn(&Predicted) -> Option<f64>| hull(value, &drawn, of);
     let mode = |(at, mode): (usize, &NaturalMode)| PredictedMode {
         // A mode above the searched frequencies lies at least there.
-        frequency95: interval(mode.frequency_hz, &|p| Some(p.modes[at].as_ref().map_or(evaluation.highest_hz(), |m| m.frequency_hz)))
-            .unwrap_or([mode.frequency_hz; 2]),
+        frequency95: interval(mode.frequency_hz, &|p| {
+            Some(p.modes[at].as_ref().map_or(evaluation.highest_hz(), |m| m.frequency_hz))
+        })
+        .unwrap_or([mode.frequency_hz; 2]),
         damping95: mode.damping_ratio.and_then(|z| interval(z, &|p| p.modes[at].as_ref()?.damping_ratio)),
         amplitude95: mode.amplitude.and_then(|a| interval(a, &|p| p.modes[at].as_ref()?.amplitude)),
         mode: mode.clone(),
@@ -108,10 +121,11 @@ pub(super) fn predict(
     })
 }
 
-/// Returns the modes of a drawn machine that continue those of the best machine: in the same order, with the least sum of |ln(frequency ratio)|.
+/// Returns the modes of a drawn machine that continue those of the best machine: in the same order, with the
+/// least sum of |ln(frequency ratio)|.
 ///
-/// Machines that the data leave possible may differ in a mode that the data do not show; counted by order, it would shift all modes above it. A mode that
-/// has no counterpart up to `beyond_hz` lies above.
+/// Machines that the data leave possible may differ in a mode that the data do not show; counted by order, it
+/// would shift all modes above it. A mode that has no counterpart up to `beyond_hz` lies above.
 fn continued(best: &[NaturalMode], drawn: Vec<NaturalMode>, beyond_hz: f64) -> Vec<Option<NaturalMode>> {
     let (rows, columns) = (best.len(), drawn.len() + best.len());
     let hz = |column: usize| drawn.get(column).map_or(beyond_hz, |mode| mode.frequency_hz);
@@ -121,7 +135,8 @@ fn continued(best: &[NaturalMode], drawn: Vec<NaturalMode>, beyond_hz: f64) -> V
     least[0].fill(0.0);
     for row in 1..=rows {
         for column in row..=columns {
-            least[row][column] = least[row][column - 1].min(least[row - 1][column - 1] + with(row - 1, column - 1));
+            least[row][column] =
+                least[row][column - 1].min(least[row - 1][column - 1] + with(row - 1, column - 1));
         }
     }
     let mut found = vec![None; rows];
@@ -137,7 +152,8 @@ fn continued(best: &[NaturalMode], drawn: Vec<NaturalMode>, beyond_hz: f64) -> V
     found
 }
 
-/// Checks that the supports of the nut lie between the neighbouring stations of the screw, for every drawn machine.
+/// Checks that the supports of the nut lie between the neighbouring stations of the screw, for every drawn
+/// machine.
 fn check_supports(sample: &PosteriorSample, place: &PredictedPlace, at: &Operating) -> StudyResult<()> {
     let is_near = |place: &StationPlace| matches!(place, StationPlace::Nut | StationPlace::NearNut(_));
     for shaft in &sample.machine.shafts {
@@ -145,9 +161,13 @@ fn check_supports(sample: &PosteriorSample, place: &PredictedPlace, at: &Operati
         let near = shaft.stations.iter().skip(first).take_while(|s| is_near(&s.place)).count();
         for draw in std::iter::once(&sample.best).chain(sample.draws.iter().flatten()) {
             let place_m = |station: &Station| shaft.place_m(station.place, &draw.values, at);
-            let low_m = first.checked_sub(1).and_then(|at| place_m(&shaft.stations[at])).unwrap_or(f64::NEG_INFINITY);
+            let low_m =
+                first.checked_sub(1).and_then(|at| place_m(&shaft.stations[at])).unwrap_or(f64::NEG_INFINITY);
             let high_m = shaft.stations.get(first + near).and_then(place_m).unwrap_or(f64::INFINITY);
-            let inside = shaft.stations[first..first + near].iter().filter_map(place_m).all(|x| x > low_m && x < high_m);
+            let inside = shaft.stations[first..first + near]
+                .iter()
+                .filter_map(place_m)
+                .all(|x| x > low_m && x < high_m);
             if !inside {
                 let fault = "is nearer to an end of the screw than the length of the nut allows; write a position farther inside";
                 return Err(StudyError::setting("nut_m", &place.name, fault));
@@ -158,13 +178,18 @@ fn check_supports(sample: &PosteriorSample, place: &PredictedPlace, at: &Operati
 }
 
 /// Returns the lines of the FRFs (Hz); none where no FRF is requested.
-fn lines(evaluation: &Evaluation<'_>, modes: &[NaturalMode], request: &PredictionRequest) -> StudyResult<Vec<f64>> {
+fn lines(
+    evaluation: &Evaluation<'_>,
+    modes: &[NaturalMode],
+    request: &PredictionRequest,
+) -> StudyResult<Vec<f64>> {
     let (from, to) = evaluation.band_hz;
     let own = match (&request.lines_hz, request.frf) {
         (Some(lines_hz), _) => lines_hz.clone(),
         (None, false) => Vec::new(),
         (None, true) => {
-            let mut lines: Vec<f64> = (0..LINES).map(|at| from * (to / from).powf(at as f64 / (LINES - 1) as f64)).collect();
+            let mut lines: Vec<f64> =
+                (0..LINES).map(|at| from * (to / from).powf(at as f64 / (LINES - 1) as f64)).collect();
             let (count, reach) = PEAK_LINES;
             for mode in modes {
                 // Dense at the peak: distances grow with the cube of the number.
@@ -182,12 +207,17 @@ fn lines(evaluation: &Evaluation<'_>, modes: &[NaturalMode], request: &Predictio
     }
     let all = own.len() as f64 * request.draws as f64;
     if own.len() > MOST_LINES.0 || all > MOST_LINES.1 {
-        return Err(StudyError::setting("lines_hz", own.len(), "are too many lines; write fewer, or draw fewer machines"));
+        return Err(StudyError::setting(
+            "lines_hz",
+            own.len(),
+            "are too many lines; write fewer, or draw fewer machines",
+        ));
     }
     Ok(own)
 }
 
-/// Returns the hull of a value and of its 95 % intervals about each minimum; `None` where a machine has no such number.
+/// Returns the hull of a value and of its 95 % intervals about each minimum; `None` where a machine has no
+/// such number.
 fn hull(value: f64, drawn: &[Vec<Predicted>], of: &dyn Fn(&Predicted) -> Option<f64>) -> Option<[f64; 2]> {
     let mut ends = [value; 2];
     for predicted in drawn {
@@ -198,7 +228,8 @@ fn hull(value: f64, drawn: &[Vec<Predicted>], of: &dyn Fn(&Predicted) -> Option<
     Some(ends)
 }
 
-/// Returns the number below which a further draw lies with a probability: of n sorted numbers the one at p·(n + 1), interpolated.
+/// Returns the number below which a further draw lies with a probability: of n sorted numbers the one at
+/// p·(n + 1), interpolated.
 ///
 /// # Source  Davison and Hinkley, Bootstrap Methods and their Application, 1997, sec. 2.2.1.
 fn order_statistic(sorted: &[f64], probability: f64) -> f64 {
@@ -214,7 +245,12 @@ mod tests {
     #[test]
     fn limit_a_further_mode_shifts_no_other() {
         let modes = |all: &[f64]| -> Vec<NaturalMode> {
-            let mode = |(at, hz): (usize, &f64)| NaturalMode { order: at + 1, frequency_hz: *hz, damping_ratio: None, amplitude: None };
+            let mode = |(at, hz): (usize, &f64)| NaturalMode {
+                order: at + 1,
+                frequency_hz: *hz,
+                damping_ratio: None,
+                amplitude: None,
+            };
             all.iter().enumerate().map(mode).collect()
         };
         let best = modes(&[24.0, 116.0, 530.0]);
@@ -230,7 +266,10 @@ mod tests {
     #[test]
     fn limit_ends_of_199_draws_are_the_5th_and_the_195th() {
         let sorted: Vec<f64> = (1..=199).map(f64::from).collect();
-        assert!((order_statistic(&sorted, 0.025) - 5.0).abs() < 1e-9 && (order_statistic(&sorted, 0.975) - 195.0).abs() < 1e-9);
+        assert!(
+            (order_statistic(&sorted, 0.025) - 5.0).abs() < 1e-9
+                && (order_statistic(&sorted, 0.975) - 195.0).abs() < 1e-9
+        );
         assert_eq!(order_statistic(&[3.0], 0.025), 3.0);
     }
 }

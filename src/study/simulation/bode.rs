@@ -40,7 +40,8 @@ impl BodeRequest {
         let (lowest, highest) = (1e-3, 0.5 / drive.velocity.period_s);
         let to_hz = self.to_hz.unwrap_or(0.99 * highest);
         if !(self.from_hz >= lowest && self.from_hz < to_hz && to_hz <= highest) {
-            let fault = format!("write frequencies from {lowest} Hz to {highest} Hz, half the velocity loop's rate");
+            let fault =
+                format!("write frequencies from {lowest} Hz to {highest} Hz, half the velocity loop's rate");
             return Err(StudyError::setting("from_hz", format!("{}, to_hz {to_hz}", self.from_hz), fault));
         }
         if !(self.amplitude_m > 0.0 && self.amplitude_m.is_finite()) {
@@ -54,8 +55,9 @@ impl BodeRequest {
     /// Returns the frequencies to simulate (Hz).
     fn frequencies_hz(&self, to_hz: f64, position_s: f64) -> Vec<f64> {
         let even = |i: usize| self.from_hz * (to_hz / self.from_hz).powf(i as f64 / (self.points - 1) as f64);
-        // At multiples of half the position loop's sampling rate a sampled sine vanishes or equals its own image, and has no response. The frequency
-        // is moved away by more than the rounding to whole periods in whole samples.
+        // At multiples of half the position loop's sampling rate a sampled sine vanishes or equals its own
+        // image, and has no response. The frequency is moved away by more than the rounding to whole periods
+        // in whole samples.
         let half_hz = 0.5 / position_s;
         let moved = |i: usize| {
             let (hz, n) = (even(i), (even(i) / half_hz).round());
@@ -64,7 +66,8 @@ impl BodeRequest {
         (0..self.points).map(moved).collect()
     }
 
-    /// Lists warnings: what the linearisation leaves out, and an amplitude that is not large against the encoder's step.
+    /// Lists warnings: what the linearisation leaves out, and an amplitude that is not large against the
+    /// encoder's step.
     fn warnings(&self, ignored: &[&str], step: f64) -> Vec<String> {
         let left_out = (!ignored.is_empty()).then(|| {
             format!(
@@ -83,7 +86,8 @@ impl BodeRequest {
     }
 }
 
-/// Computes the frequency response from command to position: by linearisation, and by simulation of a sine at each frequency.
+/// Computes the frequency response from command to position: by linearisation, and by simulation of a sine at
+/// each frequency.
 ///
 /// # Errors  a setting outside its range; the machine has no drive or no such point; its loops are unstable.
 pub fn bode(study: &Study, request: &BodeRequest) -> StudyResult<BodeDocument> {
@@ -96,7 +100,10 @@ pub fn bode(study: &Study, request: &BodeRequest) -> StudyResult<BodeDocument> {
     let values = machine.start();
     let loops = LinearLoops::new(machine, &values, &settings)?;
     if let Some(pole) = loops.unstable() {
-        return Err(StudyError::input(&study.config.path, format!("the loops are unstable: {}", describe_pole(&pole))));
+        return Err(StudyError::input(
+            &study.config.path,
+            format!("the loops are unstable: {}", describe_pole(&pole)),
+        ));
     }
     let name = point.map(|at| machine.points[at].name.as_str());
     let coordinate = name.map(|name| {
@@ -105,7 +112,13 @@ pub fn bode(study: &Study, request: &BodeRequest) -> StudyResult<BodeDocument> {
     });
     let coordinate = coordinate.transpose()?;
     let travel = point.map_or(1.0, |at| travel_factor(machine, drive, at));
-    let found = simulated(study, request, &request.frequencies_hz(to_hz, drive.position.period_s), (&loops, &settings), name)?;
+    let found = simulated(
+        study,
+        request,
+        &request.frequencies_hz(to_hz, drive.position.period_s),
+        (&loops, &settings),
+        name,
+    )?;
     let complete = request.linear || found.iter().all(|f| f.ratio.is_some());
     let linear = |hz: f64| loops.response(hz, coordinate) * travel;
     let rows = found.iter().map(|f| BodeRow {
@@ -119,7 +132,9 @@ pub fn bode(study: &Study, request: &BodeRequest) -> StudyResult<BodeDocument> {
     let step = drive.position.encoder.step.at(&values, &settings.operating);
     let mut warnings = request.warnings(&machine.joints_ignored_by_frequency_responses(), step);
     warnings.extend(sticking_warning(request, machine, &found));
-    Ok(document(request, study.stamp("bode", 0, complete, warnings), rows.collect(), &loops, |hz| linear(hz).norm()))
+    Ok(document(request, study.stamp("bode", 0, complete, warnings), rows.collect(), &loops, |hz| {
+        linear(hz).norm()
+    }))
 }
 
 /// Share of the evaluated time from which on the axis sticks: all of it, within a sample.
@@ -127,7 +142,12 @@ const STUCK: f64 = 0.999;
 
 /// Says at which frequencies the axis sticks, and in which joint.
 fn sticking_warning(request: &BodeRequest, machine: &Machine, found: &[SineResponse]) -> Option<String> {
-    let stuck = || found.iter().filter_map(|f| Some((f.frequency_hz, f.stuck?))).filter(|(_, (_, share))| *share >= STUCK);
+    let stuck = || {
+        found
+            .iter()
+            .filter_map(|f| Some((f.frequency_hz, f.stuck?)))
+            .filter(|(_, (_, share))| *share >= STUCK)
+    };
     let (first, last) = (stuck().next()?, stuck().next_back()?);
     Some(format!(
         "the axis sticks at an amplitude of {:e} at {} of {} frequencies from {:.4} to {:.4} Hz: the friction of «{}» does not slide, and the \
@@ -150,14 +170,18 @@ fn simulated(
     point: Option<&str>,
 ) -> StudyResult<Vec<SineResponse>> {
     if request.linear {
-        return Ok(frequencies_hz.iter().map(|&frequency_hz| SineResponse { frequency_hz, ratio: None, stuck: None }).collect());
+        return Ok(frequencies_hz
+            .iter()
+            .map(|&frequency_hz| SineResponse { frequency_hz, ratio: None, stuck: None })
+            .collect());
     }
     let machine = if request.smooth { smooth(study.machine()) } else { study.machine().clone() };
     let values = machine.start();
     let go_on = || !study.control().stopped();
     let step = study.control().steps("bode", frequencies_hz.len());
     let found = frequencies_hz.par_iter().map(|hz| {
-        let found = sine_response(&machine, &values, loops, (*hz, request.amplitude_m), point, settings, &go_on);
+        let found =
+            sine_response(&machine, &values, loops, (*hz, request.amplitude_m), point, settings, &go_on);
         step();
         Ok(found?)
     });
@@ -165,12 +189,19 @@ fn simulated(
 }
 
 /// Builds the document with bandwidth, poles, and differences between simulation and linearisation.
-fn document(request: &BodeRequest, stamp: Stamp, rows: Vec<BodeRow>, loops: &LinearLoops, magnitude: impl Fn(f64) -> f64) -> BodeDocument {
+fn document(
+    request: &BodeRequest,
+    stamp: Stamp,
+    rows: Vec<BodeRow>,
+    loops: &LinearLoops,
+    magnitude: impl Fn(f64) -> f64,
+) -> BodeDocument {
     let mut poles = loops.poles();
     poles.retain(|p| p.frequency_hz > 1e-3);
     poles.sort_by(|a, b| a.damping_ratio().total_cmp(&b.damping_ratio()));
     let moving = |row: &&BodeRow| row.stuck_share.is_none_or(|share| share < STUCK);
-    let difference = |of: &dyn Fn(&BodeRow) -> Option<f64>| rows.iter().filter(moving).filter_map(of).reduce(f64::max);
+    let difference =
+        |of: &dyn Fn(&BodeRow) -> Option<f64>| rows.iter().filter(moving).filter_map(of).reduce(f64::max);
     let last_above = rows.iter().rposition(|r| r.magnitude >= 0.5_f64.sqrt());
     BodeDocument {
         stamp,
@@ -178,9 +209,15 @@ fn document(request: &BodeRequest, stamp: Stamp, rows: Vec<BodeRow>, loops: &Lin
         amplitude: (!request.linear).then_some(request.amplitude_m),
         poles: poles
             .iter()
-            .map(|p| PoleRow { frequency_hz: p.frequency_hz, damping_ratio: p.damping_ratio(), point: p.point.clone() })
+            .map(|p| PoleRow {
+                frequency_hz: p.frequency_hz,
+                damping_ratio: p.damping_ratio(),
+                point: p.point.clone(),
+            })
             .collect(),
-        bandwidth_hz: last_above.and_then(|at| Some(crossing_hz(rows[at].frequency_hz, rows.get(at + 1)?.frequency_hz, magnitude))),
+        bandwidth_hz: last_above.and_then(|at| {
+            Some(crossing_hz(rows[at].frequency_hz, rows.get(at + 1)?.frequency_hz, magnitude))
+        }),
         largest_difference: difference(&|r| Some((r.simulated_magnitude? / r.magnitude - 1.0).abs())),
         largest_phase_difference_deg: difference(&|r| {
             let off = (r.simulated_phase_deg? - r.phase_deg).rem_euclid(360.0);

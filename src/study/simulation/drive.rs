@@ -16,7 +16,11 @@ pub fn find_drive(study: &Study) -> StudyResult<&Drive> {
 pub fn describe_pole(pole: &Pole) -> String {
     let e_fold_s = 1.0 / pole.growth_per_s;
     // A frequency below 1 mHz counts as zero.
-    let frequency = if pole.frequency_hz < 1e-3 { "a real pole".into() } else { format!("the pole at {:.1} Hz", pole.frequency_hz) };
+    let frequency = if pole.frequency_hz < 1e-3 {
+        "a real pole".into()
+    } else {
+        format!("the pole at {:.1} Hz", pole.frequency_hz)
+    };
     format!(
         "{frequency} grows e-fold every {e_fold_s:.3e} s (damping ratio {:.3}), with the largest share of kinetic energy \
          at «{}»; lower the gains, the delay or the sampling periods of the loops",
@@ -35,7 +39,8 @@ pub fn find_response(machine: &Machine, name: &str) -> StudyResult<usize> {
     })
 }
 
-/// Returns the factor from the displacement of a point to travel: 1, or for a rotation that of the position encoder (m/rad).
+/// Returns the factor from the displacement of a point to travel: 1, or for a rotation that of the position
+/// encoder (m/rad).
 pub fn travel_factor(machine: &Machine, drive: &Drive, point: usize) -> f64 {
     if machine.points[point].motion == PointMotion::Rotation { drive.position.encoder.travel } else { 1.0 }
 }

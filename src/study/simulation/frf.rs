@@ -33,7 +33,8 @@ pub struct FrfRequest {
     pub lines_hz: Option<Vec<f64>>,
     /// Name of the response point; that of the measurement set where absent.
     pub response: Option<String>,
-    /// Name of the excitation point, or `command` for the command of the position loop; that of the measurement set where absent.
+    /// Name of the excitation point, or `command` for the command of the position loop; that of the
+    /// measurement set where absent.
     pub excitation: Option<String>,
     /// Whether the loops of the drive are closed and hold the machine.
     pub closed_loop: bool,
@@ -60,12 +61,14 @@ impl Default for FrfRequest {
 
 /// Computes frequency response functions at the start values of the parameters, with exact rods.
 ///
-/// # Errors  a setting outside its range; the machine has no such point or does not allow a place; closed loops are unstable or do not exist.
+/// # Errors  a setting outside its range; the machine has no such point or does not allow a place; closed
+///   loops are unstable or do not exist.
 pub fn frf(study: &Study, request: &FrfRequest) -> StudyResult<FrfsDocument> {
     computed(study, study.machine(), &study.machine().start(), RodModel::Exact, request)
 }
 
-/// Computes frequency response functions of a machine as identified, with the rods of the identification. `study` is that of
+/// Computes frequency response functions of a machine as identified, with the rods of the identification.
+/// `study` is that of
 /// [`Study::open_with_result`]; `result` is the document's file.
 ///
 /// # Errors  as [`frf`]; the document is no identification, or does not belong to the machine.
@@ -83,7 +86,13 @@ pub fn identified_frf(
     Ok(document)
 }
 
-fn computed(study: &Study, machine: &Machine, values: &[f64], rods: RodModel, request: &FrfRequest) -> StudyResult<FrfsDocument> {
+fn computed(
+    study: &Study,
+    machine: &Machine,
+    values: &[f64],
+    rods: RodModel,
+    request: &FrfRequest,
+) -> StudyResult<FrfsDocument> {
     let frequency_hz = frequencies_hz(request)?;
     let set = study.measurements();
     let response = find_point(machine, "response", request.response.as_ref().or(set.response.as_ref()))?;
@@ -98,9 +107,11 @@ fn computed(study: &Study, machine: &Machine, values: &[f64], rods: RodModel, re
         if closed {
             check_loops(machine, values, &operating, &omegas)?;
         }
-        let receptances = Evaluated { machine, values, operating, rods }.response(response, excitation, closed, &omegas)?;
+        let receptances =
+            Evaluated { machine, values, operating, rods }.response(response, excitation, closed, &omegas)?;
         let recorded = omegas.iter().zip(receptances).map(|(&omega, receptance)| {
-            let h = receptance * request.quantity.from_receptance(omega) * Chain::log_factor(chain, omega).exp();
+            let h =
+                receptance * request.quantity.from_receptance(omega) * Chain::log_factor(chain, omega).exp();
             [h.re, h.im]
         });
         positions.insert(name, recorded.collect());
@@ -121,7 +132,11 @@ fn frequencies_hz(request: &FrfRequest) -> StudyResult<Vec<f64>> {
     if let Some(lines_hz) = &request.lines_hz {
         return match lines_hz.iter().enumerate().find(|(_, hz)| !(**hz > 0.0 && hz.is_finite())) {
             None => Ok(lines_hz.clone()),
-            Some((at, hz)) => Err(StudyError::setting("frequency_hz", format!("[{at}]"), format!("is {hz}; write frequencies above 0 Hz"))),
+            Some((at, hz)) => Err(StudyError::setting(
+                "frequency_hz",
+                format!("[{at}]"),
+                format!("is {hz}; write frequencies above 0 Hz"),
+            )),
         };
     }
     let step = require_positive("step_hz", request.step_hz)?;
@@ -151,7 +166,11 @@ fn find_excitation(machine: &Machine, name: Option<&String>) -> StudyResult<Exci
     if name.is_some_and(|name| name == COMMAND) && machine.point(COMMAND).is_none() {
         return match machine.drive {
             Some(_) => Ok(Excitation::Command),
-            None => Err(StudyError::setting("excitation", COMMAND, "the machine has no loops; describe them as [drive], or name a point")),
+            None => Err(StudyError::setting(
+                "excitation",
+                COMMAND,
+                "the machine has no loops; describe them as [drive], or name a point",
+            )),
         };
     }
     find_point(machine, "excitation", name).map(Excitation::Point)
@@ -163,7 +182,14 @@ fn conditions(study: &Study, request: &FrfRequest) -> StudyResult<Vec<(String, O
     let mut places = request.places.clone();
     if places.is_empty() {
         // A machine without a nut is the same at every position.
-        places.extend(study.measurements().positions.iter().filter(|_| has_nut).map(|p| Place::Position(p.name.clone())));
+        places.extend(
+            study
+                .measurements()
+                .positions
+                .iter()
+                .filter(|_| has_nut)
+                .map(|p| Place::Position(p.name.clone())),
+        );
     }
     if places.is_empty() {
         places.push(Place::MidStroke);
@@ -180,16 +206,27 @@ fn conditions(study: &Study, request: &FrfRequest) -> StudyResult<Vec<(String, O
 }
 
 /// Checks that the loops of the drive are stable, and defined up to the highest frequency.
-fn check_loops(machine: &Machine, values: &[f64], operating: &Operating, omega_rad_s: &[f64]) -> StudyResult<()> {
+fn check_loops(
+    machine: &Machine,
+    values: &[f64],
+    operating: &Operating,
+    omega_rad_s: &[f64],
+) -> StudyResult<()> {
     let fault = |e: MotionError| StudyError::setting("closed_loop", "", e.to_string());
     let hold = ServoImpedance::new(machine, values, operating).map_err(fault)?;
     let settings = SimulationSettings { operating: *operating, ..SimulationSettings::default() };
     if let Some(pole) = LinearLoops::new(machine, values, &settings).map_err(fault)?.unstable() {
-        return Err(StudyError::setting("closed_loop", "", format!("the loops are unstable: {}", describe_pole(&pole))));
+        return Err(StudyError::setting(
+            "closed_loop",
+            "",
+            format!("the loops are unstable: {}", describe_pole(&pole)),
+        ));
     }
     let highest_hz = hold.highest_hz();
     if omega_rad_s.iter().any(|omega| *omega > numeric::unit::omega_rad_s(highest_hz)) {
-        let fault = format!("closed loops are defined up to {highest_hz} Hz, half the slowest sampling rate; write no more");
+        let fault = format!(
+            "closed loops are defined up to {highest_hz} Hz, half the slowest sampling rate; write no more"
+        );
         return Err(StudyError::setting("to_hz", "", fault));
     }
     Ok(())

@@ -21,7 +21,8 @@ pub struct GainsRequest {
     pub ids: Vec<String>,
 }
 
-/// Computes stiffness and damping of the drive's loops at the driven point, at each of these frequencies (Hz).
+/// Computes stiffness and damping of the drive's loops at the driven point, at each of these frequencies
+/// (Hz).
 ///
 /// # Errors  the machine has no drive; a frequency outside the range of the loops.
 pub fn hold(study: &Study, at_hz: &[f64]) -> StudyResult<HoldDocument> {
@@ -34,7 +35,9 @@ pub fn hold(study: &Study, at_hz: &[f64]) -> StudyResult<HoldDocument> {
     }
     let highest_hz = hold.highest_hz();
     if let Some(f) = at_hz.iter().find(|f| **f > highest_hz) {
-        let fault = format!("the impedance of the loops is defined up to {highest_hz} Hz, half the slowest sampling rate; write no more");
+        let fault = format!(
+            "the impedance of the loops is defined up to {highest_hz} Hz, half the slowest sampling rate; write no more"
+        );
         return Err(StudyError::setting("at_hz", f, fault));
     }
     let row = |&frequency_hz: &f64| {
@@ -53,22 +56,34 @@ pub fn hold(study: &Study, at_hz: &[f64]) -> StudyResult<HoldDocument> {
 /// Returns the units of stiffness and damping at the driven point of a machine.
 pub fn impedance_units(study: &Study) -> [&'static str; 2] {
     let machine = study.machine();
-    let rotates = machine.drive.as_ref().is_some_and(|drive| machine.points[drive.on].motion == PointMotion::Rotation);
+    let rotates =
+        machine.drive.as_ref().is_some_and(|drive| machine.points[drive.on].motion == PointMotion::Rotation);
     if rotates { ["N·m/rad", "N·m·s/rad"] } else { ["N/m", "N·s/m"] }
 }
 
 /// Converts a spring and a damper of an `identification.json` to gains of position and velocity loop.
 ///
 /// # Errors  the file is no identification or lacks a parameter; a value that is not above 0.
-pub fn gains_of_identified(study: &Study, result: &Path, request: &GainsRequest) -> StudyResult<HoldDocument> {
+pub fn gains_of_identified(
+    study: &Study,
+    result: &Path,
+    request: &GainsRequest,
+) -> StudyResult<HoldDocument> {
     let (identified, input) = read_identification(result)?;
     let [k, c] = request.ids.as_slice() else {
-        return Err(StudyError::setting("ids", request.ids.join(","), "write two parameters, of stiffness and damping"));
+        return Err(StudyError::setting(
+            "ids",
+            request.ids.join(","),
+            "write two parameters, of stiffness and damping",
+        ));
     };
     let value = |id: &String| {
         identified.parameters.get(id).map(|p| (p.value, p.identifiable)).ok_or_else(|| {
             let known: Vec<&str> = identified.parameters.keys().map(String::as_str).collect();
-            StudyError::input(result.display(), format!("has no parameter «{id}»; it has {}; name others (ids)", known.join(", ")))
+            StudyError::input(
+                result.display(),
+                format!("has no parameter «{id}»; it has {}; name others (ids)", known.join(", ")),
+            )
         })
     };
     let ((stiffness, identifiable_k), (damping, identifiable_c)) = (value(k)?, value(c)?);
@@ -87,7 +102,9 @@ pub fn gains_of_identified(study: &Study, result: &Path, request: &GainsRequest)
     let mut stamp = study.stamp("hold", 0, true, Vec::new());
     for (id, identifiable) in [(k, identifiable_k), (c, identifiable_c)] {
         if identifiable != Some(true) {
-            stamp.warnings.push(format!("{id} is not identifiable from these data: the gains depend on its start value or its range"));
+            stamp.warnings.push(format!(
+                "{id} is not identifiable from these data: the gains depend on its start value or its range"
+            ));
         }
     }
     stamp.inputs.push(input);

@@ -32,7 +32,8 @@ impl Default for ModesRequest {
 
 /// Computes the undamped modes at the start values of the parameters.
 ///
-/// # Errors  a setting outside its range; the machine does not allow the operating condition, or no point moves.
+/// # Errors  a setting outside its range; the machine does not allow the operating condition, or no point
+///   moves.
 pub fn modes(study: &Study, request: &ModesRequest) -> StudyResult<ModesDocument> {
     let max_hz = require_positive("max_hz", request.max_hz)?;
     let machine = study.machine();
@@ -40,17 +41,27 @@ pub fn modes(study: &Study, request: &ModesRequest) -> StudyResult<ModesDocument
     check_listed(machine, request.rods, &operating, max_hz)?;
     let first = machine.points.iter().position(|p| !p.fixed);
     let first = first.ok_or_else(|| StudyError::impossible("the machine has no point that moves"))?;
-    let structure = Arc::new(Structure::new(machine, first, first, request.rods).map_err(StudyError::impossible)?);
+    let structure =
+        Arc::new(Structure::new(machine, first, first, request.rods).map_err(StudyError::impossible)?);
     let mut model = structure.empty_model();
     model.update(machine, &machine.start(), &operating);
     let modes = undamped_modes(&model, max_hz, &mut structure.workspace());
     Ok(ModesDocument {
-        stamp: study.stamp("modes", 0, true, load_warnings(machine, &request.load, std::slice::from_ref(&operating))),
+        stamp: study.stamp(
+            "modes",
+            0,
+            true,
+            load_warnings(machine, &request.load, std::slice::from_ref(&operating)),
+        ),
         nut_m: operating.nut_m,
         velocity_m_s: operating.velocity_m_s,
         acceleration_m_s2: operating.acceleration_m_s2,
         force_n: operating.force_n,
-        modes: modes.iter().enumerate().map(|(at, mode)| row(machine, (structure.as_ref(), &model), &operating, at + 1, mode)).collect(),
+        modes: modes
+            .iter()
+            .enumerate()
+            .map(|(at, mode)| row(machine, (structure.as_ref(), &model), &operating, at + 1, mode))
+            .collect(),
     })
 }
 
@@ -63,7 +74,13 @@ fn row(
 ) -> ModeRow {
     // A rigid-body mode has no strain energy.
     let energy = match mode.frequency_hz > 0.0 {
-        true => model.strain_energy(machine, &machine.start(), operating, omega_rad_s(mode.frequency_hz), &mode.shape),
+        true => model.strain_energy(
+            machine,
+            &machine.start(),
+            operating,
+            omega_rad_s(mode.frequency_hz),
+            &mode.shape,
+        ),
         false => Vec::new(),
     };
     ModeRow {

@@ -7,7 +7,9 @@ use super::operating::{Load, Place, find_operating, require_count};
 use super::travel::TravelProfile;
 use crate::stamp::digest_file;
 use crate::{Study, StudyError, StudyResult};
-use dynamics::motion::{Course, EventKind, LinearLoops, RecordGap, SimulationSettings, Sine, Trace, simulate, simulate_record};
+use dynamics::motion::{
+    Course, EventKind, LinearLoops, RecordGap, SimulationSettings, Sine, Trace, simulate, simulate_record,
+};
 use machine::{Machine, PointMotion};
 use measurement::{SourceFile, read_reference};
 use report::motion::{EnergyBalance, EventRow, Instability, MotionDocument, RecordRow};
@@ -57,9 +59,11 @@ impl Default for MotionRequest {
     }
 }
 
-/// Simulates the motion of the driven axis. A motion that is stopped or diverges gives a document that is not complete.
+/// Simulates the motion of the driven axis. A motion that is stopped or diverges gives a document that is not
+/// complete.
 ///
-/// # Errors  a setting outside its range; the machine has no drive, the set no such record; a command is beyond the stroke.
+/// # Errors  a setting outside its range; the machine has no drive, the set no such record; a command is
+///   beyond the stroke.
 pub fn motion(study: &Study, request: &MotionRequest) -> StudyResult<MotionDocument> {
     let machine = study.machine();
     let drive = find_drive(study)?;
@@ -81,20 +85,29 @@ pub fn motion(study: &Study, request: &MotionRequest) -> StudyResult<MotionDocum
     let (word, mut trace, record) = match &request.reference {
         Reference::SCurve { travel, and_back } => along("s-curve", &s_curve(travel, *and_back, period_s)?)?,
         Reference::Sine { amplitude_m, frequency_hz, periods } => {
-            let sine = Sine { centre: 0.0, amplitude: *amplitude_m, frequency_hz: *frequency_hz, periods: *periods };
+            let sine =
+                Sine { centre: 0.0, amplitude: *amplitude_m, frequency_hz: *frequency_hz, periods: *periods };
             along("sine", &sine.course(period_s)?)?
         }
         Reference::Table(path) => along(path, &table(path, &mut file)?)?,
         Reference::Record(name) => {
-            let record = study.measurements().motions.iter().find(|m| m.name == *name).ok_or_else(|| no_record(study, name))?;
+            let record = study
+                .measurements()
+                .motions
+                .iter()
+                .find(|m| m.name == *name)
+                .ok_or_else(|| no_record(study, name))?;
             let (trace, gap) = simulate_record(machine, &values, record, &settings, &go_on)?;
             (format!("record {name}"), trace, gap.map(|gap| record_row(name, &gap)))
         }
     };
     let pole = LinearLoops::new(machine, &values, &settings).ok().and_then(|loops| loops.unstable());
-    trace.warnings.extend(
-        pole.map(|pole| format!("the loops, linearised without friction, backlash and limits, are unstable: {}", describe_pole(&pole))),
-    );
+    trace.warnings.extend(pole.map(|pole| {
+        format!(
+            "the loops, linearised without friction, backlash and limits, are unstable: {}",
+            describe_pole(&pole)
+        )
+    }));
     let mut stamp = study.stamp("motion", 0, trace.complete, trace.warnings.clone());
     stamp.inputs.extend(file.as_ref().map(digest_file));
     let energy = trace.energy;
@@ -113,7 +126,12 @@ pub fn motion(study: &Study, request: &MotionRequest) -> StudyResult<MotionDocum
         events: trace
             .events
             .iter()
-            .map(|e| EventRow { time_s: e.time_s, kind: kind(e.kind).into(), joint: e.joint.clone(), direction: e.direction })
+            .map(|e| EventRow {
+                time_s: e.time_s,
+                kind: kind(e.kind).into(),
+                joint: e.joint.clone(),
+                direction: e.direction,
+            })
             .collect(),
         record,
         unstable: trace.unstable.map(|(time_s, error)| Instability { time_s, error }),
@@ -165,7 +183,13 @@ fn point_column(machine: &Machine, name: &str) -> String {
 /// Returns the signals of a simulation by name.
 fn columns(machine: &Machine, trace: &Trace) -> BTreeMap<String, Vec<f64>> {
     let (unit, load) = units(machine);
-    let fixed = ["time_s".into(), format!("command_{unit}"), format!("position_{unit}"), load.into(), format!("velocity_{unit}_s")];
+    let fixed = [
+        "time_s".into(),
+        format!("command_{unit}"),
+        format!("position_{unit}"),
+        load.into(),
+        format!("velocity_{unit}_s"),
+    ];
     let names = fixed.into_iter().chain(trace.points.iter().map(|name| point_column(machine, name)));
     let column = |at: usize| {
         let signal = trace.samples.iter().map(|s| match at {

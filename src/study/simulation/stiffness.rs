@@ -68,10 +68,11 @@ impl SweepVariable {
     }
 }
 
-/// Computes loads and stiffness of contacts and joints, static stiffness and natural frequencies over an operating variable, and where sides of
-/// contacts unload.
+/// Computes loads and stiffness of contacts and joints, static stiffness and natural frequencies over an
+/// operating variable, and where sides of contacts unload.
 ///
-/// # Errors  a setting outside its range; the machine does not allow an operating condition, or no such point moves.
+/// # Errors  a setting outside its range; the machine does not allow an operating condition, or no such point
+///   moves.
 pub fn stiffness(study: &Study, request: &StiffnessRequest) -> StudyResult<SweepDocument> {
     let machine = study.machine();
     let along = request.along;
@@ -83,7 +84,10 @@ pub fn stiffness(study: &Study, request: &StiffnessRequest) -> StudyResult<Sweep
     }
     let mut warnings = load_warnings(machine, &request.load, &[]);
     if along != SweepVariable::Position && machine.contacts.is_empty() {
-        warnings.push(format!("this machine does not depend on {}: none of its joints is a [contact.…]", along.key()));
+        warnings.push(format!(
+            "this machine does not depend on {}: none of its joints is a [contact.…]",
+            along.key()
+        ));
     }
     let mut rows = Vec::with_capacity(steps);
     for step in 0..steps {
@@ -94,7 +98,11 @@ pub fn stiffness(study: &Study, request: &StiffnessRequest) -> StudyResult<Sweep
         if let Some(point) = &request.at {
             let mut k = static_stiffness(machine, &here, point)?;
             if let Some(second_m) = request.in_series_with_nut_m {
-                let second = checked_nut(machine, "in_series_with_nut_m", Operating { nut_m: Some(second_m), ..here })?;
+                let second = checked_nut(
+                    machine,
+                    "in_series_with_nut_m",
+                    Operating { nut_m: Some(second_m), ..here },
+                )?;
                 k = 1.0 / (1.0 / k + 1.0 / static_stiffness(machine, &second, point)?);
             }
             row.static_stiffness = Some(k);
@@ -106,7 +114,11 @@ pub fn stiffness(study: &Study, request: &StiffnessRequest) -> StudyResult<Sweep
         along: along.key().into(),
         point: request.at.clone(),
         in_series_with_nut_m: request.in_series_with_nut_m,
-        separations: machine.contacts.iter().flat_map(|contact| separations(contact, (from, to), |x| along.at(&base, x))).collect(),
+        separations: machine
+            .contacts
+            .iter()
+            .flat_map(|contact| separations(contact, (from, to), |x| along.at(&base, x)))
+            .collect(),
         rows,
     })
 }
@@ -115,21 +127,33 @@ pub fn stiffness(study: &Study, request: &StiffnessRequest) -> StudyResult<Sweep
 fn range(request: &StiffnessRequest, machine: &Machine) -> StudyResult<(f64, f64)> {
     let default = match request.along {
         SweepVariable::Position => {
-            let no_nut = || StudyError::setting("along", "position", "the machine has no nut; sweep another variable");
+            let no_nut =
+                || StudyError::setting("along", "position", "the machine has no nut; sweep another variable");
             let stroke_m = machine.stroke_m().ok_or_else(no_nut)?;
             Some((0.02 * stroke_m, 0.98 * stroke_m))
         }
         _ => None,
     };
     let need = |key: &str, own: Option<f64>, default: Option<f64>| {
-        let absent = || StudyError::setting(key, "", format!("write the start and end of the sweep along {}", request.along.key()));
+        let absent = || {
+            StudyError::setting(
+                key,
+                "",
+                format!("write the start and end of the sweep along {}", request.along.key()),
+            )
+        };
         own.or(default).ok_or_else(absent)
     };
-    let (from, to) = (need("from", request.from, default.map(|d| d.0))?, need("to", request.to, default.map(|d| d.1))?);
+    let (from, to) =
+        (need("from", request.from, default.map(|d| d.0))?, need("to", request.to, default.map(|d| d.1))?);
     if from.is_finite() && to > from && to.is_finite() {
         Ok((from, to))
     } else {
-        Err(StudyError::setting("from", format!("{from}, to {to}"), "write a range with the smaller value first"))
+        Err(StudyError::setting(
+            "from",
+            format!("{from}, to {to}"),
+            "write a range with the smaller value first",
+        ))
     }
 }
 
@@ -142,7 +166,8 @@ fn known_point(machine: &Machine, name: &str) -> StudyResult<usize> {
 
 /// Computes the static stiffness at a point.
 pub fn static_stiffness(machine: &Machine, operating: &Operating, point: &str) -> StudyResult<f64> {
-    let found = dynamics::model::matrices(machine, &machine.start(), operating, 1).map_err(StudyError::impossible)?;
+    let found =
+        dynamics::model::matrices(machine, &machine.start(), operating, 1).map_err(StudyError::impossible)?;
     found.static_stiffness(point).map_err(StudyError::impossible)
 }
 
@@ -170,12 +195,17 @@ fn sweep_row(machine: &Machine, operating: &Operating, at: f64, orders: usize) -
         }
         joints.insert(joint.name.clone(), k);
     }
-    let frequencies_hz = if orders == 0 { Vec::new() } else { elastic_frequencies_hz(machine, orders, &start, operating) };
+    let frequencies_hz =
+        if orders == 0 { Vec::new() } else { elastic_frequencies_hz(machine, orders, &start, operating) };
     Ok(SweepRow { at, contacts, joints, static_stiffness: None, frequencies_hz })
 }
 
 /// Finds where the force on a contact passes a load at which one of its sides unloads.
-pub fn separations(contact: &LoadedPair, (from, to): (f64, f64), at: impl Fn(f64) -> Operating) -> Vec<Separation> {
+pub fn separations(
+    contact: &LoadedPair,
+    (from, to): (f64, f64),
+    at: impl Fn(f64) -> Operating,
+) -> Vec<Separation> {
     // Number of intervals in which a crossing is sought.
     const CUTS: usize = 512;
     let (unloads_a_n, unloads_b_n) = contact.pair.unloading_forces_n(contact.rule);
@@ -188,7 +218,12 @@ pub fn separations(contact: &LoadedPair, (from, to): (f64, f64), at: impl Fn(f64
             let (below, above) = (excess(low), excess(high));
             if (below < 0.0) != (above < 0.0) {
                 let here = refine(Bracket { lower: (low, below), upper: (high, above) }, 1e-14, excess);
-                found.push(Separation { contact: contact.name.clone(), side: side.into(), force_n, at: here });
+                found.push(Separation {
+                    contact: contact.name.clone(),
+                    side: side.into(),
+                    force_n,
+                    at: here,
+                });
             }
         }
     }

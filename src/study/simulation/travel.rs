@@ -3,7 +3,8 @@
 use crate::StudyResult;
 use dynamics::motion::{Course, SCurve};
 
-/// Travel from rest to rest with limits on velocity, acceleration and jerk (an S-curve). For an axis whose encoder reads an angle, rad replaces m.
+/// Travel from rest to rest with limits on velocity, acceleration and jerk (an S-curve). For an axis whose
+/// encoder reads an angle, rad replaces m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TravelProfile {
     /// Travel (m); backward where it is negative.
@@ -20,7 +21,13 @@ pub struct TravelProfile {
 
 impl Default for TravelProfile {
     fn default() -> Self {
-        TravelProfile { travel_m: 0.1, velocity_m_s: 0.2, acceleration_m_s2: 2.0, jerk_m_s3: 50.0, rest_s: 0.2 }
+        TravelProfile {
+            travel_m: 0.1,
+            velocity_m_s: 0.2,
+            acceleration_m_s2: 2.0,
+            jerk_m_s3: 50.0,
+            rest_s: 0.2,
+        }
     }
 }
 

@@ -8,7 +8,10 @@ const VALUES: [f64; 8] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0];
 fn type_and_count_override_a_wrong_byte_count() {
     let record = Sample::binary(6, 4, 1, 32, doubles(&VALUES)).record();
     assert_eq!(complex(&record)[3], Complex64::new(7.0, 8.0));
-    warned!(record, Warning::ByteCount { found: Some(32), used: 64, evidence: SizeEvidence::TypeAndCount, .. });
+    warned!(
+        record,
+        Warning::ByteCount { found: Some(32), used: 64, evidence: SizeEvidence::TypeAndCount, .. }
+    );
     assert_eq!(record.header.warnings.len(), 1);
 }
 
@@ -17,7 +20,10 @@ fn the_size_decides_the_precision() {
     let record = Sample::binary(5, 4, 1, 32, doubles(&VALUES)).record();
     assert_eq!(complex(&record)[3], Complex64::new(7.0, 8.0));
     assert_eq!(record.header.ordinate_type, OrdinateType::ComplexDouble);
-    warned!(record, Warning::Precision { declared: OrdinateType::ComplexSingle, used: OrdinateType::ComplexDouble, .. });
+    warned!(
+        record,
+        Warning::Precision { declared: OrdinateType::ComplexSingle, used: OrdinateType::ComplexDouble, .. }
+    );
     let record = Sample::binary(4, 4, 1, 16, singles(&[1.0, 2.0, 3.0, 4.0])).record();
     assert_eq!(real(&record), [1.0, 2.0, 3.0, 4.0]);
     warned!(record, Warning::Precision { used: OrdinateType::RealSingle, .. });
@@ -27,7 +33,9 @@ fn the_size_decides_the_precision() {
 fn the_size_decides_the_width_of_an_uneven_abscissa() {
     let narrow: Vec<u8> = [(0.5_f32, 1.0_f64, 2.0_f64), (1.5, 3.0, 4.0)]
         .iter()
-        .flat_map(|&(abscissa, re, im)| [&abscissa.to_le_bytes()[..], &re.to_le_bytes(), &im.to_le_bytes()].concat())
+        .flat_map(|&(abscissa, re, im)| {
+            [&abscissa.to_le_bytes()[..], &re.to_le_bytes(), &im.to_le_bytes()].concat()
+        })
         .collect();
     let record = Sample::binary(6, 2, 0, 40, narrow).record();
     assert_eq!(record.abscissa, Abscissa::Uneven(vec![0.5, 1.5]));
@@ -51,7 +59,10 @@ fn the_next_sentinel_decides_where_both_are_wrong() {
     let record = Sample::binary(4, 99, 1, 1234, doubles(&VALUES)).record();
     assert_eq!(real(&record), VALUES);
     warned!(record, Warning::ValueCount { declared: 99, found: 8, evidence: SizeEvidence::NextSentinel, .. });
-    warned!(record, Warning::ByteCount { found: Some(1234), used: 64, evidence: SizeEvidence::NextSentinel, .. });
+    warned!(
+        record,
+        Warning::ByteCount { found: Some(1234), used: 64, evidence: SizeEvidence::NextSentinel, .. }
+    );
 }
 
 #[test]
@@ -60,11 +71,17 @@ fn an_unexplained_size_is_refused() {
     data.truncate(61);
     let refusal = Sample::binary(4, 8, 1, 64, data).refusal();
     assert!(
-        matches!(refusal, UniversalError::PayloadSize { count: 8, expected: 64, header_bytes: Some(64), distance: 61, .. }),
+        matches!(
+            refusal,
+            UniversalError::PayloadSize { count: 8, expected: 64, header_bytes: Some(64), distance: 61, .. }
+        ),
         "{refusal}"
     );
     let refusal = Sample::binary(4, 4, 1, 32, doubles(&VALUES[..7])).refusal();
-    assert!(matches!(refusal, UniversalError::PayloadSize { distance: 56, .. }), "more values than declared: {refusal}");
+    assert!(
+        matches!(refusal, UniversalError::PayloadSize { distance: 56, .. }),
+        "more values than declared: {refusal}"
+    );
 }
 
 #[test]
@@ -90,7 +107,10 @@ fn sentinels_and_line_ends_in_the_payload_are_data() {
 
 #[test]
 fn a_file_truncated_in_the_payload_keeps_whole_values_if_the_header_is_consistent() {
-    let truncated = |byte_count| Sample { closing: String::new(), ..Sample::binary(4, 8, 1, byte_count, doubles(&VALUES)[..45].to_vec()) };
+    let truncated = |byte_count| Sample {
+        closing: String::new(),
+        ..Sample::binary(4, 8, 1, byte_count, doubles(&VALUES)[..45].to_vec())
+    };
     let record = truncated(64).record();
     assert_eq!(real(&record), &VALUES[..5]);
     warned!(record, Warning::Truncated { declared: 8, found: 5, .. });
@@ -107,7 +127,10 @@ fn foreign_floating_point_is_refused_by_name() {
         let mut sample = Sample::binary(4, 8, 1, 64, doubles(&VALUES));
         sample.first = sample.first.replacen("     2", &format!("{code:6}"), 1);
         let refusal = sample.refusal();
-        assert!(matches!(refusal, UniversalError::FloatFormat { .. }) && refusal.to_string().contains(name), "{refusal}");
+        assert!(
+            matches!(refusal, UniversalError::FloatFormat { .. }) && refusal.to_string().contains(name),
+            "{refusal}"
+        );
     }
     let mut sample = Sample::binary(4, 8, 1, 64, doubles(&VALUES));
     sample.first = sample.first.replacen("     1", "     5", 1);
@@ -122,7 +145,10 @@ fn values_that_are_not_finite_are_refused_with_their_offset() {
         let sample = Sample::binary(6, 4, 1, 64, doubles(&values));
         let payload = sample.bytes().len() - 7 - 64;
         let refusal = sample.refusal();
-        assert!(matches!(&refusal, UniversalError::NotFinite { place, index: 2, .. } if place.byte == payload as u64 + 32), "{refusal}");
+        assert!(
+            matches!(&refusal, UniversalError::NotFinite { place, index: 2, .. } if place.byte == payload as u64 + 32),
+            "{refusal}"
+        );
     }
     let refusal = Sample::binary(4, 2, 0, 32, doubles(&[0.0, 1.0, f64::NAN, 2.0])).refusal();
     assert!(refusal.to_string().contains("on the abscissa"), "{refusal}");
@@ -146,5 +172,8 @@ fn a_first_line_out_of_columns_is_split_at_blanks() {
 #[test]
 fn twice_the_values_are_another_type_and_refused() {
     let refusal = Sample::binary(4, 4, 1, 64, doubles(&VALUES)).refusal();
-    assert!(matches!(refusal, UniversalError::PayloadSize { expected: 32, header_bytes: Some(64), .. }), "{refusal}");
+    assert!(
+        matches!(refusal, UniversalError::PayloadSize { expected: 32, header_bytes: Some(64), .. }),
+        "{refusal}"
+    );
 }

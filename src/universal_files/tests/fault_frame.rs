@@ -8,7 +8,14 @@ fn joined(parts: &[&[u8]]) -> Vec<u8> {
 
 #[test]
 fn other_formats_are_refused() {
-    for text in ["", "\n\n", "1.0 2.0\n3.0 4.0\n", "frequency_hz,re,im\n1,2,3\n", "    -1\n    -1\n", "    -1\nNONE\n"] {
+    for text in [
+        "",
+        "\n\n",
+        "1.0 2.0\n3.0 4.0\n",
+        "frequency_hz,re,im\n1,2,3\n",
+        "    -1\n    -1\n",
+        "    -1\nNONE\n",
+    ] {
         assert!(matches!(read(text.as_bytes()), Err(UniversalError::NoDataset)), "{text:?}");
     }
 }
@@ -19,7 +26,10 @@ fn other_datasets_are_listed_with_place_and_number() {
     let file = read(&joined(&[&Sample::default().bytes(), other])).unwrap();
     assert_eq!(file.functions.len(), 1);
     assert!(
-        matches!(file.skipped[..], [Skipped { number: 2412, times: 2, place: FilePlace { line: Some(18), .. } }]),
+        matches!(
+            file.skipped[..],
+            [Skipped { number: 2412, times: 2, place: FilePlace { line: Some(18), .. } }]
+        ),
         "{:?}",
         file.skipped
     );
@@ -34,7 +44,9 @@ fn text_between_datasets_gives_a_warning() {
     let lines: Vec<u64> = file
         .warnings
         .iter()
-        .filter_map(|warning| if let Warning::StrayText { lines, .. } = warning { Some(*lines) } else { None })
+        .filter_map(
+            |warning| if let Warning::StrayText { lines, .. } = warning { Some(*lines) } else { None },
+        )
         .collect();
     assert_eq!(lines, [2, 1]);
 }
@@ -61,7 +73,8 @@ fn the_reader_continues_after_a_refused_record() {
         Sample { form: form(5, 4, 1), ..Sample::default() }.bytes(),
         Sample::data("  1.0 NaN 3.0 4.0\n").bytes(),
         Sample::binary(4, 2, 1, 16, doubles(&[1.0, f64::NAN])).bytes(),
-        Sample::binary(4, 4, 1, 32, [&doubles(&[f64::NAN])[..], b"    -1\n    -1\n    58\n\0\0\0"].concat()).bytes(),
+        Sample::binary(4, 4, 1, 32, [&doubles(&[f64::NAN])[..], b"    -1\n    -1\n    58\n\0\0\0"].concat())
+            .bytes(),
         Sample::binary(4, 2, 1, 16, vec![0; 13]).bytes(),
         b"    -1\n    58\nid\nid\n    -1\n".to_vec(),
         b"    -1\n   164\n         1SI\n  0.0 1.0 1.0\n 0.0\n    -1\n".to_vec(),
@@ -79,15 +92,19 @@ fn the_reader_continues_after_a_refused_record() {
 #[test]
 fn headers_match_those_of_the_records() {
     let units = b"    -1\n   164\n         1SI\n  1.0 1.0 1.0\n 0.0\n    -1\n";
-    let long = Sample { form: form(5, 400, 1), ..Sample::data(&"  1.00000E+00  2.00000E+00\n".repeat(400)) }.bytes();
-    let padded = Sample { form: form(2, 1001, 0), ..Sample::data(&"  1.0  2.0  3.0  4.0\n".repeat(501)) }.bytes();
+    let long =
+        Sample { form: form(5, 400, 1), ..Sample::data(&"  1.00000E+00  2.00000E+00\n".repeat(400)) }.bytes();
+    let padded =
+        Sample { form: form(2, 1001, 0), ..Sample::data(&"  1.0  2.0  3.0  4.0\n".repeat(501)) }.bytes();
     let binary = Sample::binary(5, 2, 1, 16, doubles(&[1.0, 2.0, 3.0, 4.0])).bytes();
-    let bytes = joined(&[&long, units, &binary, &Sample::default().bytes(), &padded, &long, &long.replace_crlf()]);
+    let bytes =
+        joined(&[&long, units, &binary, &Sample::default().bytes(), &padded, &long, &long.replace_crlf()]);
     let full = read(&bytes).unwrap();
     let heads = read_headers(&bytes).unwrap();
     assert_eq!((full.functions.len(), heads.functions.len()), (6, 6));
     for (record, head) in full.functions.iter().zip(&heads.functions) {
-        let without_warnings = |header: &RecordHeader| RecordHeader { warnings: Vec::new(), ..header.clone() };
+        let without_warnings =
+            |header: &RecordHeader| RecordHeader { warnings: Vec::new(), ..header.clone() };
         assert_eq!(without_warnings(&record.header), without_warnings(head));
         assert!(head.warnings.iter().all(|warning| record.header.warnings.contains(warning)));
     }
@@ -114,7 +131,8 @@ fn every_message_names_a_place() {
         Warning::ByteCount { place, found: None, used: 16, evidence: SizeEvidence::TypeAndCount }.to_string(),
         Warning::Truncated { place, declared: 4, found: 2 }.to_string(),
         Warning::BlankUnit { place, axis: AxisName::Denominator, units_in_force: false }.to_string(),
-        UniversalError::PayloadSize { place, count: 1, expected: 8, header_bytes: None, distance: 7 }.to_string(),
+        UniversalError::PayloadSize { place, count: 1, expected: 8, header_bytes: None, distance: 7 }
+            .to_string(),
     ];
     for message in messages {
         assert!(message.starts_with("line 2 (byte 80): "), "{message}");

@@ -26,13 +26,26 @@ fn headers_out_of_columns_are_split_at_blanks() {
         ..Sample::default()
     };
     let record = sample.record();
-    assert_eq!(record.header.warnings.iter().filter(|warning| matches!(warning, Warning::HeaderColumns { .. })).count(), 3);
+    assert_eq!(
+        record
+            .header
+            .warnings
+            .iter()
+            .filter(|warning| matches!(warning, Warning::HeaderColumns { .. }))
+            .count(),
+        3
+    );
     let header = &record.header;
     let sound = Sample::default().record().header;
-    assert_eq!((&header.response, &header.reference, &header.abscissa), (&sound.response, &sound.reference, &sound.abscissa));
+    assert_eq!(
+        (&header.response, &header.reference, &header.abscissa),
+        (&sound.response, &sound.reference, &sound.abscissa)
+    );
     assert_eq!(record.abscissa.values(), [0.0, 0.5, 1.0, 1.5]);
-    let wide =
-        Sample { form: "         2         4         1   0.0000000E+00   5.0000000E-01   0.0000000E+00\n".into(), ..Sample::default() };
+    let wide = Sample {
+        form: "         2         4         1   0.0000000E+00   5.0000000E-01   0.0000000E+00\n".into(),
+        ..Sample::default()
+    };
     assert_eq!(wide.record().abscissa.values(), [0.0, 0.5, 1.0, 1.5]);
 }
 
@@ -41,8 +54,16 @@ fn invalid_headers_are_refused_with_field_and_line() {
     let refusals = [
         (Sample { form: form(7, 4, 1), ..Sample::default() }, "ordinate data type", 9),
         (Sample { form: form(2, 4, 2), ..Sample::default() }, "abscissa spacing", 9),
-        (Sample { form: form(2, 4, 1).replace("         4", "        -4"), ..Sample::default() }, "number of values", 9),
-        (Sample { form: form(2, 4, 1).replace("         4", "       4.5"), ..Sample::default() }, "number of values", 9),
+        (
+            Sample { form: form(2, 4, 1).replace("         4", "        -4"), ..Sample::default() },
+            "number of values",
+            9,
+        ),
+        (
+            Sample { form: form(2, 4, 1).replace("         4", "       4.5"), ..Sample::default() },
+            "number of values",
+            9,
+        ),
         (Sample { locations: "FRF\n".into(), ..Sample::default() }, "function type", 8),
         (Sample { ordinate: "acceleration\n".into(), ..Sample::default() }, "specific data type", 11),
     ];
@@ -57,13 +78,20 @@ fn invalid_headers_are_refused_with_field_and_line() {
 
 #[test]
 fn characters_beyond_ascii_keep_their_columns() {
-    let latin = "        12    0    0    0 Schwingstärke        m/s²\n".chars().map(|character| character as u8).collect::<Vec<u8>>();
+    let latin = "        12    0    0    0 Schwingstärke        m/s²\n"
+        .chars()
+        .map(|character| character as u8)
+        .collect::<Vec<u8>>();
     let text = String::from_utf8(Sample::default().bytes()).unwrap();
     let (before, after) = text.split_once("        12    0    0    0 Acceleration         m/s^2\n").unwrap();
     let record = only(&[before.as_bytes(), &latin, after.as_bytes()].concat());
     assert_eq!(record.header.ordinate, RecordAxis::new(12, "Schwingstärke", "m/s²"));
     warned!(record, Warning::NonAscii { read_as: "Latin-1", place } if place.line == Some(11));
-    let record = Sample { ordinate: "        12    0    0    0 Schwingstärke        m/s²\n".into(), ..Sample::default() }.record();
+    let record = Sample {
+        ordinate: "        12    0    0    0 Schwingstärke        m/s²\n".into(),
+        ..Sample::default()
+    }
+    .record();
     assert_eq!(record.header.ordinate, RecordAxis::new(12, "Schwingstärke", "m/s²"));
     warned!(record, Warning::NonAscii { read_as: "UTF-8", .. });
 }
@@ -75,38 +103,58 @@ fn contradicting_entity_names_give_a_warning_and_are_kept() {
     assert_eq!(record.header.reference, NodeLocation { entity: "2:-X".into(), node: 2, direction: 1 });
     assert_eq!(record.header.warnings.len(), 1);
     warned!(record, Warning::EntityConflict { entity, node: 2, direction: 1, .. } if entity == "2:-X");
-    let record = Sample { locations: locations.replace("1   3 2:-X", "1   9 NONE"), ..Sample::default() }.record();
+    let record =
+        Sample { locations: locations.replace("1   3 2:-X", "1   9 NONE"), ..Sample::default() }.record();
     warned!(record, Warning::UnknownDirection { direction: 9, .. });
 }
 
 #[test]
 fn blank_units_give_a_warning_with_the_units_in_force() {
-    let blank = Sample { ordinate: "        12    0    0    0 NONE                 NONE\n".into(), ..Sample::default() };
+    let blank = Sample {
+        ordinate: "        12    0    0    0 NONE                 NONE\n".into(),
+        ..Sample::default()
+    };
     warned!(blank.record(), Warning::BlankUnit { axis: AxisName::Ordinate, units_in_force: false, place } if place.line == Some(11));
     let units = b"    -1\n   164\n         5mm (milli newton)            2\n  1.0D+03  1.0D+03  1.0D+00\n  2.7315D+02\n    -1\n";
     let record = only(&[units, blank.bytes().as_slice()].concat());
     warned!(record, Warning::BlankUnit { axis: AxisName::Ordinate, units_in_force: true, .. });
     let units = record.header.units.as_ref().unwrap();
-    assert_eq!((units.code, units.length_m(1500.0), units.force_n(500.0), units.temperature_offset), (5, 1.5, 0.5, 273.15));
+    assert_eq!(
+        (units.code, units.length_m(1500.0), units.force_n(500.0), units.temperature_offset),
+        (5, 1.5, 0.5, 273.15)
+    );
     assert_eq!(units.description, "mm (milli newton)");
 }
 
 #[test]
 fn each_record_keeps_the_units_before_it() {
-    let units = |factor: &str| format!("    -1\n   164\n         9USER\n  {factor}  1.0D+00  1.0D+00\n  0.0D+00\n    -1\n");
+    let units = |factor: &str| {
+        format!("    -1\n   164\n         9USER\n  {factor}  1.0D+00  1.0D+00\n  0.0D+00\n    -1\n")
+    };
     let sample = Sample::default().bytes();
-    let bytes = [&sample, units("1.0D+03").as_bytes(), &sample, units("1.0D+00").as_bytes(), &sample].concat();
+    let bytes =
+        [&sample, units("1.0D+03").as_bytes(), &sample, units("1.0D+00").as_bytes(), &sample].concat();
     let file = read(&bytes).unwrap();
-    let factors: Vec<_> = file.functions.iter().map(|record| record.header.units.as_ref().map(|units| units.length_factor)).collect();
+    let factors: Vec<_> = file
+        .functions
+        .iter()
+        .map(|record| record.header.units.as_ref().map(|units| units.length_factor))
+        .collect();
     assert_eq!(factors, [None, Some(1000.0), Some(1.0)]);
     assert_eq!(file.units.len(), 2);
 }
 
 #[test]
 fn factors_that_contradict_their_code_give_a_warning_and_invalid_ones_are_refused() {
-    let units = |length: &str| format!("    -1\n   164\n         1SI\n  {length}  1.0D+00  1.0D+00\n  0.0D+00\n    -1\n");
+    let units = |length: &str| {
+        format!("    -1\n   164\n         1SI\n  {length}  1.0D+00  1.0D+00\n  0.0D+00\n    -1\n")
+    };
     let file = read(units("1.0D+03").as_bytes()).unwrap();
-    assert!(matches!(file.warnings[..], [Warning::UnitsConflict { code: 1, factor: "length", .. }]), "{:?}", file.warnings);
+    assert!(
+        matches!(file.warnings[..], [Warning::UnitsConflict { code: 1, factor: "length", .. }]),
+        "{:?}",
+        file.warnings
+    );
     for length in ["0.0D+00", "-1.0", "1.0D+999", "metre"] {
         assert!(matches!(read(units(length).as_bytes()), Err(UniversalError::Field { .. })), "{length}");
     }
@@ -135,9 +183,14 @@ fn thousands_of_tiny_datasets_are_refused() {
 
 #[test]
 fn a_file_header_with_missing_lines_is_tolerated() {
-    let bytes = [b"    -1\n   151\nbench\nhammer test\n    -1\n", Sample::default().bytes().as_slice()].concat();
+    let bytes =
+        [b"    -1\n   151\nbench\nhammer test\n    -1\n", Sample::default().bytes().as_slice()].concat();
     let file = read(&bytes).unwrap();
     assert_eq!((file.headers[0].description.as_str(), file.headers[0].written.as_str()), ("hammer test", ""));
-    assert!(matches!(file.warnings[..], [Warning::ShortDataset { dataset: 151, missing: 5, .. }]), "{:?}", file.warnings);
+    assert!(
+        matches!(file.warnings[..], [Warning::ShortDataset { dataset: 151, missing: 5, .. }]),
+        "{:?}",
+        file.warnings
+    );
     assert_eq!(file.functions.len(), 1);
 }

@@ -4,7 +4,9 @@ use super::*;
 
 #[test]
 fn the_padding_of_the_last_line_is_dropped() {
-    let record = Sample::data("  1.00000E+00  2.00000E+00  3.00000E+00\n  4.00000E+00  0.00000E+00  0.00000E+00\n").record();
+    let record =
+        Sample::data("  1.00000E+00  2.00000E+00  3.00000E+00\n  4.00000E+00  0.00000E+00  0.00000E+00\n")
+            .record();
     assert_eq!(real(&record), [1.0, 2.0, 3.0, 4.0]);
     warned!(record, Warning::PaddedLine { extra: 2, place } if place.line == Some(15));
 }
@@ -52,13 +54,19 @@ fn a_sentinel_among_the_data_is_a_value() {
 fn fewer_values_than_declared_give_a_warning() {
     let record = Sample { form: form(2, 2_508_876, 1), ..Sample::default() }.record();
     assert_eq!((record.header.count, record.abscissa.len()), (4, 4));
-    warned!(record, Warning::ValueCount { declared: 2_508_876, found: 4, evidence: SizeEvidence::NextSentinel, .. });
+    warned!(
+        record,
+        Warning::ValueCount { declared: 2_508_876, found: 4, evidence: SizeEvidence::NextSentinel, .. }
+    );
 }
 
 #[test]
 fn data_beyond_the_declared_count_are_refused() {
     let refusal = Sample { form: form(2, 3, 1), ..Sample::default() }.refusal();
-    assert!(matches!(&refusal, UniversalError::DataGoOn { declared: 3, place, .. } if place.line == Some(15)), "{refusal}");
+    assert!(
+        matches!(&refusal, UniversalError::DataGoOn { declared: 3, place, .. } if place.line == Some(15)),
+        "{refusal}"
+    );
     let text = refusal.to_string();
     assert!(text.contains("4.00000E+00") && text.contains("line 15"), "{text}");
 }
@@ -66,15 +74,25 @@ fn data_beyond_the_declared_count_are_refused() {
 #[test]
 fn real_data_under_a_complex_type_are_refused() {
     let refusal = Sample { form: form(5, 4, 1), ..Sample::default() }.refusal();
-    assert!(matches!(refusal, UniversalError::NumbersPerValue { found: 4, declared: 4, needed: 2, .. }), "{refusal}");
+    assert!(
+        matches!(refusal, UniversalError::NumbersPerValue { found: 4, declared: 4, needed: 2, .. }),
+        "{refusal}"
+    );
     let refusal = Sample { form: form(2, 4, 0), ..Sample::default() }.refusal();
-    assert!(matches!(refusal, UniversalError::NumbersPerValue { found: 4, declared: 4, needed: 2, .. }), "{refusal}");
+    assert!(
+        matches!(refusal, UniversalError::NumbersPerValue { found: 4, declared: 4, needed: 2, .. }),
+        "{refusal}"
+    );
 }
 
 #[test]
 fn a_blank_field_that_would_shift_the_data_is_refused() {
-    let refusal = Sample::data("  1.00000E+00  2.00000E+00\n               3.00000E+00\n  4.0\n").data_refusal(5);
-    assert!(matches!(&refusal, UniversalError::ShortLine { place, found: 1, expected: 2 } if place.line == Some(15)), "{refusal}");
+    let refusal =
+        Sample::data("  1.00000E+00  2.00000E+00\n               3.00000E+00\n  4.0\n").data_refusal(5);
+    assert!(
+        matches!(&refusal, UniversalError::ShortLine { place, found: 1, expected: 2 } if place.line == Some(15)),
+        "{refusal}"
+    );
 }
 
 impl Sample {
@@ -103,7 +121,8 @@ fn with_missing(bytes: &[u8]) -> UniversalRecord {
 #[test]
 fn overflown_fields_that_touch_cost_their_values_alone() {
     let stars = "*".repeat(13);
-    let sample = |data: String, count: usize| Sample { form: form(2, count, 1), ..Sample::data(&data) }.bytes();
+    let sample =
+        |data: String, count: usize| Sample { form: form(2, count, 1), ..Sample::data(&data) }.bytes();
     for (line, missing) in [
         (format!("  1.00000E+00{stars}  3.00000E+00\n"), vec![1]),
         (format!("{stars}  2.00000E+00{stars}\n"), vec![0, 2]),
@@ -113,7 +132,11 @@ fn overflown_fields_that_touch_cost_their_values_alone() {
         let record = with_missing(&sample(line.clone(), 3));
         for (at, value) in real(&record).iter().enumerate() {
             let expected = if missing.contains(&at) { f64::NAN } else { 1.0 + at as f64 };
-            assert!(*value == expected || (value.is_nan() && expected.is_nan()), "{line}: {:?}", real(&record));
+            assert!(
+                *value == expected || (value.is_nan() && expected.is_nan()),
+                "{line}: {:?}",
+                real(&record)
+            );
         }
         assert!(read(&sample(line, 3)).is_err(), "without missing values");
     }
@@ -135,21 +158,32 @@ fn asterisks_in_a_header_cost_their_field_alone() {
     let locations = format!("    4{} table             12   3 nut                3  -1\n", "*".repeat(25));
     let sample = Sample { locations, ..Sample::default() };
     let record = with_missing(&sample.bytes());
-    assert_eq!((record.header.version, record.header.response.node, record.header.response.direction), (0, 12, 3));
+    assert_eq!(
+        (record.header.version, record.header.response.node, record.header.response.direction),
+        (0, 12, 3)
+    );
     let said: Vec<String> = record.header.warnings.iter().map(ToString::to_string).collect();
     assert_eq!(said.iter().filter(|text| text.contains("is asterisks")).count(), 3, "{said:?}");
     assert!(read(&sample.bytes()).is_err());
     // A node without a position leaves the others.
-    let node = |label: &str, x: &str| format!("{label:>10}         0         0        11{x:>13}  0.00000E+00  0.00000E+00\n");
+    let node = |label: &str, x: &str| {
+        format!("{label:>10}         0         0        11{x:>13}  0.00000E+00  0.00000E+00\n")
+    };
     let nodes = format!("    -1\n    15\n{}{}    -1\n", node("1", &"*".repeat(13)), node("2", "5.00000E-01"));
     let (file, refused) = read_sound(nodes.as_bytes()).unwrap();
     assert!(refused.is_empty() && file.nodes.len() == 1 && file.nodes[0].label == 2, "{file:?}");
-    assert!(file.warnings.iter().any(|w| w.to_string().contains("the node is left out")), "{:?}", file.warnings);
+    assert!(
+        file.warnings.iter().any(|w| w.to_string().contains("the node is left out")),
+        "{:?}",
+        file.warnings
+    );
 }
 
 #[test]
 fn values_that_are_not_finite_are_refused_by_name() {
-    for (text, found) in [("NaN", "NaN"), ("-Infinity", "-Infinity"), ("1.#QNAN", "1.#QNAN"), ("1.0E+400", "1.0E+400")] {
+    for (text, found) in
+        [("NaN", "NaN"), ("-Infinity", "-Infinity"), ("1.#QNAN", "1.#QNAN"), ("1.0E+400", "1.0E+400")]
+    {
         let refusal = Sample::data(&format!("  1.0 2.0\n  {text} 4.0\n")).refusal();
         assert!(
             matches!(&refusal, UniversalError::NotFinite { place, index: 2, found: text_found } if place.line == Some(15) && text_found == found),
@@ -160,7 +194,8 @@ fn values_that_are_not_finite_are_refused_by_name() {
 
 #[test]
 fn a_file_truncated_in_the_data_keeps_whole_values() {
-    let sample = Sample { closing: String::new(), ..Sample::data("  1.00000E+00  2.00000E+00\n  3.00000E+0") };
+    let sample =
+        Sample { closing: String::new(), ..Sample::data("  1.00000E+00  2.00000E+00\n  3.00000E+0") };
     let record = sample.record();
     assert_eq!(real(&record), [1.0, 2.0]);
     warned!(record, Warning::Truncated { declared: 4, found: 2, .. });
@@ -184,7 +219,8 @@ fn unusual_abscissas_give_warnings() {
     warned!(record, Warning::NegativeAbscissa { count: 4, index: 0, .. });
     warned!(record, Warning::RepeatedAbscissa { count: 1, index: 2, .. });
     warned!(record, Warning::FallingAbscissa { count: 1, index: 3, .. });
-    let record = Sample { form: form(2, 4, 1).replace("5.00000E-01", "0.00000E+00"), ..Sample::default() }.record();
+    let record =
+        Sample { form: form(2, 4, 1).replace("5.00000E-01", "0.00000E+00"), ..Sample::default() }.record();
     warned!(record, Warning::RepeatedAbscissa { count: 3, index: 1, .. });
 }
 

@@ -10,11 +10,18 @@ fn small_file() -> (Vec<u8>, Vec<Vec<Complex64>>) {
     writer.units(&Units::si()).unwrap();
     let mut truth = Vec::new();
     for encoding in [Encoding::Ascii, Encoding::Binary(ByteOrder::Big), Encoding::Ascii] {
-        let values: Vec<Complex64> =
-            (0..7).map(|_| Complex64::new(draw.below(1000) as f64 / 8.0, -(draw.below(1000) as f64) / 8.0)).collect();
+        let values: Vec<Complex64> = (0..7)
+            .map(|_| Complex64::new(draw.below(1000) as f64 / 8.0, -(draw.below(1000) as f64) / 8.0))
+            .collect();
         let abscissa = Abscissa::Even { first: 0.0, step: 1.0, count: values.len() };
         let axis = RecordAxis::new(data_type::DISPLACEMENT, "Displacement", "m");
-        let record = UniversalRecord::frequency_response(NodeLocation::default(), NodeLocation::default(), axis, abscissa, values.clone());
+        let record = UniversalRecord::frequency_response(
+            NodeLocation::default(),
+            NodeLocation::default(),
+            axis,
+            abscissa,
+            values.clone(),
+        );
         writer.record(&record, encoding).unwrap();
         truth.push(values);
     }
@@ -41,8 +48,11 @@ fn every_truncated_file_gives_true_values_or_a_refusal() {
         for (record, truth) in file.functions.iter().zip(&truth) {
             let values = complex(record);
             assert_eq!(values, &truth[..values.len()], "{end}");
-            let reported =
-                record.header.warnings.iter().any(|warning| matches!(warning, Warning::Truncated { .. } | Warning::ValueCount { .. }));
+            let reported = record
+                .header
+                .warnings
+                .iter()
+                .any(|warning| matches!(warning, Warning::Truncated { .. } | Warning::ValueCount { .. }));
             assert_eq!(reported, values.len() < truth.len(), "{end}");
         }
     }
@@ -98,8 +108,12 @@ fn huge_counts_reserve_nothing() {
 #[test]
 fn numbers_of_every_size_survive_in_text() {
     let mut draw = Draw(17);
-    let values: Vec<f64> = (0..2000).map(|_| (draw.unit() - 0.5) * 10_f64.powi(draw.below(600) as i32 - 300)).collect();
-    let lines: String = values.chunks(4).map(|line| line.iter().map(|value| format!(" {value:.17e}")).collect::<String>() + "\n").collect();
+    let values: Vec<f64> =
+        (0..2000).map(|_| (draw.unit() - 0.5) * 10_f64.powi(draw.below(600) as i32 - 300)).collect();
+    let lines: String = values
+        .chunks(4)
+        .map(|line| line.iter().map(|value| format!(" {value:.17e}")).collect::<String>() + "\n")
+        .collect();
     let record = Sample { form: form(4, values.len(), 1), ..Sample::data(&lines) }.record();
     assert_eq!(real(&record), values);
 }

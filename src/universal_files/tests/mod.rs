@@ -48,7 +48,8 @@ impl Default for Sample {
         Self {
             first: "    58\n".into(),
             ids: "frf\nNONE\n21-Nov-26 10:00:00\nNONE\nNONE\n".into(),
-            locations: "    4         0    0         0 table             12   3 nut                3  -1\n".into(),
+            locations: "    4         0    0         0 table             12   3 nut                3  -1\n"
+                .into(),
             form: form(2, 4, 1),
             abscissa: "        18    0    0    0 Frequency            Hz\n".into(),
             ordinate: "        12    0    0    0 Acceleration         m/s^2\n".into(),
@@ -79,7 +80,8 @@ impl Sample {
 
     /// Returns a little-endian 58b with the given payload.
     fn binary(kind: i64, count: usize, even: i64, byte_count: usize, data: Vec<u8>) -> Self {
-        let first = format!("    58b     1     2          11{byte_count:12}     0     0           0           0\n");
+        let first =
+            format!("    58b     1     2          11{byte_count:12}     0     0           0           0\n");
         Self { first, form: form(kind, count, even), data, ..Self::default() }
     }
 

@@ -19,8 +19,11 @@ fn record(even: bool, double: bool, complex: bool, count: usize) -> UniversalRec
     let response = NodeLocation { entity: "table".into(), node: 12, direction: -3 };
     let reference = NodeLocation { entity: "nut".into(), node: 3, direction: 1 };
     let numerator = RecordAxis::new(data_type::ACCELERATION, "Acceleration", "m/s²");
-    let mut header = UniversalRecord::frequency_response(response, reference, numerator, abscissa.clone(), Vec::new()).header;
-    header.id_lines = ["accelerance", "run 3", "21-Nov-26 10:00:00", "position 200 mm", "five hits"].map(str::to_owned);
+    let mut header =
+        UniversalRecord::frequency_response(response, reference, numerator, abscissa.clone(), Vec::new())
+            .header;
+    header.id_lines =
+        ["accelerance", "run 3", "21-Nov-26 10:00:00", "position 200 mm", "five hits"].map(str::to_owned);
     (header.function_id, header.version, header.load_case, header.z_value) = (4, 5, 6, 1.5);
     header.ordinate_type = OrdinateType::new(complex, double);
     UniversalRecord::new(header, abscissa, values)
@@ -40,10 +43,16 @@ fn all_variants_are_read_back_unchanged() {
             for count in [1, 2, 6, 101] {
                 let record = record(even, double, complex, count);
                 let back = only(&written(&record, encoding));
-                let name = format!("{encoding:?} even {even} double {double} complex {complex} count {count}");
+                let name =
+                    format!("{encoding:?} even {even} double {double} complex {complex} count {count}");
                 assert_eq!((&back.abscissa, &back.ordinate), (&record.abscissa, &record.ordinate), "{name}");
                 let wide = matches!(encoding, Encoding::Binary(_)) && double && !even;
-                let faults = back.header.warnings.iter().filter(|warning| !matches!(warning, Warning::NonAscii { .. })).count();
+                let faults = back
+                    .header
+                    .warnings
+                    .iter()
+                    .filter(|warning| !matches!(warning, Warning::NonAscii { .. }))
+                    .count();
                 assert_eq!(faults, usize::from(wide), "{name}: {:?}", back.header.warnings);
                 let bare = |header: &RecordHeader| RecordHeader {
                     warnings: Vec::new(),
@@ -60,7 +69,11 @@ fn all_variants_are_read_back_unchanged() {
 
 #[test]
 fn text_in_double_precision_has_exact_columns_and_thirteen_digits() {
-    let values = vec![Complex64::new(1.0 / 3.0, -2e-11 / 3.0), Complex64::new(0.0, 1e-300), Complex64::new(-1e200, 5e-324)];
+    let values = vec![
+        Complex64::new(1.0 / 3.0, -2e-11 / 3.0),
+        Complex64::new(0.0, 1e-300),
+        Complex64::new(-1e200, 5e-324),
+    ];
     let abscissa = Abscissa::Even { first: 0.0, step: 1.0, count: 3 };
     let record = UniversalRecord::frequency_response(
         NodeLocation::default(),
@@ -75,20 +88,29 @@ fn text_in_double_precision_has_exact_columns_and_thirteen_digits() {
     assert_eq!(lines[14], "-1.000000000000E+200 4.940656458412E-324");
     let back = only(text.as_bytes());
     for (back, value) in complex(&back).iter().zip(complex(&record)) {
-        assert!((back.re - value.re).abs() <= 5e-13 * value.re.abs() && (back.im - value.im).abs() <= 5e-13 * value.im.abs());
+        assert!(
+            (back.re - value.re).abs() <= 5e-13 * value.re.abs()
+                && (back.im - value.im).abs() <= 5e-13 * value.im.abs()
+        );
     }
     assert_eq!(back.header.warnings, []);
 }
 
 #[test]
 fn the_byte_count_of_a_binary_record_is_that_of_its_payload() {
-    for (even, double, complex, bytes) in
-        [(true, true, true, 160), (true, false, false, 40), (false, true, true, 240), (false, false, true, 120)]
-    {
+    for (even, double, complex, bytes) in [
+        (true, true, true, 160),
+        (true, false, false, 40),
+        (false, true, true, 240),
+        (false, false, true, 120),
+    ] {
         let file = written(&record(even, double, complex, 10), Encoding::Binary(ByteOrder::Little));
         let line = file.split(|&byte| byte == b'\n').nth(1).unwrap();
         let line = str::from_utf8(line).unwrap();
-        assert_eq!(line, format!("    58b     1     2          11{bytes:12}     0     0           0           0"));
+        assert_eq!(
+            line,
+            format!("    58b     1     2          11{bytes:12}     0     0           0           0")
+        );
     }
 }
 
@@ -104,8 +126,13 @@ fn header_and_units_are_read_back_unchanged() {
         written: "21-Nov-26 12:00:00".into(),
         place: FilePlace::default(),
     };
-    let units =
-        Units { code: 7, description: "Inch (pound f)".into(), length_factor: 1.0 / 0.0254, force_factor: 0.224_808_943_1, ..Units::si() };
+    let units = Units {
+        code: 7,
+        description: "Inch (pound f)".into(),
+        length_factor: 1.0 / 0.0254,
+        force_factor: 0.224_808_943_1,
+        ..Units::si()
+    };
     let mut writer = UniversalWriter::new(Vec::new());
     writer.header(&header).unwrap();
     writer.units(&units).unwrap();
@@ -139,13 +166,25 @@ fn values_that_the_format_cannot_hold_are_refused() {
         assert!(writer.finish().unwrap().is_empty());
         refusal
     };
-    assert!(matches!(refusal(|record| record.abscissa = Abscissa::Uneven(vec![1.0])), WriteError::Lengths { abscissa: 1, ordinate: 3 }));
+    assert!(matches!(
+        refusal(|record| record.abscissa = Abscissa::Uneven(vec![1.0])),
+        WriteError::Lengths { abscissa: 1, ordinate: 3 }
+    ));
     assert!(matches!(
         refusal(|record| record.ordinate = Ordinate::Real(vec![0.0, f64::NAN, 0.0])),
         WriteError::NotFinite { what: "value", index: 1, .. }
     ));
-    assert!(matches!(refusal(|record| record.ordinate = Ordinate::Real(vec![0.0, 0.0, 1e39])), WriteError::BeyondSingle { index: 2, .. }));
-    assert!(matches!(refusal(|record| record.header.response.direction = 12_345), WriteError::TooWide { width: 4, .. }));
+    assert!(matches!(
+        refusal(|record| record.ordinate = Ordinate::Real(vec![0.0, 0.0, 1e39])),
+        WriteError::BeyondSingle { index: 2, .. }
+    ));
+    assert!(matches!(
+        refusal(|record| record.header.response.direction = 12_345),
+        WriteError::TooWide { width: 4, .. }
+    ));
     let mut writer = UniversalWriter::new(Vec::new());
-    assert!(matches!(writer.units(&Units { force_factor: 0.0, ..Units::si() }), Err(WriteError::Factor { field: "force", .. })));
+    assert!(matches!(
+        writer.units(&Units { force_factor: 0.0, ..Units::si() }),
+        Err(WriteError::Factor { field: "force", .. })
+    ));
 }

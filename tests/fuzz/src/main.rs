@@ -1,4 +1,5 @@
-//! Fuzzes one reader with libFuzzer, whose instrumentation is available in stable Rust. `corpus/READER` keeps the inputs that reached new code:
+//! Fuzzes one reader with libFuzzer, whose instrumentation is available in stable Rust. `corpus/READER` keeps
+//! the inputs that reached new code:
 //!
 //! ```sh
 //! cd tests/fuzz && mkdir -p corpus/machine
@@ -7,8 +8,8 @@
 //! READER=machine target/*/release/jointid-fuzz -runs=10000000 -timeout=1 -rss_limit_mb=500 -dict=words.dict corpus/machine seeds/machine
 //! ```
 //!
-//! An input that takes more than 1 s or 500 MB ends the run as a crash does. Store such inputs in `found/READER`: `tests/readers.rs` reads them
-//! in every test run. Readers: see `READERS`.
+//! An input that takes more than 1 s or 500 MB ends the run as a crash does. Store such inputs in
+//! `found/READER`: `tests/readers.rs` reads them in every test run. Readers: see `READERS`.
 
 #![no_main]
 

@@ -1,4 +1,5 @@
-//! Every reader of the program as a function of bytes: it reads or refuses them, and a result that it reads is consistent.
+//! Every reader of the program as a function of bytes: it reads or refuses them, and a result that it reads
+//! is consistent.
 
 use std::collections::BTreeMap;
 use std::io::{Cursor, Error, ErrorKind};
@@ -6,9 +7,13 @@ use std::io::{Cursor, Error, ErrorKind};
 use config::{ConfigError, MachineConfig, read_machine_text};
 use lab::withheld::{Run, Seal};
 use measurement::import::{
-    ImportedFrf, Placement, TableRequest, decoded, described, described_table, frfs_from_table, frfs_from_universal, set_files,
+    ImportedFrf, Placement, TableRequest, decoded, described, described_table, frfs_from_table,
+    frfs_from_universal, set_files,
 };
-use measurement::{FrictionTable, MeasurementError, MeasurementSet, Quantity, Reference, SourceFile, read_motion, read_set_with};
+use measurement::{
+    FrictionTable, MeasurementError, MeasurementSet, Quantity, Reference, SourceFile, read_motion,
+    read_set_with,
+};
 use reference_simulator::Label;
 use report::page::{Page, html};
 use serde_json::{Value, from_slice};
@@ -18,8 +23,14 @@ use universal_files::{read, read_headers, read_sound};
 pub type Reader = fn(&[u8]);
 
 /// All readers by name.
-pub const READERS: [(&str, Reader); 6] =
-    [("machine", machine), ("set", set), ("tables", tables), ("universal", universal), ("documents", documents), ("page", page)];
+pub const READERS: [(&str, Reader); 6] = [
+    ("machine", machine),
+    ("set", set),
+    ("tables", tables),
+    ("universal", universal),
+    ("documents", documents),
+    ("page", page),
+];
 
 /// Whether a reader accepts bytes.
 pub type Accepts = fn(&[u8]) -> bool;
@@ -44,25 +55,33 @@ pub const ACCEPTANCE: [(&str, Accepts); 5] = [
 fn machine_of(bytes: &[u8]) -> Option<Result<MachineConfig, ConfigError>> {
     let text = std::str::from_utf8(bytes).ok()?;
     let (text, overrides) = text.split_once("\n--set ").unwrap_or((text, ""));
-    let overrides: Vec<String> = overrides.split("\n--set ").filter(|line| !line.is_empty()).map(String::from).collect();
+    let overrides: Vec<String> =
+        overrides.split("\n--set ").filter(|line| !line.is_empty()).map(String::from).collect();
     Some(read_machine_text("machine.toml", text, &overrides, &[]))
 }
 
 fn machine(bytes: &[u8]) {
     if let Some(Ok(config)) = machine_of(bytes) {
         assert!(!config.machine.points.is_empty());
-        assert!(config.machine.parameters.iter().all(|p| p.start.is_finite() && p.lower < p.upper), "{:?}", config.machine.parameters);
+        assert!(
+            config.machine.parameters.iter().all(|p| p.start.is_finite() && p.lower < p.upper),
+            "{:?}",
+            config.machine.parameters
+        );
     }
 }
 
-/// Reads a whole measurement set: the files follow one another, each below a line `#### NAME`, except the first, `manifest.toml`.
+/// Reads a whole measurement set: the files follow one another, each below a line `#### NAME`, except the
+/// first, `manifest.toml`.
 fn set_of(bytes: &[u8]) -> Result<MeasurementSet, MeasurementError> {
     let text = String::from_utf8_lossy(bytes);
     let mut parts = text.split("\n#### ");
     let manifest = ("manifest.toml", parts.next().unwrap_or(""));
     let others = parts.filter_map(|part| part.split_once('\n'));
     let files: BTreeMap<&str, &str> = others.chain([manifest]).collect();
-    let file = |name: &str| files.get(name).map(|text| text.as_bytes().to_vec()).ok_or_else(|| Error::from(ErrorKind::NotFound));
+    let file = |name: &str| {
+        files.get(name).map(|text| text.as_bytes().to_vec()).ok_or_else(|| Error::from(ErrorKind::NotFound))
+    };
     read_set_with("set", file)
 }
 
@@ -79,16 +98,26 @@ fn set(bytes: &[u8]) {
     }
 }
 
-/// Reads a CSV table, classified by its columns: friction runs, commands and time records, FRFs of other programs.
+/// Reads a CSV table, classified by its columns: friction runs, commands and time records, FRFs of other
+/// programs.
 fn tables(bytes: &[u8]) {
     let file = SourceFile { path: "table.csv".into(), bytes: bytes.to_vec() };
     // A table to import may be in any encoding.
     let imported = decoded(bytes.to_vec());
-    if imported.lines().next().is_none_or(|first| !first.contains("time_s") && !first.contains("velocity_m_s")) {
+    if imported
+        .lines()
+        .next()
+        .is_none_or(|first| !first.contains("time_s") && !first.contains("velocity_m_s"))
+    {
         _ = described_table("table.csv", &imported, &TableRequest::default());
         let quantity = if imported.contains("s^2") { Quantity::Accelerance } else { Quantity::Receptance };
         for strict in [false, true] {
-            if let Ok(frfs) = frfs_from_table("table.csv", "table", &imported, &TableRequest { strict, ..of_quantity(quantity) }) {
+            if let Ok(frfs) = frfs_from_table(
+                "table.csv",
+                "table",
+                &imported,
+                &TableRequest { strict, ..of_quantity(quantity) },
+            ) {
                 check_written_set(frfs);
             }
         }
@@ -117,7 +146,8 @@ fn universal(bytes: &[u8]) {
         file.functions.iter().for_each(|header| _ = described(header));
     }
     if let Ok((file, _)) = read_sound(Cursor::new(bytes), |_| true)
-        && let Ok((frfs, _)) = frfs_from_universal("file.uff", "file", file, Some(Quantity::Receptance), false)
+        && let Ok((frfs, _)) =
+            frfs_from_universal("file.uff", "file", file, Some(Quantity::Receptance), false)
     {
         check_written_set(frfs);
     }
@@ -137,13 +167,19 @@ fn check_written_set(frfs: Vec<ImportedFrf>) {
         return;
     }
     // Lines without coherence are left out where the coherence is written.
-    let written = |f: &ImportedFrf| f.coherence.as_ref().map(|c| c.iter().filter(|c| c.is_finite()).count()).filter(|count| *count > 0);
+    let written = |f: &ImportedFrf| {
+        f.coherence.as_ref().map(|c| c.iter().filter(|c| c.is_finite()).count()).filter(|count| *count > 0)
+    };
     let counts: Vec<usize> = frfs.iter().map(|f| written(f).unwrap_or(f.frequency_hz.len())).collect();
     let placed: Vec<_> = frfs.into_iter().map(|f| (f, Placement::default())).collect();
     let files: BTreeMap<String, String> = set_files("imported", &placed, &BTreeMap::new(), Some(2)).collect();
-    let file = |name: &str| files.get(name).map(|text| text.as_bytes().to_vec()).ok_or_else(|| Error::from(ErrorKind::NotFound));
+    let file = |name: &str| {
+        files.get(name).map(|text| text.as_bytes().to_vec()).ok_or_else(|| Error::from(ErrorKind::NotFound))
+    };
     match read_set_with("imported", file) {
-        Ok(set) => assert!(set.frfs.iter().zip(counts).all(|(f, count)| f.lines.len() + f.rejected.len() == count)),
+        Ok(set) => {
+            assert!(set.frfs.iter().zip(counts).all(|(f, count)| f.lines.len() + f.rejected.len() == count))
+        }
         // All its lines may be 0 or of low coherence; the reader then reports it.
         Err(fault) => assert!(fault.to_string().contains("no line"), "{fault}"),
     }
@@ -156,7 +192,8 @@ fn documents(bytes: &[u8]) {
 
 fn document_of(bytes: &[u8]) -> Option<Page> {
     let mut page = Page::default();
-    let schema = from_slice::<Value>(bytes).ok()?.get("schema").and_then(Value::as_str).unwrap_or("").to_string();
+    let schema =
+        from_slice::<Value>(bytes).ok()?.get("schema").and_then(Value::as_str).unwrap_or("").to_string();
     match schema.as_str() {
         "jointid/identification/1" => page.identification = Some(from_slice(bytes).ok()?),
         "jointid/validation/1" => page.validation = Some(from_slice(bytes).ok()?),

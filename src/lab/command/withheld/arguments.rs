@@ -29,7 +29,9 @@ fn case_count(text: &str) -> Result<CaseCount, String> {
 /// Reads the name of a layout, or `all`.
 fn layouts(text: &str) -> Result<Layouts, String> {
     let names = |arm| Layouts::names(arm).join(", ");
-    Layouts::named(text).ok_or_else(|| format!("write all or one of {}; in motion one of {}", names(Arm::Frf), names(Arm::Motion)))
+    Layouts::named(text).ok_or_else(|| {
+        format!("write all or one of {}; in motion one of {}", names(Arm::Frf), names(Arm::Motion))
+    })
 }
 
 /// Kinds of data of the cases.
@@ -53,8 +55,9 @@ pub struct WithheldArguments {
     /// Seed of the cases and of every diagnosis; 1 by default
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
-    /// Layout of the machines: all in turn, or one of short-axis, medium-axis, gantry, fixed-floating, belt-driven, vertical; in motion one of
-    /// indirect-encoder, direct-encoder, belt-driven, pid-loop, feed-forward; machines of the catalogue by default
+    /// Layout of the machines: all in turn, or one of short-axis, medium-axis, gantry, fixed-floating,
+    /// belt-driven, vertical; in motion one of indirect-encoder, direct-encoder, belt-driven, pid-loop,
+    /// feed-forward; machines of the catalogue by default
     #[arg(long, value_name = "all|NAME", value_parser = layouts)]
     pub layout: Option<Layouts>,
     /// Origin of the cases; independent by default
@@ -63,14 +66,21 @@ pub struct WithheldArguments {
     /// Make and seal the cases without diagnosing them
     #[arg(long)]
     pub cases_only: bool,
-    /// Diagnose only these cases of --out, comma-separated, and keep the answers; runs beside each other share the cases
+    /// Diagnose only these cases of --out, comma-separated, and keep the answers; runs beside each other
+    /// share the cases
     #[arg(long, value_name = "NAMES", value_delimiter = ',', conflicts_with = "cases_only")]
     pub case: Vec<String>,
     /// Print the page of scores (Markdown) of these folders of checks that are done, comma-separated
     #[arg(long, value_name = "FOLDERS", value_delimiter = ',', conflicts_with_all = ["cases", "seed", "arm", "layout", "truth", "cases_only", "case", "ablation", "out", "json"])]
     pub page: Vec<std::path::PathBuf>,
     /// Additional arguments of every diagnosis, as one text
-    #[arg(long, value_name = "ARGUMENTS", allow_hyphen_values = true, default_value = "", hide_default_value = true)]
+    #[arg(
+        long,
+        value_name = "ARGUMENTS",
+        allow_hyphen_values = true,
+        default_value = "",
+        hide_default_value = true
+    )]
     pub ablation: String,
     /// Number of cases in parallel; all cores by default
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]

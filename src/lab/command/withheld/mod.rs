@@ -1,4 +1,5 @@
-//! `jointid lab withheld`: makes and seals cases, diagnoses each with the public command, and scores the answers.
+//! `jointid lab withheld`: makes and seals cases, diagnoses each with the public command, and scores the
+//! answers.
 
 pub mod arguments;
 
@@ -37,9 +38,12 @@ pub fn run(given: &WithheldArguments) -> CommandResult {
     // Single cases may be diagnosed side by side in one folder.
     let kept = if given.case.is_empty() { prepare(&given.output)? } else { None };
     let stop = stop_flag();
-    let seal = on_threads(given.jobs, || with_progress(given, &stop, |control| check.seal(control)))?.map_err(shown)?;
+    let seal = on_threads(given.jobs, || with_progress(given, &stop, |control| check.seal(control)))?
+        .map_err(shown)?;
     let Some(seal) = seal else {
-        terminal::say("stopped before all cases were made; the same command resumes from there if it has an --out\n");
+        terminal::say(
+            "stopped before all cases were made; the same command resumes from there if it has an --out\n",
+        );
         return Ok(Outcome::Stopped);
     };
     // Printed before anything is scored; to stderr where stdout is for the document.
@@ -59,7 +63,8 @@ pub fn run(given: &WithheldArguments) -> CommandResult {
         with_progress(given, &stop, |control| check.diagnose(&program, &seal, control)).map_err(shown)?;
         return Ok(if stop.load(Ordering::Relaxed) { Outcome::Stopped } else { Outcome::Done });
     }
-    let document = with_progress(given, &stop, |control| scored(&check, &program, &seal, control)).map_err(shown)?;
+    let document =
+        with_progress(given, &stop, |control| scored(&check, &program, &seal, control)).map_err(shown)?;
     warn(&given.output, &document.stamp.warnings);
     let file = check.document_path();
     deliver(&given.output, kept.as_ref(), &file.to_string_lossy(), &document, &withheld_text(&document))?;
@@ -67,19 +72,29 @@ pub fn run(given: &WithheldArguments) -> CommandResult {
 }
 
 /// Diagnoses the cases, and scores the answers.
-fn scored(check: &BlindCheck, program: &Program, seal: &Seal, control: &Control) -> StudyResult<WithheldDocument> {
+fn scored(
+    check: &BlindCheck,
+    program: &Program,
+    seal: &Seal,
+    control: &Control,
+) -> StudyResult<WithheldDocument> {
     let answers = check.diagnose(program, seal, control)?;
     check.score(&answers, control)
 }
 
 /// Returns the product's command, which this program contains: all that is examined is of one build.
 fn program() -> Result<Program, String> {
-    let file = std::env::current_exe().map_err(|e| format!("this program's own file cannot be found: {e}"))?;
+    let file =
+        std::env::current_exe().map_err(|e| format!("this program's own file cannot be found: {e}"))?;
     Ok(Program { command: vec![file.clone().into(), PRODUCT.into()], file })
 }
 
 /// Does work with a progress bar of its own, so that nothing is printed beside a bar.
-fn with_progress<T>(given: &WithheldArguments, stop: &Arc<AtomicBool>, work: impl FnOnce(&Control) -> T) -> T {
+fn with_progress<T>(
+    given: &WithheldArguments,
+    stop: &Arc<AtomicBool>,
+    work: impl FnOnce(&Control) -> T,
+) -> T {
     let progress = WorkProgress::begin(given.output.quiet, "withheld");
     let done = work(&Control::new(Arc::clone(stop), Some(progress.watcher())));
     progress.end();

@@ -20,7 +20,8 @@ impl Normal {
     }
 }
 
-/// Returns both directions at 24 speeds from 0.05 to 50 mm/s (the paper's range), equally spaced in the logarithm.
+/// Returns both directions at 24 speeds from 0.05 to 50 mm/s (the paper's range), equally spaced in the
+/// logarithm.
 fn velocities() -> Vec<f64> {
     let speeds = (0..24).map(|index| 0.05e-3 * 1000.0_f64.powf(f64::from(index) / 23.0));
     speeds.flat_map(|speed| [speed, -speed]).collect()
@@ -81,7 +82,12 @@ fn recover_table_2_from_50_draws_with_2_percent_noise() {
 }
 
 /// Returns the share of intervals that contain the true value, for each parameter.
-fn coverage(curve: &StribeckCurve, noise: StribeckNoise, seed: u64, error: impl Fn(f64, f64) -> (f64, Option<f64>)) -> [f64; 4] {
+fn coverage(
+    curve: &StribeckCurve,
+    noise: StribeckNoise,
+    seed: u64,
+    error: impl Fn(f64, f64) -> (f64, Option<f64>),
+) -> [f64; 4] {
     let mut normal = Normal(seed);
     let mut inside = [0.0; 4];
     let draws = 300;
@@ -98,7 +104,8 @@ fn coverage(curve: &StribeckCurve, noise: StribeckNoise, seed: u64, error: impl 
 #[test]
 fn recover_coverage_of_the_95_percent_intervals() {
     for (seed, curve) in [(11, friction_axis_1()), (12, friction_axis_2())] {
-        let proportional = coverage(&curve, StribeckNoise::Proportional, seed, |force, draw| (0.02 * force * draw, None));
+        let proportional =
+            coverage(&curve, StribeckNoise::Proportional, seed, |force, draw| (0.02 * force * draw, None));
         let uniform = coverage(&curve, StribeckNoise::Uniform, seed, |_, draw| (9.0 * draw, None));
         let known = coverage(&curve, StribeckNoise::Known, seed, |force, draw| {
             let sd = (0.02 * force).hypot(3.0);
@@ -128,10 +135,18 @@ fn recover_from_torques() {
 
 #[test]
 fn limit_curves_without_a_fall_or_a_rise_are_reported_at_a_bound() {
-    let line = StribeckCurve { coulomb_n: 300.0, static_n: 300.0, viscous_n_s_per_m: 3000.0, stribeck_velocity_m_per_s: 1e-3 };
+    let line = StribeckCurve {
+        coulomb_n: 300.0,
+        static_n: 300.0,
+        viscous_n_s_per_m: 3000.0,
+        stribeck_velocity_m_per_s: 1e-3,
+    };
     let rows = data(&line, &mut |_| (0.0, None));
     let fit = fit_stribeck(&rows, &StribeckOptions::new(StribeckNoise::Uniform)).unwrap();
-    assert!((fit.curve.coulomb_n / 300.0 - 1.0).abs() < 1e-6 && (fit.curve.viscous_n_s_per_m / 3000.0 - 1.0).abs() < 1e-6);
+    assert!(
+        (fit.curve.coulomb_n / 300.0 - 1.0).abs() < 1e-6
+            && (fit.curve.viscous_n_s_per_m / 3000.0 - 1.0).abs() < 1e-6
+    );
     // A hidden fall below the slowest measured speed is not identifiable.
     let hidden = StribeckCurve { stribeck_velocity_m_per_s: 1e-6, ..friction_axis_1() };
     let mut normal = Normal(3);
@@ -160,7 +175,8 @@ fn limit_units_of_force_and_order_of_rows_do_not_matter() {
     let mut normal = Normal(9);
     let rows = data(&friction_axis_1(), &mut |force| (0.02 * force * normal.draw(), None));
     let fit = fit_stribeck(&rows, &StribeckOptions::new(StribeckNoise::Uniform)).unwrap();
-    let scaled: Vec<Observation> = rows.iter().rev().map(|row| Observation { force_n: 1e3 * row.force_n, ..*row }).collect();
+    let scaled: Vec<Observation> =
+        rows.iter().rev().map(|row| Observation { force_n: 1e3 * row.force_n, ..*row }).collect();
     let other = fit_stribeck(&scaled, &StribeckOptions::new(StribeckNoise::Uniform)).unwrap();
     assert!((other.curve.coulomb_n / fit.curve.coulomb_n / 1e3 - 1.0).abs() < 1e-6);
     assert!((other.curve.stribeck_velocity_m_per_s / fit.curve.stribeck_velocity_m_per_s - 1.0).abs() < 1e-6);
@@ -171,27 +187,44 @@ fn limit_units_of_force_and_order_of_rows_do_not_matter() {
 #[test]
 fn bad_data_are_named() {
     let row = |velocity_m_per_s: f64, force_n: f64| Observation { velocity_m_per_s, force_n, sd_n: None };
-    let good: Vec<Observation> = (1..=6).map(|index| row(f64::from(index) * 1e-3, 300.0 + f64::from(index))).collect();
+    let good: Vec<Observation> =
+        (1..=6).map(|index| row(f64::from(index) * 1e-3, 300.0 + f64::from(index))).collect();
     let fails = |rows: &[Observation], noise| fit_stribeck(rows, &StribeckOptions::new(noise)).unwrap_err();
     assert_eq!(fails(&good[..4], StribeckNoise::Uniform), ContactError::TooFewData { found: 4, needed: 5 });
     assert_eq!(fails(&[], StribeckNoise::Uniform), ContactError::TooFewData { found: 0, needed: 5 });
     let single = vec![row(2e-3, 300.0); 10];
     assert_eq!(fails(&single, StribeckNoise::Uniform), ContactError::TooFewSpeeds { found: 1, needed: 4 });
-    let reversed: Vec<Observation> = good.iter().take(3).flat_map(|r| [*r, row(-r.velocity_m_per_s, -r.force_n)]).collect();
+    let reversed: Vec<Observation> =
+        good.iter().take(3).flat_map(|r| [*r, row(-r.velocity_m_per_s, -r.force_n)]).collect();
     assert_eq!(fails(&reversed, StribeckNoise::Uniform), ContactError::TooFewSpeeds { found: 3, needed: 4 });
     let with = |index: usize, bad: Observation| {
         let mut rows = good.clone();
         rows[index] = bad;
         rows
     };
-    assert_eq!(fails(&with(2, row(f64::NAN, 1.0)), StribeckNoise::Uniform), ContactError::NonFiniteData { row: 2 });
-    assert_eq!(fails(&with(3, row(1.0, f64::INFINITY)), StribeckNoise::Uniform), ContactError::NonFiniteData { row: 3 });
+    assert_eq!(
+        fails(&with(2, row(f64::NAN, 1.0)), StribeckNoise::Uniform),
+        ContactError::NonFiniteData { row: 2 }
+    );
+    assert_eq!(
+        fails(&with(3, row(1.0, f64::INFINITY)), StribeckNoise::Uniform),
+        ContactError::NonFiniteData { row: 3 }
+    );
     assert_eq!(fails(&with(4, row(0.0, 1.0)), StribeckNoise::Uniform), ContactError::ZeroVelocity { row: 4 });
     assert_eq!(fails(&good, StribeckNoise::Known), ContactError::MissingStandardDeviation { row: 0 });
     let bad_sd = Observation { sd_n: Some(0.0), ..good[1] };
-    assert_eq!(fails(&with(1, bad_sd), StribeckNoise::Uniform), ContactError::StandardDeviation { row: 1, value: 0.0 });
+    assert_eq!(
+        fails(&with(1, bad_sd), StribeckNoise::Uniform),
+        ContactError::StandardDeviation { row: 1, value: 0.0 }
+    );
     let opposing: Vec<Observation> = good.iter().map(|r| row(-r.velocity_m_per_s, r.force_n)).collect();
     assert_eq!(fails(&opposing, StribeckNoise::Uniform), ContactError::OpposingForces);
-    let options = StribeckOptions { stribeck_range_m_per_s: Some((2e-3, 1e-3)), ..StribeckOptions::new(StribeckNoise::Uniform) };
-    assert_eq!(fit_stribeck(&good, &options).unwrap_err(), ContactError::EmptyRange { lower: 2e-3, upper: 1e-3 });
+    let options = StribeckOptions {
+        stribeck_range_m_per_s: Some((2e-3, 1e-3)),
+        ..StribeckOptions::new(StribeckNoise::Uniform)
+    };
+    assert_eq!(
+        fit_stribeck(&good, &options).unwrap_err(),
+        ContactError::EmptyRange { lower: 2e-3, upper: 1e-3 }
+    );
 }

@@ -1,7 +1,12 @@
 use super::*;
 
 fn read(text: &str) -> Result<Vec<ImportedFrf>, MeasurementError> {
-    frfs_from_table("a.csv", "a", text, &TableRequest { quantity: Some(Quantity::Receptance), ..TableRequest::default() })
+    frfs_from_table(
+        "a.csv",
+        "a",
+        text,
+        &TableRequest { quantity: Some(Quantity::Receptance), ..TableRequest::default() },
+    )
 }
 
 fn one(text: &str) -> ImportedFrf {
@@ -83,8 +88,14 @@ fn a_missing_value_costs_its_line_alone() {
     let frf = one("f,re,im\n0,NaN,NaN\n1,1,1\n2,********,1\n3,1,1\n");
     assert_eq!((frf.frequency_hz.as_slice(), frf.dropped), ([1.0, 3.0].as_slice(), 2));
     assert!(frf.warnings.iter().any(|w| w.contains("at 2 Hz")), "{:?}", frf.warnings);
-    let strict = TableRequest { quantity: Some(Quantity::Receptance), strict: true, ..TableRequest::default() };
-    assert!(frfs_from_table("a.csv", "a", "f,re,im\n1,NaN,1\n2,1,1\n", &strict).unwrap_err().to_string().contains("not finite"));
+    let strict =
+        TableRequest { quantity: Some(Quantity::Receptance), strict: true, ..TableRequest::default() };
+    assert!(
+        frfs_from_table("a.csv", "a", "f,re,im\n1,NaN,1\n2,1,1\n", &strict)
+            .unwrap_err()
+            .to_string()
+            .contains("not finite")
+    );
     let clamped = one("f,re,im,coherence\n1,1,1,1.00001\n");
     assert_eq!(clamped.coherence, Some(vec![1.0]));
     assert!(clamped.warnings.iter().any(|w| w.contains("taken as 0 or 1")), "{:?}", clamped.warnings);
@@ -115,7 +126,11 @@ fn limit_many_columns() {
     let text = format!("f (Hz){header}\n{}{}", line(1), line(2));
     let begun = std::time::Instant::now();
     let found = frfs_from_table("a.csv", "a", &text, &TableRequest::default()).unwrap();
-    assert!(found.len() == count && begun.elapsed() < std::time::Duration::from_secs(20), "{:?}", begun.elapsed());
+    assert!(
+        found.len() == count && begun.elapsed() < std::time::Duration::from_secs(20),
+        "{:?}",
+        begun.elapsed()
+    );
 }
 
 #[test]
@@ -125,10 +140,18 @@ fn refuse_what_is_no_table() {
     assert!(refusal("f,mag,phase_deg\n1,-1,0\n").contains("line 2"));
     assert!(refusal("1,1,1\n2,1,1\n").contains("name its columns"));
     assert!(refusal("").contains("empty"));
-    let named =
-        TableRequest { columns: Some(["f", "re", "im"].map(String::from).to_vec()), quantity: Some(Quantity::Receptance), strict: false };
+    let named = TableRequest {
+        columns: Some(["f", "re", "im"].map(String::from).to_vec()),
+        quantity: Some(Quantity::Receptance),
+        strict: false,
+    };
     assert_eq!(frfs_from_table("a.dat", "a", "1,1,1\n2,1,1\n", &named).unwrap()[0].frequency_hz, [1.0, 2.0]);
-    assert!(frfs_from_table("a.dat", "a", "1,1\n2,1\n", &named).unwrap_err().to_string().contains("the table has 2"));
+    assert!(
+        frfs_from_table("a.dat", "a", "1,1\n2,1\n", &named)
+            .unwrap_err()
+            .to_string()
+            .contains("the table has 2")
+    );
     let no_quantity = frfs_from_table("a.csv", "a", "f,re,im\n1,1,1\n", &TableRequest::default());
     assert!(no_quantity.unwrap_err().to_string().contains("set the quantity"));
 }

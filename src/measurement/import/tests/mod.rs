@@ -29,7 +29,8 @@ fn read(case: &str) -> Option<Result<(Vec<ImportedFrf>, String), String>> {
     if path.extension().is_some_and(|e| e == "csv") {
         let quantity = if case.contains("mixed") { Quantity::Receptance } else { Quantity::Accelerance };
         let request = TableRequest { quantity: Some(quantity), ..TableRequest::default() };
-        let frfs = frfs_from_table(case, "a", &decoded(std::fs::read(path).unwrap()), &request).map_err(|e| e.to_string());
+        let frfs = frfs_from_table(case, "a", &decoded(std::fs::read(path).unwrap()), &request)
+            .map_err(|e| e.to_string());
         return Some(frfs.map(|frfs| {
             let said = frfs.iter().flat_map(|f| f.warnings.clone()).collect::<Vec<_>>().join("\n");
             (frfs, said)
@@ -39,7 +40,11 @@ fn read(case: &str) -> Option<Result<(Vec<ImportedFrf>, String), String>> {
     let of_file = frfs_from_universal(case, "a", file, None, false).map_err(|e| e.to_string());
     Some(of_file.map(|(frfs, notes)| {
         let left_out = refused.iter().map(ToString::to_string);
-        let said = left_out.chain(notes).chain(frfs.iter().flat_map(|f| f.warnings.clone())).collect::<Vec<_>>().join("\n");
+        let said = left_out
+            .chain(notes)
+            .chain(frfs.iter().flat_map(|f| f.warnings.clone()))
+            .collect::<Vec<_>>()
+            .join("\n");
         (frfs, said)
     }))
 }
@@ -88,7 +93,10 @@ fn limit_cases_give_their_right_values() {
                 };
                 let several = if at == 1 { multiple } else { 1.0 };
                 let expected = truth(*f) * factor * several / of_quantity;
-                assert!((value - expected).norm() < 2e-5 * expected.norm(), "{case}, {f} Hz: {value} for {expected}; {said}");
+                assert!(
+                    (value - expected).norm() < 2e-5 * expected.norm(),
+                    "{case}, {f} Hz: {value} for {expected}; {said}"
+                );
             }
         }
     }
@@ -104,9 +112,10 @@ fn limit_repeats_have_their_own_coherences() {
 
 #[test]
 fn cases_without_force_or_frequency_are_refused() {
-    for (case, word) in
-        [("uff-abscissa-unit/time.uff", "not a frequency"), ("uff-force-over-response/transmissibility.uff", "transmissibility")]
-    {
+    for (case, word) in [
+        ("uff-abscissa-unit/time.uff", "not a frequency"),
+        ("uff-force-over-response/transmissibility.uff", "transmissibility"),
+    ] {
         let Some(found) = read(case) else { return };
         let fault = found.unwrap_err();
         assert!(fault.contains(word), "{case}: {fault}");

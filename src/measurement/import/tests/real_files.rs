@@ -5,7 +5,8 @@ use std::path::PathBuf;
 
 use num_complex::Complex64;
 use universal_files::{
-    Ordinate, Skipped, UniversalFile, UniversalReader, UniversalRecord, Warning, data_type, function_type, read, read_headers,
+    Ordinate, Skipped, UniversalFile, UniversalReader, UniversalRecord, Warning, data_type, function_type,
+    read, read_headers,
 };
 
 /// Returns real ordinate values.
@@ -37,10 +38,21 @@ fn published_beam_measurement_is_three_accelerances() {
     for (index, record) in file.functions.iter().enumerate() {
         let header = &record.header;
         assert_eq!(header.function_type, function_type::FREQUENCY_RESPONSE);
-        assert_eq!((header.ordinate.data_type, header.denominator.data_type), (data_type::ACCELERATION, data_type::EXCITATION_FORCE));
+        assert_eq!(
+            (header.ordinate.data_type, header.denominator.data_type),
+            (data_type::ACCELERATION, data_type::EXCITATION_FORCE)
+        );
         assert_eq!((header.response.node, header.reference.node), (1, index as i64 + 1));
-        assert_eq!((record.abscissa.at(0), record.abscissa.at(1000), record.abscissa.at(1001)), (Some(0.0), Some(1000.0), None));
-        assert!(header.warnings.iter().all(|warning| matches!(warning, Warning::BlankUnit { units_in_force: false, .. })));
+        assert_eq!(
+            (record.abscissa.at(0), record.abscissa.at(1000), record.abscissa.at(1001)),
+            (Some(0.0), Some(1000.0), None)
+        );
+        assert!(
+            header
+                .warnings
+                .iter()
+                .all(|warning| matches!(warning, Warning::BlankUnit { units_in_force: false, .. }))
+        );
         let values = complex(record);
         assert_eq!(values.len(), 1001);
         let peak_hz = (40..100).max_by(|&a, &b| values[a].norm().total_cmp(&values[b].norm())).unwrap();
@@ -48,7 +60,9 @@ fn published_beam_measurement_is_three_accelerances() {
         let text = std::fs::read_to_string(folder.join(format!("meas_point_{}.txt", index + 1))).unwrap();
         for (line, value) in text.lines().zip(values).skip(1) {
             let line = line.trim_matches(['(', ')', 'j']);
-            let split = line.rfind(['+', '-']).map(|at| if line[..at].ends_with('e') { line[..at].rfind(['+', '-']).unwrap() } else { at });
+            let split = line
+                .rfind(['+', '-'])
+                .map(|at| if line[..at].ends_with('e') { line[..at].rfind(['+', '-']).unwrap() } else { at });
             let (re, im) = line.split_at(split.unwrap());
             let published = Complex64::new(re.parse().unwrap(), im.parse().unwrap());
             assert!((value - published).norm() < 1e-11 * published.norm(), "{line} {value}");
@@ -60,11 +74,17 @@ fn published_beam_measurement_is_three_accelerances() {
 fn all_real_files_are_read_and_their_faults_reported() {
     let Some(folder) = folder() else { return };
     let file = |name: &str| read(File::open(folder.join(name)).unwrap()).unwrap();
-    let counts = |file: &UniversalFile| file.functions.iter().map(|record| record.header.count).collect::<Vec<_>>();
+    let counts =
+        |file: &UniversalFile| file.functions.iter().map(|record| record.header.count).collect::<Vec<_>>();
 
     let vibration = file("MPSTD#Set001_2024_10_08_10_27_07.uff");
     assert_eq!(counts(&vibration), [222_400; 4]);
-    assert!(vibration.functions.iter().all(|record| matches!(record.header.warnings[..], [Warning::StrayLineEnd { bytes: 2, .. }])));
+    assert!(
+        vibration
+            .functions
+            .iter()
+            .all(|record| matches!(record.header.warnings[..], [Warning::StrayLineEnd { bytes: 2, .. }]))
+    );
 
     let (text, binary) = (file("Sample_UFF58_ascii.uff"), file("Sample_UFF58b_bin.uff"));
     for (text, binary) in real(&text.functions[0]).iter().zip(real(&binary.functions[0])) {
@@ -74,16 +94,23 @@ fn all_real_files_are_read_and_their_faults_reported() {
     assert_eq!(counts(&file("binary8byte.uff")), [250]);
 
     let truncated = &file("dataset_milestone_in_header.uff").functions[0];
-    let is_cut = |warning: &Warning| matches!(warning, Warning::ValueCount { declared: 2_508_876, found: 42, .. });
+    let is_cut =
+        |warning: &Warning| matches!(warning, Warning::ValueCount { declared: 2_508_876, found: 42, .. });
     assert!(truncated.header.warnings.iter().any(is_cut), "{:?}", truncated.header.warnings);
     let latin = &file("non_ascii_header.uff").functions[0];
     assert_eq!(latin.header.ordinate.unit(), Some("(1/N)*(m/s²)"));
     let spectrum = &file("sample_dataset58_psd.uff").functions[0];
-    assert_eq!((spectrum.header.count, spectrum.header.even, spectrum.abscissa.at(3200)), (3201, false, Some(3200.0)));
+    assert_eq!(
+        (spectrum.header.count, spectrum.header.even, spectrum.abscissa.at(3200)),
+        (3201, false, Some(3200.0))
+    );
     assert_eq!(real(&file("time-history-not-all-columns-filled.uff").functions[0])[12], -5.84096);
 
     let model = file("TestLab 161 164 18 15 82.uff");
-    assert_eq!((model.nodes.len(), model.trace_lines.len(), model.headers.len(), model.units.len()), (36, 3, 1, 1));
+    assert_eq!(
+        (model.nodes.len(), model.trace_lines.len(), model.headers.len(), model.units.len()),
+        (36, 3, 1, 1)
+    );
     assert_eq!(model.trace_lines.iter().map(|line| line.nodes.len()).collect::<Vec<_>>(), [9, 32, 11]);
     assert!(matches!(model.skipped[..], [Skipped { number: 18, times: 1, .. }]));
     let engine = file("heat_engine_housing.uff");

@@ -16,21 +16,31 @@ fn error(fit: &ModalFit, planted: &[PlantedMode]) -> (f64, usize) {
     let mut worst: f64 = 0.0;
     for p in planted {
         let nearest = fit.modes.iter().min_by(|a, b| {
-            let off = |m: &crate::modal::FittedMode| (m.frequency_hz / p.frequency_hz - 1.0).abs() + (m.damping_ratio - p.damping).abs();
+            let off = |m: &crate::modal::FittedMode| {
+                (m.frequency_hz / p.frequency_hz - 1.0).abs() + (m.damping_ratio - p.damping).abs()
+            };
             off(a).total_cmp(&off(b))
         });
         let Some(m) = nearest else { return (f64::INFINITY, 0) };
         let omega = std::f64::consts::TAU * p.frequency_hz;
         let residue = Complex64::new(0.0, -p.damping * p.peak * omega / (1.0 - p.damping * p.damping).sqrt());
-        let off =
-            [(m.frequency_hz / p.frequency_hz - 1.0).abs(), (m.damping_ratio / p.damping - 1.0).abs(), (m.residue / residue - 1.0).norm()];
+        let off = [
+            (m.frequency_hz / p.frequency_hz - 1.0).abs(),
+            (m.damping_ratio / p.damping - 1.0).abs(),
+            (m.residue / residue - 1.0).norm(),
+        ];
         worst = off.into_iter().fold(worst, f64::max);
     }
     (worst, fit.modes.len() - planted.len().min(fit.modes.len()))
 }
 
 fn bench() -> Vec<PlantedMode> {
-    vec![mode(24.0, 0.04, 3e-4), mode(118.0, 0.05, 2.6e-5), mode(545.0, 0.012, -4.1e-7), mode(716.0, 0.02, 2.2e-7)]
+    vec![
+        mode(24.0, 0.04, 3e-4),
+        mode(118.0, 0.05, 2.6e-5),
+        mode(545.0, 0.012, -4.1e-7),
+        mode(716.0, 0.02, 2.2e-7),
+    ]
 }
 
 #[test]
@@ -43,14 +53,25 @@ fn recover_planted_modes_without_noise() {
         mode(556.0, 0.01, 3e-7),
         mode(716.0, 0.005, 2.2e-7),
     ];
-    let five =
-        vec![mode(31.0, 0.01, 1e-5), mode(60.0, 0.02, 2e-5), mode(61.5, 0.01, 1e-5), mode(300.0, 0.08, -1e-6), mode(420.0, 0.02, 1e-7)];
-    for (name, planted, lower, upper) in [("four", bench(), 3e-3, 4e-8), ("five", five, 0.02, -1e-8), ("six", six, 3e-3, 4e-8)] {
+    let five = vec![
+        mode(31.0, 0.01, 1e-5),
+        mode(60.0, 0.02, 2e-5),
+        mode(61.5, 0.01, 1e-5),
+        mode(300.0, 0.08, -1e-6),
+        mode(420.0, 0.02, 1e-7),
+    ];
+    for (name, planted, lower, upper) in
+        [("four", bench(), 3e-3, 4e-8), ("five", five, 0.02, -1e-8), ("six", six, 3e-3, 4e-8)]
+    {
         for f in [even(5.0, 1.0, 1000), even(10.0, 0.5, 1600), uneven()] {
             let h: Vec<Complex64> = f.iter().map(|f| receptance(&planted, lower, upper, *f)).collect();
             let fit = fitted(&f, &h);
             let (worst, extra) = error(&fit, &planted);
-            println!("{name}, {} lines: error {worst:.1e}, {extra} extra modes, misfit {:.1e}", f.len(), fit.relative_misfit);
+            println!(
+                "{name}, {} lines: error {worst:.1e}, {extra} extra modes, misfit {:.1e}",
+                f.len(),
+                fit.relative_misfit
+            );
             assert!(worst < 1e-6 && extra == 0, "{name}: {worst:e}, {extra} extra: {:?}", fit.modes);
         }
     }
@@ -72,7 +93,8 @@ fn recover_from_uneven_lines_with_noise() {
     assert!(worst < 0.1, "{worst}");
 }
 
-/// Shares of 95 % intervals that cover the true value, over modes: frequency, damping, amplitude; and the mean number of extra modes.
+/// Shares of 95 % intervals that cover the true value, over modes: frequency, damping, amplitude; and the
+/// mean number of extra modes.
 fn coverage(draws: u64, known: bool) -> ([f64; 3], f64) {
     let f = even(10.0, 1.0, 900);
     let planted = bench();
@@ -89,9 +111,14 @@ fn coverage(draws: u64, known: bool) -> ([f64; 3], f64) {
             let m = fit
                 .modes
                 .iter()
-                .min_by(|a, b| (a.frequency_hz - t.frequency_hz).abs().total_cmp(&(b.frequency_hz - t.frequency_hz).abs()))
+                .min_by(|a, b| {
+                    (a.frequency_hz - t.frequency_hz)
+                        .abs()
+                        .total_cmp(&(b.frequency_hz - t.frequency_hz).abs())
+                })
                 .unwrap();
-            let covers = |value: f64, truth: f64, sd: f64| f64::from(u8::from((value - truth).abs() < 1.96 * sd));
+            let covers =
+                |value: f64, truth: f64, sd: f64| f64::from(u8::from((value - truth).abs() < 1.96 * sd));
             inside[0] += covers(m.frequency_hz, t.frequency_hz, m.frequency_sd_hz);
             inside[1] += covers(m.damping_ratio, t.damping_ratio, m.damping_sd);
             inside[2] += covers(m.amplitude.value, t.amplitude.value, m.amplitude.sd);
@@ -118,21 +145,32 @@ fn recover_intervals_cover_the_truth() {
 #[test]
 fn recover_close_and_heavily_damped_modes_in_noise() {
     let f = even(5.0, 0.5, 1600);
-    let planted = [mode(90.0, 0.30, 2e-5), mode(400.0, 0.01, 1e-6), mode(408.0, 0.01, 1e-6), mode(640.0, 0.03, 2e-7)];
+    let planted =
+        [mode(90.0, 0.30, 2e-5), mode(400.0, 0.01, 1e-6), mode(408.0, 0.01, 1e-6), mode(640.0, 0.03, 2e-7)];
     let clean: Vec<Complex64> = f.iter().map(|f| receptance(&planted, 1e-3, 1e-8, *f)).collect();
     let mut worst = [(0.0_f64, 0.0_f64); 4];
     for seed in 0..20 {
         let h = Draw::new(seed).noisy(&clean, 0.02);
         let fit = fitted(&f, &h);
         for (p, worst) in planted.iter().zip(&mut worst) {
-            let off =
-                |m: &crate::modal::FittedMode| ((m.frequency_hz / p.frequency_hz - 1.0).abs(), (m.damping_ratio / p.damping - 1.0).abs());
-            let near = fit.modes.iter().map(off).min_by(|a, b| (a.0 + 0.1 * a.1).total_cmp(&(b.0 + 0.1 * b.1))).unwrap();
+            let off = |m: &crate::modal::FittedMode| {
+                ((m.frequency_hz / p.frequency_hz - 1.0).abs(), (m.damping_ratio / p.damping - 1.0).abs())
+            };
+            let near = fit
+                .modes
+                .iter()
+                .map(off)
+                .min_by(|a, b| (a.0 + 0.1 * a.1).total_cmp(&(b.0 + 0.1 * b.1)))
+                .unwrap();
             *worst = (worst.0.max(near.0), worst.1.max(near.1));
         }
     }
-    println!("heavy 30 %, two 2 % apart, 3 %: largest relative errors of frequency and damping over 20 draws {worst:.4?}");
-    for (worst, (frequency, damping)) in worst.iter().zip([(0.02, 0.05), (0.001, 0.1), (0.001, 0.1), (0.001, 0.05)]) {
+    println!(
+        "heavy 30 %, two 2 % apart, 3 %: largest relative errors of frequency and damping over 20 draws {worst:.4?}"
+    );
+    for (worst, (frequency, damping)) in
+        worst.iter().zip([(0.02, 0.05), (0.001, 0.1), (0.001, 0.1), (0.001, 0.05)])
+    {
         assert!(worst.0 < frequency && worst.1 < damping, "{worst:?}");
     }
 }
@@ -142,11 +180,14 @@ fn recover_by_local_fit() {
     let f = even(5.0, 1.0, 1000);
     let clean: Vec<Complex64> = f.iter().map(|f| receptance(&bench(), 3e-3, 4e-8, *f)).collect();
     let h = Draw::new(3).noisy(&clean, 0.01);
-    let options = CurveOptions { fit: CurveFit::Local { from_hz: 500.0, to_hz: 590.0 }, ..CurveOptions::default() };
+    let options =
+        CurveOptions { fit: CurveFit::Local { from_hz: 500.0, to_hz: 590.0 }, ..CurveOptions::default() };
     let fit = fit_curve(&curve(&f, &h), &options).unwrap();
     println!("{:?}", fit.modes);
     assert_eq!(fit.modes.len(), 1);
-    assert!((fit.modes[0].frequency_hz - 545.0).abs() < 0.3 && (fit.modes[0].damping_ratio - 0.012).abs() < 0.001);
+    assert!(
+        (fit.modes[0].frequency_hz - 545.0).abs() < 0.3 && (fit.modes[0].damping_ratio - 0.012).abs() < 0.001
+    );
 }
 
 #[test]
@@ -155,7 +196,8 @@ fn limit_amplitude_is_that_of_the_measured_quantity() {
     let planted = [mode(100.0, 0.02, 1e-6)];
     let h: Vec<Complex64> = f.iter().map(|f| receptance(&planted, 0.0, 1e-12, *f)).collect();
     for power in 0..3 {
-        let fit = fit_curve(&FrfCurve { omega_power: power, ..curve(&f, &h) }, &CurveOptions::default()).unwrap();
+        let fit =
+            fit_curve(&FrfCurve { omega_power: power, ..curve(&f, &h) }, &CurveOptions::default()).unwrap();
         let amplitude = fit.modes[0].amplitude;
         let expected = 1e-6 * (std::f64::consts::TAU * 100.0).powi(power);
         assert_eq!(amplitude.kind, AmplitudeKind::Peak);

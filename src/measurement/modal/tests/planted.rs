@@ -52,6 +52,9 @@ impl Draw {
 
     /// Multiplies by noise with a relative standard deviation per component.
     pub fn noisy(&mut self, clean: &[Complex64], component_sd: f64) -> Vec<Complex64> {
-        clean.iter().map(|h| h * Complex64::new(1.0 + component_sd * self.normal(), component_sd * self.normal())).collect()
+        clean
+            .iter()
+            .map(|h| h * Complex64::new(1.0 + component_sd * self.normal(), component_sd * self.normal()))
+            .collect()
     }
 }

@@ -4,7 +4,8 @@ use num_complex::Complex64;
 
 use super::planted::{Draw, PlantedMode, even, mode, receptance};
 use crate::modal::{
-    Amplitude, AmplitudeKind, CurveOptions, FittedMode, FrfCurve, ModalFit, Stability, TrackRecord, TrackedMode, fit_curve, track,
+    Amplitude, AmplitudeKind, CurveOptions, FittedMode, FrfCurve, ModalFit, Stability, TrackRecord,
+    TrackedMode, fit_curve, track,
 };
 
 const POSITIONS_M: [f64; 6] = [0.6, 0.5, 0.4, 0.3, 0.2, 0.1];
@@ -20,8 +21,22 @@ struct Bench {
 impl Bench {
     fn of(draw: &mut Draw, node: bool) -> Self {
         let mut log_uniform = |low: f64, high: f64| draw.uniform(low.ln(), high.ln()).exp();
-        let damping = [log_uniform(0.02, 0.08), log_uniform(0.01, 0.08), log_uniform(0.005, 0.03), log_uniform(0.005, 0.03)];
-        Self { damping, shift: [draw.uniform(0.0, 1.0), draw.uniform(0.0, 1.0), draw.uniform(0.0, 1.0), draw.uniform(0.0, 1.0)], node }
+        let damping = [
+            log_uniform(0.02, 0.08),
+            log_uniform(0.01, 0.08),
+            log_uniform(0.005, 0.03),
+            log_uniform(0.005, 0.03),
+        ];
+        Self {
+            damping,
+            shift: [
+                draw.uniform(0.0, 1.0),
+                draw.uniform(0.0, 1.0),
+                draw.uniform(0.0, 1.0),
+                draw.uniform(0.0, 1.0),
+            ],
+            node,
+        }
     }
 
     fn modes(&self, u: f64) -> [PlantedMode; 4] {
@@ -44,7 +59,11 @@ fn spurious(draw: &mut Draw, count: usize) -> Vec<PlantedMode> {
             let f = draw.uniform(15.0, 990.0);
             let level = 3e-4 * (24.0 / f).powf(2.1);
             let sign = if draw.uniform(0.0, 1.0) < 0.5 { -1.0 } else { 1.0 };
-            mode(f, draw.uniform(0.005_f64.ln(), 0.08_f64.ln()).exp(), sign * level * draw.uniform(-0.7, 0.7).exp())
+            mode(
+                f,
+                draw.uniform(0.005_f64.ln(), 0.08_f64.ln()).exp(),
+                sign * level * draw.uniform(-0.7, 0.7).exp(),
+            )
         })
         .collect()
 }
@@ -73,7 +92,12 @@ fn set(seed: u64, spurious_peaks: usize, node: bool) -> Set {
 
 fn tracked(set: &Set) -> Vec<TrackedMode> {
     let records: Vec<TrackRecord> = (0..6)
-        .map(|at| TrackRecord { nut_m: Some(POSITIONS_M[at]), series: "table/table", band_hz: (5.0, 1000.0), modes: &set.fits[at].modes })
+        .map(|at| TrackRecord {
+            nut_m: Some(POSITIONS_M[at]),
+            series: "table/table",
+            band_hz: (5.0, 1000.0),
+            modes: &set.fits[at].modes,
+        })
         .collect();
     track(&records)
 }
@@ -99,9 +123,18 @@ fn kept(set: &Set, tracks: &[TrackedMode]) -> (usize, usize) {
 }
 
 fn describe(set: &Set, track: &TrackedMode) -> String {
-    let seen: Vec<String> =
-        track.sightings.iter().map(|(r, m)| format!("{}:{:.1}", NAMES[*r], set.fits[*r].modes[*m].frequency_hz)).collect();
-    format!("{} {:.1} Hz [{}] {:?}", track.regular, track.frequency_hz, seen.join(" "), track.evidence.reasons)
+    let seen: Vec<String> = track
+        .sightings
+        .iter()
+        .map(|(r, m)| format!("{}:{:.1}", NAMES[*r], set.fits[*r].modes[*m].frequency_hz))
+        .collect();
+    format!(
+        "{} {:.1} Hz [{}] {:?}",
+        track.regular,
+        track.frequency_hz,
+        seen.join(" "),
+        track.evidence.reasons
+    )
 }
 
 #[test]
@@ -126,7 +159,9 @@ fn recover_four_modes_among_six_spurious_peaks_per_position() {
             }
             println!(
                 "   truth {:?}",
-                (0..6).map(|p| set.bench.modes(f64::from(p) / 5.0).map(|m| m.frequency_hz.round())).collect::<Vec<_>>()
+                (0..6)
+                    .map(|p| set.bench.modes(f64::from(p) / 5.0).map(|m| m.frequency_hz.round()))
+                    .collect::<Vec<_>>()
             );
         }
     }
@@ -160,7 +195,12 @@ fn of_modes(positions_m: &[f64], modes: &[Vec<FittedMode>]) -> Vec<TrackedMode> 
     let records: Vec<TrackRecord> = positions_m
         .iter()
         .zip(modes)
-        .map(|(nut_m, modes)| TrackRecord { nut_m: Some(*nut_m), series: "table", band_hz: (5.0, 1000.0), modes })
+        .map(|(nut_m, modes)| TrackRecord {
+            nut_m: Some(*nut_m),
+            series: "table",
+            band_hz: (5.0, 1000.0),
+            modes,
+        })
         .collect();
     track(&records)
 }
@@ -169,8 +209,13 @@ fn of_modes(positions_m: &[f64], modes: &[Vec<FittedMode>]) -> Vec<TrackedMode> 
 #[test]
 fn published_modes_of_three_positions_are_regular() {
     let hz = [[24.0, 118.0, 523.0, 716.0], [24.0, 116.0, 565.0, 721.0], [23.0, 113.0, 561.0, 728.0]];
-    let m = [[2.44e-4, 2.62e-5, 4.13e-7, 2.24e-7], [3.70e-4, 3.06e-5, 4.06e-7, 2.91e-7], [3.54e-4, 3.61e-5, 3.71e-7, 2.51e-7]];
-    let modes: Vec<Vec<FittedMode>> = (0..3).map(|p| (0..4).map(|k| reported(hz[p][k], 0.3, 0.03, m[p][k])).collect()).collect();
+    let m = [
+        [2.44e-4, 2.62e-5, 4.13e-7, 2.24e-7],
+        [3.70e-4, 3.06e-5, 4.06e-7, 2.91e-7],
+        [3.54e-4, 3.61e-5, 3.71e-7, 2.51e-7],
+    ];
+    let modes: Vec<Vec<FittedMode>> =
+        (0..3).map(|p| (0..4).map(|k| reported(hz[p][k], 0.3, 0.03, m[p][k])).collect()).collect();
     let tracks = of_modes(&[0.6, 0.4, 0.2], &modes);
     for t in &tracks {
         println!("{} {:.1} {:?}", t.regular, t.frequency_hz, t.evidence.reasons);
@@ -192,11 +237,15 @@ fn limit_chance_makes_few_regular_tracks() {
                 let f = draw.uniform(15.0, 990.0);
                 reported(f, 1e-4 * f, 0.02, 1e-4 * (24.0 / f).powi(2) * draw.uniform(-0.7, 0.7).exp())
             };
-            let modes: Vec<Vec<FittedMode>> = (0..positions).map(|_| (0..peaks).map(&mut one).collect()).collect();
+            let modes: Vec<Vec<FittedMode>> =
+                (0..positions).map(|_| (0..peaks).map(&mut one).collect()).collect();
             let positions_m: Vec<f64> = (0..positions).map(f64::from).collect();
             regular += of_modes(&positions_m, &modes).iter().filter(|t| t.regular).count();
         }
-        println!("{positions} positions, {peaks} chance peaks each: {:.3} regular tracks per set", regular as f64 / sets as f64);
+        println!(
+            "{positions} positions, {peaks} chance peaks each: {:.3} regular tracks per set",
+            regular as f64 / sets as f64
+        );
         assert!(50 * regular as u64 <= 3 * sets, "{regular} in {sets}");
     }
 }
@@ -209,24 +258,43 @@ fn recover_a_mode_with_a_node_at_one_position() {
         println!("{}", describe(&set, t));
     }
     assert_eq!(kept(&set, &tracks), (4, 0));
-    assert_eq!(tracks.iter().find(|t| t.regular && t.frequency_hz > 500.0 && t.frequency_hz < 600.0).unwrap().evidence.expected, 6);
+    assert_eq!(
+        tracks
+            .iter()
+            .find(|t| t.regular && t.frequency_hz > 500.0 && t.frequency_hz < 600.0)
+            .unwrap()
+            .evidence
+            .expected,
+        6
+    );
 }
 
 #[test]
 fn limit_order_of_records_does_not_matter() {
     let set = set(21, 6, false);
-    let record =
-        |at: usize| TrackRecord { nut_m: Some(POSITIONS_M[at]), series: "table", band_hz: (5.0, 1000.0), modes: &set.fits[at].modes };
+    let record = |at: usize| TrackRecord {
+        nut_m: Some(POSITIONS_M[at]),
+        series: "table",
+        band_hz: (5.0, 1000.0),
+        modes: &set.fits[at].modes,
+    };
     let forward = track(&(0..6).map(record).collect::<Vec<_>>());
     let backward = track(&(0..6).rev().map(record).collect::<Vec<_>>());
-    let seen = |tracks: &[TrackedMode]| -> Vec<(bool, u64)> { tracks.iter().map(|t| (t.regular, t.frequency_hz.to_bits())).collect() };
+    let seen = |tracks: &[TrackedMode]| -> Vec<(bool, u64)> {
+        tracks.iter().map(|t| (t.regular, t.frequency_hz.to_bits())).collect()
+    };
     assert_eq!(seen(&forward), seen(&backward));
 }
 
 #[test]
 fn limit_single_and_unplaced_records() {
     let set = set(5, 0, false);
-    let record = |at: usize, nut_m: Option<f64>| TrackRecord { nut_m, series: "table", band_hz: (5.0, 1000.0), modes: &set.fits[at].modes };
+    let record = |at: usize, nut_m: Option<f64>| TrackRecord {
+        nut_m,
+        series: "table",
+        band_hz: (5.0, 1000.0),
+        modes: &set.fits[at].modes,
+    };
     let single = track(&[record(0, None)]);
     assert_eq!(single.iter().filter(|t| t.regular).count(), 4);
     assert!(single[0].evidence.reasons[0].starts_with("one record"), "{:?}", single[0].evidence.reasons);
@@ -242,5 +310,9 @@ fn speed_of_six_curves() {
     let start = Instant::now();
     let tracks = tracked(&set);
     assert!(!tracks.is_empty());
-    println!("six curves of 996 lines, 10 peaks each: {fits:?}; {} tracks in {:?}", tracks.len(), start.elapsed());
+    println!(
+        "six curves of 996 lines, 10 peaks each: {fits:?}; {} tracks in {:?}",
+        tracks.len(),
+        start.elapsed()
+    );
 }

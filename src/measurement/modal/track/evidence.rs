@@ -6,8 +6,8 @@ use super::observation::SightingChain;
 use super::process::leave_one_out;
 use super::search::{Track, expected};
 
-/// Ratio of the bound modes·e^−s of the sequential test (Wald) to the number of chance tracks that reach a score s (1). Source: counted
-/// on sets without real modes (test `limit_chance_makes_few_regular_tracks`).
+/// Ratio of the bound modes·e^−s of the sequential test (Wald) to the number of chance tracks that reach a
+/// score s (1). Source: counted on sets without real modes (test `limit_chance_makes_few_regular_tracks`).
 const CHANCE_MARGIN: f64 = 50.0;
 
 /// Smallest share of the records covering a mode that show it (1).
@@ -16,7 +16,8 @@ const LEAST_SEEN: f64 = 0.6;
 const FALSE_ALARMS: f64 = 0.03;
 /// Largest leave-one-out prediction error of a frequency, in standard deviations.
 const MOST_ERROR_SD: f64 = 4.0;
-/// Several records: smallest median share of orders at which the pole is stable (1); a misfit that repeats in all records lies below.
+/// Several records: smallest median share of orders at which the pole is stable (1); a misfit that repeats in
+/// all records lies below.
 const LEAST_TRACK_STABILITY: f64 = 0.2;
 /// Single record: smallest share of orders at which the pole is stable (1).
 const LEAST_STABILITY: f64 = 0.3;
@@ -32,7 +33,8 @@ pub struct TrackEvidence {
     pub seen: usize,
     /// Number of records whose band covers it.
     pub expected: usize,
-    /// Root mean square leave-one-out prediction error of ln f over the positions (1); `None` with one sighting.
+    /// Root mean square leave-one-out prediction error of ln f over the positions (1); `None` with one
+    /// sighting.
     pub roughness: Option<f64>,
     /// Median share of the orders at which the pole was stable.
     pub stability: f64,
@@ -51,7 +53,9 @@ fn medians(modes: &[&FittedMode]) -> (f64, f64, f64) {
 /// Decides on a mode of a single record, without criteria over positions.
 pub(super) fn judge_single(mode: &FittedMode) -> (bool, TrackEvidence) {
     let (stability, prominence, signal_to_noise) = medians(&[mode]);
-    let mut reasons = vec!["one record: judged by stability and significance alone, not by regularity over positions".to_owned()];
+    let mut reasons = vec![
+        "one record: judged by stability and significance alone, not by regularity over positions".to_owned(),
+    ];
     let mut regular = true;
     for (value, least, what) in [
         (stability, LEAST_STABILITY, "share of orders at which the pole is stable"),
@@ -71,7 +75,8 @@ pub(super) fn judge(chain: &SightingChain, track: &Track, modes: &[&FittedMode])
     let (seen, expected) = (track.sightings.len(), expected(chain, track));
     let points: Vec<_> = track.sightings.iter().map(|s| chain.sightings[*s].point).collect();
     let errors = leave_one_out(&points);
-    let roughness = errors.as_ref().map(|e| (e.iter().map(|e| e.0 * e.0).sum::<f64>() / e.len() as f64).sqrt());
+    let roughness =
+        errors.as_ref().map(|e| (e.iter().map(|e| e.0 * e.0).sum::<f64>() / e.len() as f64).sqrt());
     let largest = errors.as_ref().map(|e| e.iter().map(|e| e.1.abs()).fold(0.0, f64::max));
     let needed = (chain.sightings.len() as f64 / (CHANCE_MARGIN * FALSE_ALARMS)).ln().max(0.0);
     let enough_seen = seen >= 2 && seen as f64 >= LEAST_SEEN * expected as f64;

@@ -1,10 +1,12 @@
-//! Tracking of modes over records: a mode appears at all positions and moves smoothly; other peaks are spurious.
+//! Tracking of modes over records: a mode appears at all positions and moves smoothly; other peaks are
+//! spurious.
 //!
 //! # Source
 //!
-//! Tian et al. (multi-position receptance coupling), Section 4.1: "with the worktable position change, the natural frequencies of the
-//! system is roughly the same, or changes in a small range in a certain rule … The peaks beyond the four frequencies of the FRF has no
-//! regularity". A mode may be absent at a node (their third at l4).
+//! Tian et al. (multi-position receptance coupling), Section 4.1: "with the worktable position change, the
+//! natural frequencies of the system is roughly the same, or changes in a small range in a certain rule … The
+//! peaks beyond the four frequencies of the FRF has no regularity". A mode may be absent at a node (their
+//! third at l4).
 
 mod evidence;
 mod observation;
@@ -41,10 +43,13 @@ pub struct TrackedMode {
 ///
 /// Each pass excludes the regular modes of the previous one from the density of irregular modes.
 pub fn track(records: &[TrackRecord]) -> Vec<TrackedMode> {
-    let (mut placed, unplaced): (Vec<usize>, Vec<usize>) = (0..records.len()).partition(|at| records[*at].nut_m.is_some());
+    let (mut placed, unplaced): (Vec<usize>, Vec<usize>) =
+        (0..records.len()).partition(|at| records[*at].nut_m.is_some());
     placed.sort_by(|a, b| records[*a].nut_m.unwrap_or(0.0).total_cmp(&records[*b].nut_m.unwrap_or(0.0)));
     let mut modes = [placed, unplaced].map(|order| track_chain(records, order)).concat();
-    modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz).then_with(|| a.sightings.cmp(&b.sightings)));
+    modes.sort_by(|a, b| {
+        a.frequency_hz.total_cmp(&b.frequency_hz).then_with(|| a.sightings.cmp(&b.sightings))
+    });
     for (at, mode) in modes.iter_mut().enumerate() {
         mode.order = at + 1;
     }
@@ -60,11 +65,19 @@ fn track_chain(records: &[TrackRecord], order: Vec<usize>) -> Vec<TrackedMode> {
         (chain.records[sighting.step], sighting.mode)
     };
     let modes_of = |chain: &SightingChain, track: &search::Track| -> Vec<&FittedMode> {
-        track.sightings.iter().map(|s| mode_of(chain, *s)).map(|(record, mode)| &records[record].modes[mode]).collect()
+        track
+            .sightings
+            .iter()
+            .map(|s| mode_of(chain, *s))
+            .map(|(record, mode)| &records[record].modes[mode])
+            .collect()
     };
     for _ in 0..ROUNDS {
-        let irregular: usize =
-            tracks.iter().filter(|t| !evidence::judge(&chain, t, &modes_of(&chain, t)).0).map(|t| t.sightings.len()).sum();
+        let irregular: usize = tracks
+            .iter()
+            .filter(|t| !evidence::judge(&chain, t, &modes_of(&chain, t)).0)
+            .map(|t| t.sightings.len())
+            .sum();
         chain.set_clutter(irregular);
         tracks = search::tracks(&chain);
     }

@@ -6,13 +6,16 @@ use super::super::FittedMode;
 use super::TrackRecord;
 use super::process::{JITTER, JITTER_UNPLACED, TrackPoint};
 
-/// Standard deviation of ln ζ along a track (1). Source: experience from benches; joint damping changes by a third between positions.
+/// Standard deviation of ln ζ along a track (1). Source: experience from benches; joint damping changes by a
+/// third between positions.
 const DAMPING_SPREAD: f64 = 0.3;
-/// Standard deviation of ln amplitude along a track within a series (1): the mode shape at the response point changes with position.
+/// Standard deviation of ln amplitude along a track within a series (1): the mode shape at the response point
+/// changes with position.
 const AMPLITUDE_SPREAD: f64 = 0.5;
 /// Bounds on the log probability ratio of the damping or amplitude of one mode (1): against and for a track.
 const LOG_RATIO_BOUNDS: (f64, f64) = (-2.0, 1.5);
-/// Probability that a residue keeps its sign from one record of a series to the next (1): it changes only across a node.
+/// Probability that a residue keeps its sign from one record of a series to the next (1): it changes only
+/// across a node.
 const SIGN_KEPT: f64 = 0.9;
 /// Smallest assumed number of irregular modes per record.
 const LEAST_CLUTTER: f64 = 0.5;
@@ -63,7 +66,8 @@ impl SightingChain {
         let positions: Vec<f64> = order.iter().map(|r| records[*r].nut_m.unwrap_or(0.0)).collect();
         let low = positions.iter().copied().fold(f64::INFINITY, f64::min);
         let travel = positions.iter().copied().fold(f64::NEG_INFINITY, f64::max) - low;
-        let u: Vec<f64> = positions.iter().map(|x| if travel > 0.0 { (x - low) / travel } else { 0.0 }).collect();
+        let u: Vec<f64> =
+            positions.iter().map(|x| if travel > 0.0 { (x - low) / travel } else { 0.0 }).collect();
         let placed = order.iter().any(|r| records[*r].nut_m.is_some());
         let jitter = if placed { JITTER } else { JITTER_UNPLACED };
         let mut names: Vec<&str> = Vec::new();
@@ -85,7 +89,10 @@ impl SightingChain {
         let widest = band_hz.iter().fold((f64::INFINITY, 0.0_f64), |w, b| (w.0.min(b.0), w.1.max(b.1)));
         let spread = |values: &[f64]| {
             let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
-            (mean, (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len().max(1) as f64).sqrt())
+            (
+                mean,
+                (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len().max(1) as f64).sqrt(),
+            )
         };
         let damping = spread(&sightings.iter().map(|s| s.damping.0).collect::<Vec<f64>>());
         let amplitude = spread(&sightings.iter().map(|s| s.amplitude).collect::<Vec<f64>>()).1;
@@ -103,7 +110,8 @@ impl SightingChain {
         }
     }
 
-    /// Returns the expected number of irregular modes of a record per unit of ln f: half uniform over f, half over ln f.
+    /// Returns the expected number of irregular modes of a record per unit of ln f: half uniform over f, half
+    /// over ln f.
     pub fn density(&self, y: f64) -> f64 {
         let (low, high) = self.widest;
         let width = (high - low).max(1e-9 * high);
@@ -124,8 +132,14 @@ impl SightingChain {
 
     /// Returns the same ratio of an amplitude, given the earlier ones of its series.
     pub fn amplitude_log_ratio(&self, sighting: &Sighting, earlier: &[&Sighting]) -> f64 {
-        let values: Vec<(f64, f64)> = earlier.iter().filter(|s| s.series == sighting.series).map(|s| (s.amplitude, 0.0)).collect();
-        log_ratio((sighting.amplitude, 0.0), &values, AMPLITUDE_SPREAD * AMPLITUDE_SPREAD, (0.0, self.amplitude_spread.powi(2)))
+        let values: Vec<(f64, f64)> =
+            earlier.iter().filter(|s| s.series == sighting.series).map(|s| (s.amplitude, 0.0)).collect();
+        log_ratio(
+            (sighting.amplitude, 0.0),
+            &values,
+            AMPLITUDE_SPREAD * AMPLITUDE_SPREAD,
+            (0.0, self.amplitude_spread.powi(2)),
+        )
     }
 
     /// Returns the same ratio of the sign of a residue, given the last one of its series.
@@ -155,7 +169,8 @@ fn same_direction(a: &Sighting, b: &Sighting) -> bool {
     (a.direction * b.direction.conj()).re > 0.0
 }
 
-/// Returns ln N(x; mean of the earlier values) − ln N(x; chance), limited to [`LOG_RATIO_BOUNDS`]; 0 without earlier values.
+/// Returns ln N(x; mean of the earlier values) − ln N(x; chance), limited to [`LOG_RATIO_BOUNDS`]; 0 without
+/// earlier values.
 fn log_ratio(x: (f64, f64), earlier: &[(f64, f64)], spread: f64, chance: (f64, f64)) -> f64 {
     let weights: f64 = earlier.iter().map(|b| 1.0 / (spread + b.1)).sum();
     if !(weights > 0.0) {
@@ -163,11 +178,17 @@ fn log_ratio(x: (f64, f64), earlier: &[(f64, f64)], spread: f64, chance: (f64, f
     }
     let mean = earlier.iter().map(|b| b.0 / (spread + b.1)).sum::<f64>() / weights;
     let log_normal = |mean: f64, variance: f64| -0.5 * ((x.0 - mean).powi(2) / variance + variance.ln());
-    (log_normal(mean, spread + x.1 + 1.0 / weights) - log_normal(chance.0, chance.1)).clamp(LOG_RATIO_BOUNDS.0, LOG_RATIO_BOUNDS.1)
+    (log_normal(mean, spread + x.1 + 1.0 / weights) - log_normal(chance.0, chance.1))
+        .clamp(LOG_RATIO_BOUNDS.0, LOG_RATIO_BOUNDS.1)
 }
 
 /// Converts a fitted mode to a sighting.
-fn sighting(mode: &FittedMode, (step, index, series): (usize, usize, usize), u: f64, jitter: f64) -> Sighting {
+fn sighting(
+    mode: &FittedMode,
+    (step, index, series): (usize, usize, usize),
+    u: f64,
+    jitter: f64,
+) -> Sighting {
     let relative = (mode.frequency_sd_hz / mode.frequency_hz).min(0.05);
     let damping_sd = (mode.damping_sd / mode.damping_ratio).min(2.0);
     Sighting {
@@ -181,9 +202,11 @@ fn sighting(mode: &FittedMode, (step, index, series): (usize, usize, usize), u: 
     }
 }
 
-/// Removes the straight line of ln amplitude over ln f from a series: receptances fall steeply with frequency.
+/// Removes the straight line of ln amplitude over ln f from a series: receptances fall steeply with
+/// frequency.
 fn remove_trend(sightings: &mut [Sighting], series: usize) {
-    let own: Vec<(f64, f64)> = sightings.iter().filter(|s| s.series == series).map(|s| (s.point.y, s.amplitude)).collect();
+    let own: Vec<(f64, f64)> =
+        sightings.iter().filter(|s| s.series == series).map(|s| (s.point.y, s.amplitude)).collect();
     let n = own.len().max(1) as f64;
     let (mx, my) = (own.iter().map(|p| p.0).sum::<f64>() / n, own.iter().map(|p| p.1).sum::<f64>() / n);
     let sxx: f64 = own.iter().map(|p| (p.0 - mx).powi(2)).sum();

@@ -6,9 +6,11 @@
 //!   k(u, u') = level² + slope² (u−½)(u'−½) + bend² exp(−(u−u')²/2ℓ²)   + (jitter² + (s_f/f)²) δ
 //! ```
 //!
-//! On the published bench (Tian et al.) modes shift by 1 to 8 % over the travel; slope and bend allow about that and little more.
+//! On the published bench (Tian et al.) modes shift by 1 to 8 % over the travel; slope and bend allow about
+//! that and little more.
 //!
-//! # Source  Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), chapters 2 and 5 (leave-one-out, Eq. 5.12).
+//! # Source  Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), chapters 2 and 5
+//!   (leave-one-out, Eq. 5.12).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -42,7 +44,8 @@ fn covariance(u: f64, v: f64) -> f64 {
     LEVEL * LEVEL + SLOPE * SLOPE * (u - 0.5) * (v - 0.5) + BEND * BEND * (-0.5 * distance * distance).exp()
 }
 
-/// Points of a track for predicting the next: with the rows of the Cholesky factor of their covariance, and whitened values.
+/// Points of a track for predicting the next: with the rows of the Cholesky factor of their covariance, and
+/// whitened values.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Past {
     points: Vec<TrackPoint>,
@@ -96,7 +99,9 @@ pub(super) fn leave_one_out(points: &[TrackPoint]) -> Option<Vec<(f64, f64)>> {
         return None;
     }
     let mean = points.iter().map(|p| p.y).sum::<f64>() / n as f64;
-    let matrix = DMatrix::from_fn(n, n, |i, j| covariance(points[i].u, points[j].u) + if i == j { points[i].variance } else { 0.0 });
+    let matrix = DMatrix::from_fn(n, n, |i, j| {
+        covariance(points[i].u, points[j].u) + if i == j { points[i].variance } else { 0.0 }
+    });
     let inverse = matrix.cholesky()?.inverse();
     let weighted = &inverse * DVector::from_fn(n, |i, _| points[i].y - mean);
     Some((0..n).map(|i| (weighted[i] / inverse[(i, i)], weighted[i] / inverse[(i, i)].sqrt())).collect())
@@ -108,8 +113,10 @@ mod tests {
 
     #[test]
     fn limit_sequential_prediction_is_leave_one_out_of_the_last() {
-        let points: Vec<TrackPoint> =
-            [(0.0, 1.0), (0.2, 1.01), (0.7, 1.04), (1.0, 1.02)].iter().map(|(u, y)| TrackPoint { u: *u, y: *y, variance: 1e-5 }).collect();
+        let points: Vec<TrackPoint> = [(0.0, 1.0), (0.2, 1.01), (0.7, 1.04), (1.0, 1.02)]
+            .iter()
+            .map(|(u, y)| TrackPoint { u: *u, y: *y, variance: 1e-5 })
+            .collect();
         let mut past = Past::start(points[0]);
         for point in &points[1..3] {
             let prediction = past.predict(point.u);

@@ -1,13 +1,14 @@
 //! Search for the most probable tracks, one after the other.
 //!
-//! The score of a track is the log probability ratio of one smooth mode to irregular modes. Every mode starts a track, which is extended from
-//! record to record: it takes a mode near its prediction or misses the record. The best continuations are kept. The best track of all is
-//! removed, and the search continues with the remaining modes.
+//! The score of a track is the log probability ratio of one smooth mode to irregular modes. Every mode starts
+//! a track, which is extended from record to record: it takes a mode near its prediction or misses the
+//! record. The best continuations are kept. The best track of all is removed, and the search continues with
+//! the remaining modes.
 //!
 //! # Source
 //!
-//! Sittler, IEEE Trans. Military Electronics 8 (1964), 125–139 (score); Reid, IEEE Trans. Automatic Control 24 (1979), 843–854
-//! (several hypotheses kept).
+//! Sittler, IEEE Trans. Military Electronics 8 (1964), 125–139 (score); Reid, IEEE Trans. Automatic Control
+//! 24 (1979), 843–854 (several hypotheses kept).
 
 use std::f64::consts::TAU;
 
@@ -47,11 +48,15 @@ fn miss_score(chain: &SightingChain, step: usize, y: f64) -> f64 {
 /// Returns all modes of the chain as tracks, the most probable first.
 pub(super) fn tracks(chain: &SightingChain) -> Vec<Track> {
     let mut free = vec![true; chain.sightings.len()];
-    let mut best: Vec<Option<Track>> = (0..free.len()).map(|start| Some(follow(chain, start, &free))).collect();
+    let mut best: Vec<Option<Track>> =
+        (0..free.len()).map(|start| Some(follow(chain, start, &free))).collect();
     let mut found = Vec::new();
     loop {
         let top = best.iter().flatten().max_by(|a, b| {
-            a.score.total_cmp(&b.score).then(a.sightings.len().cmp(&b.sightings.len())).then(b.sightings[0].cmp(&a.sightings[0]))
+            a.score
+                .total_cmp(&b.score)
+                .then(a.sightings.len().cmp(&b.sightings.len()))
+                .then(b.sightings[0].cmp(&a.sightings[0]))
         });
         let Some(track) = top.cloned() else { return found };
         for s in &track.sightings {
@@ -78,15 +83,17 @@ fn follow(chain: &SightingChain, start: usize, free: &[bool]) -> Track {
         for track in &kept {
             let prediction = track.past.predict(chain.u[step]);
             let reach = GATE * (prediction.variance + 0.05_f64.powi(2)).sqrt();
-            let near = chain
-                .sightings
-                .iter()
-                .enumerate()
-                .filter(|(at, s)| s.step == step && free[*at] && (s.point.y - prediction.mean).abs() < reach);
+            let near =
+                chain.sightings.iter().enumerate().filter(|(at, s)| {
+                    s.step == step && free[*at] && (s.point.y - prediction.mean).abs() < reach
+                });
             for (at, _) in near {
                 next.extend(extended(chain, track, at));
             }
-            next.push(Track { score: track.score + miss_score(chain, step, prediction.mean), ..track.clone() });
+            next.push(Track {
+                score: track.score + miss_score(chain, step, prediction.mean),
+                ..track.clone()
+            });
         }
         next.sort_by(|a, b| b.score.total_cmp(&a.score).then_with(|| a.sightings.cmp(&b.sightings)));
         next.truncate(KEPT_TRACKS);
@@ -120,6 +127,8 @@ fn extended(chain: &SightingChain, track: &Track, at: usize) -> Option<Track> {
 /// Counts the records whose band covers the track.
 pub(super) fn expected(chain: &SightingChain, track: &Track) -> usize {
     let seen: Vec<usize> = track.sightings.iter().map(|s| chain.sightings[*s].step).collect();
-    let covers = |step: &usize| seen.contains(step) || miss_score(chain, *step, track.past.predict(chain.u[*step]).mean) < 0.0;
+    let covers = |step: &usize| {
+        seen.contains(step) || miss_score(chain, *step, track.past.predict(chain.u[*step]).mean) < 0.0
+    };
     (0..chain.u.len()).filter(covers).count()
 }

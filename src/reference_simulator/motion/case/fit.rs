@@ -16,9 +16,17 @@ pub struct Fitted {
     pub held_out: f64,
 }
 
-/// Fits the records that are not held out by least squares. The noise of each kind of rows is its weight; `frozen` fixes a parameter.
-pub fn fitted(blocks: &Blocks, noise_n: &[f64], held_out: &[bool], belief: &Belief, frozen: Option<(&str, f64)>) -> Fitted {
-    let free: [bool; 4] = std::array::from_fn(|k| belief.has(IDS[k]) && frozen.is_none_or(|(id, _)| id != IDS[k]));
+/// Fits the records that are not held out by least squares. The noise of each kind of rows is its weight;
+/// `frozen` fixes a parameter.
+pub fn fitted(
+    blocks: &Blocks,
+    noise_n: &[f64],
+    held_out: &[bool],
+    belief: &Belief,
+    frozen: Option<(&str, f64)>,
+) -> Fitted {
+    let free: [bool; 4] =
+        std::array::from_fn(|k| belief.has(IDS[k]) && frozen.is_none_or(|(id, _)| id != IDS[k]));
     let kept = IDS.map(|id| frozen.filter(|(frozen, _)| *frozen == id).map_or(0.0, |(_, value)| value));
     let (mut normal, mut right) = (Matrix4::<f64>::zeros(), Vector4::<f64>::zeros());
     for (record, _) in blocks.iter().zip(held_out).filter(|(_, out)| !**out) {
@@ -44,8 +52,10 @@ pub fn fitted(blocks: &Blocks, noise_n: &[f64], held_out: &[bool], belief: &Beli
     }
     let found = normal.cholesky().map_or(Vector4::zeros(), |factors| factors.solve(&right));
     let parameters: [f64; 4] = std::array::from_fn(|k| if free[k] { found[k] } else { kept[k] });
-    if let Some(weight) =
-        belief.parameters.first().filter(|weight| belief.is_weighed && free[0] && frozen.is_none() && weight.name == IDS[0])
+    if let Some(weight) = belief
+        .parameters
+        .first()
+        .filter(|weight| belief.is_weighed && free[0] && frozen.is_none() && weight.name == IDS[0])
     {
         let inside = parameters[0].clamp(weight.lower, weight.upper);
         if inside != parameters[0] {
@@ -56,11 +66,17 @@ pub fn fitted(blocks: &Blocks, noise_n: &[f64], held_out: &[bool], belief: &Beli
     Fitted { parameters, fit: gap(false), held_out: gap(true) }
 }
 
-/// Returns the rms residual over the rms scale of the last kind of rows: force, or tracking error if a scale measures the table.
+/// Returns the rms residual over the rms scale of the last kind of rows: force, or tracking error if a scale
+/// measures the table.
 pub fn gap(blocks: &Blocks, parameters: &[f64; 4], held_out: &[bool], out: bool) -> f64 {
-    let chosen: Vec<&Vec<Row>> =
-        blocks.iter().zip(held_out).filter(|(_, is_out)| **is_out == out).filter_map(|(record, _)| record.last()).collect();
-    let residual: Vec<f64> = chosen.iter().copied().flatten().filter_map(|row| row.residual(parameters)).collect();
+    let chosen: Vec<&Vec<Row>> = blocks
+        .iter()
+        .zip(held_out)
+        .filter(|(_, is_out)| **is_out == out)
+        .filter_map(|(record, _)| record.last())
+        .collect();
+    let residual: Vec<f64> =
+        chosen.iter().copied().flatten().filter_map(|row| row.residual(parameters)).collect();
     let scale: Vec<f64> = chosen.iter().flat_map(|rows| scales(rows)).collect();
     rms(&residual) / rms(&scale)
 }

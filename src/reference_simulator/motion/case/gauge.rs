@@ -1,7 +1,9 @@
-//! Strength of an effect by non-centrality: its whitened change after projection of parameters and nuisance parameters.
+//! Strength of an effect by non-centrality: its whitened change after projection of parameters and nuisance
+//! parameters.
 //!
-//! The rows are those of the inverse dynamics of every record. Their noise is the noise of the test and, in quadrature, the 1.5 per cent
-//! of the force that a careful test reproduces. Neighbouring rows are correlated; a first-order filter whitens them.
+//! The rows are those of the inverse dynamics of every record. Their noise is the noise of the test and, in
+//! quadrature, the 1.5 per cent of the force that a careful test reproduces. Neighbouring rows are
+//! correlated; a first-order filter whitens them.
 
 use nalgebra::DVector;
 use rayon::prelude::*;
@@ -25,9 +27,10 @@ const REPRODUCED: f64 = 0.015;
 /// Relative standard deviation of a weighed mass.
 const WEIGHING_SD: f64 = 0.01;
 
-/// Settings of the search for the size of an effect. One standstill more or less makes the strength jump; the nearest value at the jump
-/// is accepted.
-const SIZING: Sizing = Sizing { start: 0.3, trials: 25, close: 0.05, steps: [2.5, 2.0], narrow: 1e-3, leap: 0.7 };
+/// Settings of the search for the size of an effect. One standstill more or less makes the strength jump; the
+/// nearest value at the jump is accepted.
+const SIZING: Sizing =
+    Sizing { start: 0.3, trials: 25, close: 0.05, steps: [2.5, 2.0], narrow: 1e-3, leap: 0.7 };
 
 /// A test: motions, sensors, description.
 #[derive(Clone, Debug)]
@@ -75,7 +78,10 @@ impl Test {
     pub fn logs(&self, machine: &Machine) -> Vec<Log> {
         let mut perfect = machine.clone();
         perfect.drive.set.quantum_m = 0.0;
-        self.paths.par_iter().map(|(_, path)| self.sensors.exact(&perfect.run(path, COARSE_S, None))).collect()
+        self.paths
+            .par_iter()
+            .map(|(_, path)| self.sensors.exact(&perfect.run(path, COARSE_S, None)))
+            .collect()
     }
 
     /// Returns the rows of these records.
@@ -95,8 +101,8 @@ impl Test {
         logs.iter().enumerate().map(one).collect()
     }
 
-    /// Sets the noise such that nuisance parameters make the held-out gap `ratio` times its floor: first the force noise, then the scale
-    /// noise.
+    /// Sets the noise such that nuisance parameters make the held-out gap `ratio` times its floor: first the
+    /// force noise, then the scale noise.
     pub fn set_noise(&mut self, machine: &Machine, ratio: f64, draw: &Draw) {
         let logs = self.logs(machine);
         let base: Blocks = logs.iter().map(|log| rows(log, &self.belief)).collect();
@@ -108,7 +114,8 @@ impl Test {
             let force = rms(&base.iter().flat_map(|record| scales(&record[0])).collect::<Vec<f64>>());
             for _ in 0..3 {
                 let noise = self.noise_rows(&logs, &null.parameters, draw);
-                let only: Blocks = noise.into_iter().map(|mut record| vec![record.swap_remove(kind)]).collect();
+                let only: Blocks =
+                    noise.into_iter().map(|mut record| vec![record.swap_remove(kind)]).collect();
                 let factor = wanted / gap(&only, &[0.0; 4], &self.held_out, true);
                 if kind == 0 {
                     self.sensors.noise_n = (self.sensors.noise_n * factor).clamp(0.005 * force, 0.3 * force);
@@ -142,7 +149,9 @@ impl Gauge {
                 "viscous_friction" => 100.0 * best.parameters[1].abs().max(1.0),
                 _ => 100.0 * best.parameters[2].abs().max(best.parameters[3].abs()).max(10.0),
             };
-            let of = |rows: &Vec<Row>| rows.iter().map(|row| if row.moves { sd * row.columns[k] } else { 0.0 }).collect();
+            let of = |rows: &Vec<Row>| {
+                rows.iter().map(|row| if row.moves { sd * row.columns[k] } else { 0.0 }).collect()
+            };
             columns.push(whitened(base.iter().map(|record| record.iter().map(of).collect()), &noise));
         }
         for moved in directions(machine, limits.stroke_m) {
@@ -159,7 +168,10 @@ impl Gauge {
 
     /// Returns the whitened change of the rows from the machine without effects to the given machine.
     pub fn change(&self, machine: &Machine) -> DVector<f64> {
-        DVector::from_vec(whitened(differences(&self.test.blocks(machine), &self.base, &self.best.parameters), &self.noise))
+        DVector::from_vec(whitened(
+            differences(&self.test.blocks(machine), &self.base, &self.best.parameters),
+            &self.noise,
+        ))
     }
 
     /// Returns the part of a machine's effects that parameters and nuisance parameters cannot explain.
@@ -172,7 +184,13 @@ impl Gauge {
     }
 
     /// Finds the size at which an effect has a given non-centrality.
-    pub fn size_for(&self, effect: &Effect, machine: &Machine, limits: &MotionLimits, wanted: f64) -> Result<f64> {
+    pub fn size_for(
+        &self,
+        effect: &Effect,
+        machine: &Machine,
+        limits: &MotionLimits,
+        wanted: f64,
+    ) -> Result<f64> {
         SIZING.size_for(effect.kind.name(), effect.kind.largest(), wanted, |size| {
             let mut with = machine.clone();
             effect.sized(size).apply_to(&mut with, limits);
@@ -187,7 +205,8 @@ fn sd_of(noise: &[Noise]) -> Vec<f64> {
 
 /// Returns the differences of the residuals of two sets of records, by record and kind.
 fn differences(there: &Blocks, here: &Blocks, parameters: &[f64; 4]) -> impl Iterator<Item = Vec<Vec<f64>>> {
-    let of_kind = |(a, b): (&Vec<Row>, &Vec<Row>)| a.iter().zip(b).map(|(a, b)| differ(a, b, parameters)).collect();
+    let of_kind =
+        |(a, b): (&Vec<Row>, &Vec<Row>)| a.iter().zip(b).map(|(a, b)| differ(a, b, parameters)).collect();
     there.iter().zip(here).map(move |(a, b)| a.iter().zip(b).map(of_kind).collect())
 }
 
@@ -198,10 +217,15 @@ fn differ(there: &Row, here: &Row, parameters: &[f64; 4]) -> f64 {
 
 fn noise(base: &Blocks, drawn: &Blocks) -> Vec<Noise> {
     let of_kind = |kind: usize| {
-        let all = |blocks: &Blocks| -> Vec<f64> { blocks.iter().flat_map(|record| &record[kind]).map(|row| row.value).collect() };
+        let all = |blocks: &Blocks| -> Vec<f64> {
+            blocks.iter().flat_map(|record| &record[kind]).map(|row| row.value).collect()
+        };
         let values = all(drawn);
         let model = REPRODUCED * rms(&all(base));
-        let (sd, neighbours) = (rms(&values), values.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>() / values.len() as f64);
+        let (sd, neighbours) = (
+            rms(&values),
+            values.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>() / values.len() as f64,
+        );
         let sd_n = sd.hypot(model);
         Noise { sd_n, correlation: (neighbours / (sd_n * sd_n)).clamp(0.0, 0.95) }
     };

@@ -29,9 +29,18 @@ use crate::{Result, SimulatorError};
 pub fn generate_one(seed: u64, plan: &Plan, index: usize) -> Result<(Case, Label)> {
     let slot = plan.slots.get(index).ok_or(SimulatorError::NoSuchCase { index, count: plan.slots.len() })?;
     if let Some(layout) = slot.layout {
-        let refused = slot.effects.iter().chain(&slot.partner).find_map(|effect| Some((*effect, layout.refusal(*effect)?)));
+        let refused = slot
+            .effects
+            .iter()
+            .chain(&slot.partner)
+            .find_map(|effect| Some((*effect, layout.refusal(*effect)?)));
         if let Some((effect, reason)) = refused {
-            return Err(SimulatorError::NotOnLayout { index, effect: effect.name(), layout: layout.name(), reason });
+            return Err(SimulatorError::NotOnLayout {
+                index,
+                effect: effect.name(),
+                layout: layout.name(),
+                reason,
+            });
         }
     }
     let draw = Draw::new(seed).branch(0x6178_6973).branch(index as u64);
@@ -70,7 +79,11 @@ impl Choice {
         };
         let one_mass = draw.chance(0.5);
         let belt = slot.layout == Some(MotionLayout::BeltDriven);
-        let is_rigid = side == Side::Motor && !has(EffectKind::Backlash) && slot.kind != Kind::LookAlike && one_mass && !belt;
+        let is_rigid = side == Side::Motor
+            && !has(EffectKind::Backlash)
+            && slot.kind != Kind::LookAlike
+            && one_mass
+            && !belt;
         let weighing = draw.chance(0.3);
         let is_weighed = weighing || slot.effects.iter().any(|effect| effect.needs_weighing());
         let lacks = [(EffectKind::CoulombFriction, IDS[2]), (EffectKind::ViscousFriction, IDS[1])];
@@ -130,14 +143,17 @@ fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Resu
     let noncentrality = set_sizes(&mut choice, slot, &gauge, floor, draw)?;
     let machine = choice.with(&choice.effects);
     let wrong = (slot.kind == Kind::HardNullWrongParameter).then(|| wrong_parameter(&gauge, draw));
-    let with_rows: Blocks = if choice.effects.is_empty() { gauge.base.clone() } else { choice.test.blocks(&machine) };
+    let with_rows: Blocks =
+        if choice.effects.is_empty() { gauge.base.clone() } else { choice.test.blocks(&machine) };
     let frozen = wrong.as_ref().and_then(WrongParameter::frozen);
     let with = fitted(&with_rows, &gauge.noise_n(), &choice.test.held_out, &choice.test.belief, frozen);
     let mut label = labelled(slot, index, attempt, &choice, &gauge);
     label.noncentrality = noncentrality;
-    label.phases = if choice.effects.is_empty() { Vec::new() } else { phases_of(&gauge.unexplained(&machine)) };
+    label.phases =
+        if choice.effects.is_empty() { Vec::new() } else { phases_of(&gauge.unexplained(&machine)) };
     label.gap = Gap::new(floor, [gauge.best.fit, gauge.best.held_out], [with.fit, with.held_out]);
-    let data_fault = (slot.kind == Kind::HardNullBadChannel).then(|| (draw.index(choice.test.paths.len()), DataFault::random(draw)));
+    let data_fault = (slot.kind == Kind::HardNullBadChannel)
+        .then(|| (draw.index(choice.test.paths.len()), DataFault::random(draw)));
     let mut case = Case {
         name: label.case.clone(),
         belief: choice.test.belief.clone(),
@@ -155,7 +171,8 @@ fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Resu
         let test = choice.test.with_more(&choice.drawn.limits, &mut draw.branch(8));
         let records = recorded(&machine, &test, None, &draw.branch(2));
         let (name, fit) = (format!("{}-more", case.name), fitted_names(&test));
-        case.follow_up = Some(Box::new(Case { name, records, fit, quiet: quiet(&machine, &test), ..case.clone() }));
+        case.follow_up =
+            Some(Box::new(Case { name, records, fit, quiet: quiet(&machine, &test), ..case.clone() }));
     }
     if let Some(wrong) = wrong {
         if let Some(parameter) = case.belief.parameter_mut(wrong.name) {
@@ -169,12 +186,22 @@ fn attempted(slot: &Slot, index: usize, attempt: usize, draw: &mut Draw) -> Resu
 }
 
 fn fitted_names(test: &Test) -> Vec<String> {
-    test.paths.iter().zip(&test.held_out).filter(|(_, out)| !**out).map(|((name, _), _)| (*name).to_owned()).collect()
+    test.paths
+        .iter()
+        .zip(&test.held_out)
+        .filter(|(_, out)| !**out)
+        .map(|((name, _), _)| (*name).to_owned())
+        .collect()
 }
 
-/// Simulates the records: rounded encoders, a random motor force of 0.3 times the force noise, and noise of each record from its own
-/// branch.
-fn recorded(machine: &Machine, test: &Test, data_fault: Option<(usize, DataFault)>, draw: &Draw) -> Vec<Record> {
+/// Simulates the records: rounded encoders, a random motor force of 0.3 times the force noise, and noise of
+/// each record from its own branch.
+fn recorded(
+    machine: &Machine,
+    test: &Test,
+    data_fault: Option<(usize, DataFault)>,
+    draw: &Draw,
+) -> Vec<Record> {
     let one = |(k, (name, path)): (usize, &(&'static str, Path))| {
         let own = draw.branch(k as u64);
         let track = machine.run(path, STEP_S, Some((0.3 * test.sensors.noise_n, 30.0, &mut own.branch(1))));
@@ -188,7 +215,8 @@ fn recorded(machine: &Machine, test: &Test, data_fault: Option<(usize, DataFault
     test.paths.par_iter().enumerate().map(one).collect()
 }
 
-/// Simulates the held-out records without their random errors: exact encoder, no random motor force, but delayed sensors.
+/// Simulates the held-out records without their random errors: exact encoder, no random motor force, but
+/// delayed sensors.
 fn quiet(machine: &Machine, test: &Test) -> Vec<Record> {
     let mut exact = machine.clone();
     exact.drive.set.quantum_m = 0.0;
@@ -197,18 +225,27 @@ fn quiet(machine: &Machine, test: &Test) -> Vec<Record> {
         let log = sensors.read(&exact.run(path, STEP_S, None), |_| {}, &mut Draw::new(0));
         Record { name: (*name).to_owned(), log }
     };
-    let held_out: Vec<_> = test.paths.iter().zip(&test.held_out).filter(|(_, out)| **out).map(|(path, _)| path).collect();
+    let held_out: Vec<_> =
+        test.paths.iter().zip(&test.held_out).filter(|(_, out)| **out).map(|(path, _)| path).collect();
     held_out.into_par_iter().map(one).collect()
 }
 
 /// Gives each effect the size for its required strength and returns the non-centrality of each effect alone.
-fn set_sizes(choice: &mut Choice, slot: &Slot, gauge: &Gauge, floor: f64, draw: &mut Draw) -> Result<Vec<f64>> {
+fn set_sizes(
+    choice: &mut Choice,
+    slot: &Slot,
+    gauge: &Gauge,
+    floor: f64,
+    draw: &mut Draw,
+) -> Result<Vec<f64>> {
     let mut wanted = slot.strength.unwrap_or(Strength::Clear).noncentrality();
     let mut reached = Vec::new();
     for index in 0..choice.effects.len() {
         let effect = choice.effects[index].clone();
         let (machine, limits) = (&choice.drawn.machine, &choice.drawn.limits);
-        let mut size = sizing::size_or_weaker(index > 0, wanted, |wanted| gauge.size_for(&effect, machine, limits, wanted))?;
+        let mut size = sizing::size_or_weaker(index > 0, wanted, |wanted| {
+            gauge.size_for(&effect, machine, limits, wanted)
+        })?;
         if index == 0 && slot.strength == Some(Strength::Strong) {
             size = enlarged_size(choice, &effect, size, gauge, floor, draw)?;
         }
@@ -222,9 +259,16 @@ fn set_sizes(choice: &mut Choice, slot: &Slot, gauge: &Gauge, floor: f64, draw: 
 
 /// Returns an effect size of at least `least`.
 ///
-/// In half of the cases it is a usual size of the kind. Otherwise the gap with noise of the refitted description is 1.3 to 3 times the
-/// gap without the effect.
-fn enlarged_size(choice: &Choice, effect: &Effect, least: f64, gauge: &Gauge, floor: f64, draw: &mut Draw) -> Result<f64> {
+/// In half of the cases it is a usual size of the kind. Otherwise the gap with noise of the refitted
+/// description is 1.3 to 3 times the gap without the effect.
+fn enlarged_size(
+    choice: &Choice,
+    effect: &Effect,
+    least: f64,
+    gauge: &Gauge,
+    floor: f64,
+    draw: &mut Draw,
+) -> Result<f64> {
     let before = gauge.best.held_out.hypot(floor);
     let largest = effect.kind.largest();
     let (usual, ratio) = (draw.log_between(0.4, 1.5).min(largest), draw.between(1.3, 3.0));
@@ -233,33 +277,49 @@ fn enlarged_size(choice: &Choice, effect: &Effect, least: f64, gauge: &Gauge, fl
     }
     let gap_ratio = |size: f64| {
         let rows = choice.test.blocks(&choice.with([&effect.sized(size)]));
-        Ok(fitted(&rows, &gauge.noise_n(), &choice.test.held_out, &choice.test.belief, None).held_out.hypot(floor) / before)
+        Ok(fitted(&rows, &gauge.noise_n(), &choice.test.held_out, &choice.test.belief, None)
+            .held_out
+            .hypot(floor)
+            / before)
     };
     Ok(sizing::size_for_gap_ratio([least, largest], ratio, 6, gap_ratio)?.0)
 }
 
-/// Returns the phases in which an effect shows: at least half the largest mean square per row, or a third of the total.
+/// Returns the phases in which an effect shows: at least half the largest mean square per row, or a third of
+/// the total.
 fn phases_of(unexplained: &Unexplained) -> Vec<String> {
     let sums = |phase: Phase| {
         let own = unexplained.by_row.iter().filter(|(at, _)| *at == phase).map(|(_, square)| square);
         own.fold((0.0, 0usize), |(sum, count), square| (sum + square, count + 1))
     };
-    let all: Vec<(Phase, f64, usize)> = Phase::ALL.into_iter().map(|phase| (phase, sums(phase).0, sums(phase).1)).collect();
+    let all: Vec<(Phase, f64, usize)> =
+        Phase::ALL.into_iter().map(|phase| (phase, sums(phase).0, sums(phase).1)).collect();
     let density = |sum: f64, count: usize| if count == 0 { 0.0 } else { sum / count as f64 };
-    let (total, densest) =
-        all.iter().fold((0.0, 0.0), |(total, densest): (f64, f64), (_, sum, count)| (total + sum, densest.max(density(*sum, *count))));
+    let (total, densest) = all.iter().fold((0.0, 0.0), |(total, densest): (f64, f64), (_, sum, count)| {
+        (total + sum, densest.max(density(*sum, *count)))
+    });
     let shows = |sum: f64, count: usize| density(sum, count) >= 0.5 * densest || sum >= total / 3.0;
-    all.into_iter().filter(|(_, sum, count)| shows(*sum, *count)).map(|(phase, _, _)| phase.name().to_owned()).collect()
+    all.into_iter()
+        .filter(|(_, sum, count)| shows(*sum, *count))
+        .map(|(phase, _, _)| phase.name().to_owned())
+        .collect()
 }
 
 /// Builds the label with all values known before the records.
 fn labelled(slot: &Slot, index: usize, attempt: usize, choice: &Choice, gauge: &Gauge) -> Label {
     let alternatives = slot.effects.iter().filter_map(|effect| effect.indistinguishable_from());
     let known = IDS.into_iter().zip(gauge.best.parameters).filter(|(id, _)| choice.test.belief.has(id));
-    let values = |effect: &Effect| -> BTreeMap<String, f64> { effect.values(&choice.drawn.machine, &choice.drawn.limits) };
+    let values = |effect: &Effect| -> BTreeMap<String, f64> {
+        effect.values(&choice.drawn.machine, &choice.drawn.limits)
+    };
     Label {
         effects: slot.effects.iter().map(|effect| effect.name().to_owned()).collect(),
-        alternatives: slot.partner.into_iter().chain(alternatives).map(|effect| effect.name().to_owned()).collect(),
+        alternatives: slot
+            .partner
+            .into_iter()
+            .chain(alternatives)
+            .map(|effect| effect.name().to_owned())
+            .collect(),
         values: choice.effects.iter().map(values).collect(),
         places: slot.effects.iter().map(|effect| effect.place()).collect(),
         joints: known.map(|(id, value)| (id.to_owned(), value)).collect(),

@@ -60,26 +60,43 @@ pub struct Plan {
 impl Slot {
     /// Specifies a case of one kind without effects.
     pub fn plain(kind: Kind, side: Side) -> Self {
-        Self { kind, effects: Vec::new(), partner: None, strength: None, side, tour: Tour::Usual, layout: None }
+        Self {
+            kind,
+            effects: Vec::new(),
+            partner: None,
+            strength: None,
+            side,
+            tour: Tour::Usual,
+            layout: None,
+        }
     }
 
     /// Specifies a case of one library effect.
     pub fn single(effect: EffectKind, strength: Strength, side: Side) -> Self {
-        Self { effects: vec![effect], strength: Some(strength), ..Self::plain(Kind::Single, effect.side().unwrap_or(side)) }
+        Self {
+            effects: vec![effect],
+            strength: Some(strength),
+            ..Self::plain(Kind::Single, effect.side().unwrap_or(side))
+        }
     }
 
     /// Specifies a case of one of two effects that look alike in the chosen motions.
     pub fn look_alike(truth: EffectKind, partner: EffectKind, strength: Strength) -> Self {
-        // In slow reversals, backlash and the wind-up by dry friction move the table alike. In steady strokes, a delay and the wind-up
-        // lag alike.
+        // In slow reversals, backlash and the wind-up by dry friction move the table alike. In steady
+        // strokes, a delay and the wind-up lag alike.
         let tour = if [truth, partner].contains(&EffectKind::Backlash) { Tour::Gentle } else { Tour::Flat };
-        Self { kind: Kind::LookAlike, partner: Some(partner), tour, ..Self::single(truth, strength, Side::Table) }
+        Self {
+            kind: Kind::LookAlike,
+            partner: Some(partner),
+            tour,
+            ..Self::single(truth, strength, Side::Table)
+        }
     }
 }
 
 impl Plan {
-    /// Distributes the counts over strengths and sides, and shuffles the cases. Axes have no force level, so `contact_levels` has no
-    /// effect.
+    /// Distributes the counts over strengths and sides, and shuffles the cases. Axes have no force level, so
+    /// `contact_levels` has no effect.
     pub fn from_counts(counts: &Counts, seed: u64) -> Self {
         let strengths = [Strength::Weak, Strength::Strong, Strength::Clear];
         let clear = [Strength::Strong, Strength::Clear];
@@ -93,12 +110,16 @@ impl Plan {
             slots.extend((0..count).map(|index| Slot::plain(kind, side(index))));
         }
         for (number, effect) in EffectKind::LISTED.into_iter().enumerate() {
-            let one = |index: usize| Slot::single(effect, strengths[(index + number) % 3], side(index / 3 + index + number));
+            let one = |index: usize| {
+                Slot::single(effect, strengths[(index + number) % 3], side(index / 3 + index + number))
+            };
             slots.extend((0..counts.singles_per_effect).map(one));
         }
         for (number, effect) in EffectKind::UNLISTED.into_iter().enumerate() {
-            let one =
-                |index: usize| Slot { kind: Kind::Unknown, ..Slot::single(effect, clear[(index + number) % 2], side(index + number)) };
+            let one = |index: usize| Slot {
+                kind: Kind::Unknown,
+                ..Slot::single(effect, clear[(index + number) % 2], side(index + number))
+            };
             slots.extend((0..counts.unknowns_per_effect).map(one));
         }
         for (number, (first, second)) in EffectKind::LOOK_ALIKES.into_iter().enumerate() {
@@ -110,22 +131,31 @@ impl Plan {
         let mut draw = Draw::new(seed).branch(0x6d6f_7469_6f6e);
         for index in 0..counts.doubles {
             let first = EffectKind::LISTED[draw.index(EffectKind::LISTED.len())];
-            let others: Vec<EffectKind> = EffectKind::LISTED.into_iter().filter(|&other| first.is_distinct_from(other)).collect();
+            let others: Vec<EffectKind> =
+                EffectKind::LISTED.into_iter().filter(|&other| first.is_distinct_from(other)).collect();
             let second = others[draw.index(others.len())];
             let side = first.side().or(second.side()).unwrap_or(side(index));
-            slots.push(Slot { kind: Kind::Double, effects: vec![first, second], side, ..Slot::single(first, clear[index % 2], side) });
+            slots.push(Slot {
+                kind: Kind::Double,
+                effects: vec![first, second],
+                side,
+                ..Slot::single(first, clear[index % 2], side)
+            });
         }
         draw.shuffle(&mut slots);
         Self { slots }
     }
 
-    /// Plans cases of one layout, or of all in turn, every second turn with random motions. In a turn an effect goes to the next layout that can have it;
-    /// on one layout alone the cases of effects that it cannot have stay in the plan and are refused.
+    /// Plans cases of one layout, or of all in turn, every second turn with random motions. In a turn an
+    /// effect goes to the next layout that can have it; on one layout alone the cases of effects that it
+    /// cannot have stay in the plan and are refused.
     pub fn on_layouts(counts: &Counts, seed: u64, layout: Option<MotionLayout>) -> Self {
         let mut plan = Self::from_counts(counts, seed);
         let count = MotionLayout::ALL.len();
         for (index, slot) in plan.slots.iter_mut().enumerate() {
-            let can_have = |layout: &MotionLayout| slot.effects.iter().chain(&slot.partner).all(|effect| layout.refusal(*effect).is_none());
+            let can_have = |layout: &MotionLayout| {
+                slot.effects.iter().chain(&slot.partner).all(|effect| layout.refusal(*effect).is_none())
+            };
             let mut turn = MotionLayout::ALL.into_iter().cycle().skip(index % count).take(count);
             slot.layout = layout.or_else(|| turn.find(can_have));
             if slot.tour == Tour::Usual && index / count % 2 == 1 {

@@ -23,7 +23,8 @@ pub struct Case {
     pub records: Vec<Record>,
     /// Names of the fitted records; the others are held out.
     pub fit: Vec<String>,
-    /// The held-out records without noise, random motor force, jitter and rounding. They serve the evaluation and are not published.
+    /// The held-out records without noise, random motor force, jitter and rounding. They serve the evaluation
+    /// and are not published.
     pub quiet: Vec<Record>,
     /// Parameters that the case declares known and keeps at their start values.
     pub freeze: Vec<String>,

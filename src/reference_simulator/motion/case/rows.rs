@@ -1,4 +1,5 @@
-//! Inverse dynamics of a record: forces and the columns of the engineer's parameters, equally smoothed and thinned.
+//! Inverse dynamics of a record: forces and the columns of the engineer's parameters, equally smoothed and
+//! thinned.
 
 use crate::motion::belief::Belief;
 use crate::motion::phase::{Phase, phases};
@@ -27,7 +28,8 @@ pub struct Row {
     pub scale: f64,
     /// Phase.
     pub phase: Phase,
-    /// Whether the axis moves. At rest, static friction balances the force, and inverse dynamics does not apply.
+    /// Whether the axis moves. At rest, static friction balances the force, and inverse dynamics does not
+    /// apply.
     pub moves: bool,
 }
 
@@ -43,22 +45,34 @@ fn kernels() -> [Vec<f64>; 3] {
     // Exact on a line and on a parabola, despite the truncated tails of the kernel.
     let slope: f64 = kernel.iter().enumerate().map(|(k, value)| value * at(k) * at(k)).sum();
     let first: Vec<f64> = kernel.iter().enumerate().map(|(k, value)| value * at(k) / slope).collect();
-    let fourth: f64 = kernel.iter().enumerate().map(|(k, value)| value * at(k).powi(2) * (at(k).powi(2) - slope)).sum();
-    let second: Vec<f64> = kernel.iter().enumerate().map(|(k, value)| 2.0 * value * (at(k).powi(2) - slope) / fourth).collect();
+    let fourth: f64 =
+        kernel.iter().enumerate().map(|(k, value)| value * at(k).powi(2) * (at(k).powi(2) - slope)).sum();
+    let second: Vec<f64> =
+        kernel.iter().enumerate().map(|(k, value)| 2.0 * value * (at(k).powi(2) - slope) / fourth).collect();
     [kernel, first, second]
 }
 
-/// Computes the rows of the recorded force. For a scale at the table it adds, where the loops are proportional, rows of the force that the drive gives
-/// for the scale's reading: k_v (k_p (r − x) + f ṙ − ẋ), with x transferred to the motor by the stiffness of the described nut.
+/// Computes the rows of the recorded force. For a scale at the table it adds, where the loops are
+/// proportional, rows of the force that the drive gives for the scale's reading: k_v (k_p (r − x) + f ṙ − ẋ),
+/// with x transferred to the motor by the stiffness of the described nut.
 pub fn rows(log: &Log, belief: &Belief) -> Vec<Vec<Row>> {
     let kernels = kernels();
     let count = log.command_m.len();
-    let apply =
-        |kernel: &[f64], values: &[f64], k: usize| -> f64 { kernel.iter().zip(&values[k - REACH..=k + REACH]).map(|(a, b)| a * b).sum() };
-    let speeds: Vec<f64> =
-        (0..count).map(|k| if k < REACH || k + REACH >= count { 0.0 } else { apply(&kernels[1], &log.position_m, k) / RECORD_S }).collect();
+    let apply = |kernel: &[f64], values: &[f64], k: usize| -> f64 {
+        kernel.iter().zip(&values[k - REACH..=k + REACH]).map(|(a, b)| a * b).sum()
+    };
+    let speeds: Vec<f64> = (0..count)
+        .map(|k| {
+            if k < REACH || k + REACH >= count {
+                0.0
+            } else {
+                apply(&kernels[1], &log.position_m, k) / RECORD_S
+            }
+        })
+        .collect();
     let still = STILL * speeds.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
-    let directions: Vec<f64> = speeds.iter().map(|speed| if speed.abs() < still { 0.0 } else { speed.signum() }).collect();
+    let directions: Vec<f64> =
+        speeds.iter().map(|speed| if speed.abs() < still { 0.0 } else { speed.signum() }).collect();
     let phases = phases(&log.command_m, RECORD_S);
     let motor_kg = belief.motor_kg.unwrap_or(0.0);
     let compares_tracking = belief.side == Side::Table && belief.gives_encoder();
@@ -76,7 +90,8 @@ pub fn rows(log: &Log, belief: &Belief) -> Vec<Vec<Row>> {
             let windup_m = (measured_n - motor_kg * acceleration) / belief.nut[0];
             let stiffness = belief.set.velocity_gain_n_s_m * belief.set.position_gain_1_s;
             let ahead = belief.set.feed_forward * apply(&kernels[1], &log.command_m, k) / RECORD_S;
-            let value = stiffness * (error - windup_m) + belief.set.velocity_gain_n_s_m * (ahead - speed) - motor_kg * acceleration;
+            let value = stiffness * (error - windup_m) + belief.set.velocity_gain_n_s_m * (ahead - speed)
+                - motor_kg * acceleration;
             tracking.push(Row { value, scale: stiffness * error, ..row });
         }
     }

@@ -9,7 +9,8 @@ use crate::motion::path::{Path, Piece};
 pub enum Tour {
     /// Strokes at several speeds, reversals and sines; other strokes are held out.
     Usual,
-    /// Moves between random positions, a stepped sweep of sines, a creep with pauses; other moves and a sine are held out.
+    /// Moves between random positions, a stepped sweep of sines, a creep with pauses; other moves and a sine
+    /// are held out.
     Random,
     /// Slow reversals at very low acceleration.
     Gentle,
@@ -71,7 +72,12 @@ fn usual(limits: &MotionLimits, draw: &mut Draw) -> Vec<(&'static str, Path)> {
         at(0.1, 1.0),
     ];
     let from = |start: f64, pieces| Path { start_m: start * limits.stroke_m, pieces };
-    vec![("strokes", from(0.03, strokes)), ("reversals", from(0.5, reversals)), ("sines", from(0.5, sines)), ("mixed", from(0.05, mixed))]
+    vec![
+        ("strokes", from(0.03, strokes)),
+        ("reversals", from(0.5, reversals)),
+        ("sines", from(0.5, sines)),
+        ("mixed", from(0.05, mixed)),
+    ]
 }
 
 /// Moves at random, and sines of half to three times the frequency that reaches both limits.
@@ -98,13 +104,22 @@ fn random(limits: &MotionLimits, draw: &mut Draw) -> Vec<(&'static str, Path)> {
     let mut creep = Vec::new();
     for _ in 0..4 {
         let speed = draw.log_between(0.04, 0.25);
-        creep.extend([stroke(limits, 0.5 + 0.15 * speed, speed, 0.4), Piece::Dwell(0.06), stroke(limits, 0.5, speed, 0.4)]);
+        creep.extend([
+            stroke(limits, 0.5 + 0.15 * speed, speed, 0.4),
+            Piece::Dwell(0.06),
+            stroke(limits, 0.5, speed, 0.4),
+        ]);
     }
     let first = moves(6, 0.1, draw);
     let mut held_out = moves(5, 0.05, draw);
     held_out.extend([stroke(limits, 0.5, 0.5, 0.5), sine(0.8, 0.7)]);
     let from_middle = |pieces| Path { start_m: 0.5 * limits.stroke_m, pieces };
-    vec![("moves", from_middle(first)), ("sweep", from_middle(sweep)), ("creep", from_middle(creep)), ("mixed", from_middle(held_out))]
+    vec![
+        ("moves", from_middle(first)),
+        ("sweep", from_middle(sweep)),
+        ("creep", from_middle(creep)),
+        ("mixed", from_middle(held_out)),
+    ]
 }
 
 fn gentle(limits: &MotionLimits, draw: &mut Draw) -> Vec<(&'static str, Path)> {

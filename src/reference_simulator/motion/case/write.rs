@@ -8,8 +8,8 @@ use crate::Result;
 use crate::file::{write_motions, write_text};
 use crate::motion::run::{Log, RECORD_S, Side};
 
-/// Writes a case as a measurement set with its machine: `manifest.toml`, `motion/*.csv`, `machine.toml`. The files contain nothing of the
-/// label. A follow-up is a case of its own and needs its own call.
+/// Writes a case as a measurement set with its machine: `manifest.toml`, `motion/*.csv`, `machine.toml`. The
+/// files contain nothing of the label. A follow-up is a case of its own and needs its own call.
 pub fn write_case(folder: &Path, case: &Case) -> Result<()> {
     write_set(folder, case, &case.fit, &case.records)?;
     write_text(&folder.join("machine.toml"), &case.belief.to_toml())
@@ -31,7 +31,9 @@ fn write_set(folder: &Path, case: &Case, fit: &[String], records: &[Record]) -> 
 
 fn rows(log: &Log) -> String {
     let mut text = String::from("time_s,command_m,position_m,force_n\n");
-    for (k, ((command, position), force)) in log.command_m.iter().zip(&log.position_m).zip(&log.force_n).enumerate() {
+    for (k, ((command, position), force)) in
+        log.command_m.iter().zip(&log.position_m).zip(&log.force_n).enumerate()
+    {
         let _ = writeln!(text, "{:.3},{command:.9e},{position:.9e},{force:.6e}", k as f64 * RECORD_S);
     }
     text

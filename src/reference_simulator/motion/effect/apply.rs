@@ -70,7 +70,9 @@ impl Effect {
                 axis.guide.presliding_m += reach;
                 axis.bearing.presliding_m += 0.3 * reach;
             }
-            Kind::PositionFriction => axis.guide.position_waves.extend(waves(0.15 * size, limits.stroke_m, 4, &mut draw)),
+            Kind::PositionFriction => {
+                axis.guide.position_waves.extend(waves(0.15 * size, limits.stroke_m, 4, &mut draw))
+            }
             Kind::LoadFriction => axis.guide.load_coefficient += 0.04 * size,
             Kind::Backlash => {
                 axis.nut.backlash_m += 1.5e-5 * size;
@@ -82,7 +84,8 @@ impl Effect {
                 let soft = stiffness_for(axis.masses_kg, frequency_hz);
                 // In series with the existing compliance: size 0 changes nothing.
                 axis.coupling.stiffness_n_m = stiff * soft / (stiff + soft);
-                axis.coupling.damping_n_s_m = axis.coupling.stiffness_n_m * 2.0 * self.scaled(0, 0.03, 0.1) / (TAU * frequency_hz);
+                axis.coupling.damping_n_s_m =
+                    axis.coupling.stiffness_n_m * 2.0 * self.scaled(0, 0.03, 0.1) / (TAU * frequency_hz);
             }
             Kind::ControlDelay => {
                 machine.drive.dead_time_s += 5e-4 * size;
@@ -94,20 +97,32 @@ impl Effect {
                     let phase_rad = draw.within(PI);
                     let per_m = order / self.lead_m();
                     axis.cogging.push(Wave { amplitude: 0.03 * size * part * push_n, per_m, phase_rad });
-                    axis.ripple.push(Wave { amplitude: 0.01 * size * part, per_m, phase_rad: phase_rad + 1.0 });
+                    axis.ripple.push(Wave {
+                        amplitude: 0.01 * size * part,
+                        per_m,
+                        phase_rad: phase_rad + 1.0,
+                    });
                 }
             }
             Kind::LeadError => {
                 axis.pitch.extend(waves(4e-6 * size, limits.stroke_m, 3, &mut draw));
                 for (order, part) in [(1.0, 1.0), (2.0, 0.3)] {
-                    axis.pitch.push(Wave { amplitude: 2e-6 * size * part, per_m: order / self.lead_m(), phase_rad: draw.within(PI) });
+                    axis.pitch.push(Wave {
+                        amplitude: 2e-6 * size * part,
+                        per_m: order / self.lead_m(),
+                        phase_rad: draw.within(PI),
+                    });
                 }
             }
             Kind::LeadGrowth => {
                 let (fixed_m, time_s) = (-self.scaled(0, 0.05, 0.3), self.scaled(1, 60.0, 400.0));
-                axis.thermal_expansion = ThermalExpansion { strain: 6e-5 * size, time_s, elapsed_s: time_s, fixed_m };
+                axis.thermal_expansion =
+                    ThermalExpansion { strain: 6e-5 * size, time_s, elapsed_s: time_s, fixed_m };
             }
-            Kind::MovingMass => axis.masses_kg[2] = (axis.masses_kg[2] + 0.05 * size * self.sign * mass_kg).max(0.3 * axis.masses_kg[2]),
+            Kind::MovingMass => {
+                axis.masses_kg[2] =
+                    (axis.masses_kg[2] + 0.05 * size * self.sign * mass_kg).max(0.3 * axis.masses_kg[2])
+            }
             Kind::CableChain
             | Kind::LoadPendulum
             | Kind::GreaseLumps
@@ -124,7 +139,13 @@ impl Effect {
     }
 
     /// Returns the unlisted effect of an unlisted kind.
-    fn unlisted(&self, limits: &MotionLimits, mass_kg: f64, dry_n: f64, draw: &mut Draw) -> Option<UnlistedEffect> {
+    fn unlisted(
+        &self,
+        limits: &MotionLimits,
+        mass_kg: f64,
+        dry_n: f64,
+        draw: &mut Draw,
+    ) -> Option<UnlistedEffect> {
         let size = self.size;
         Some(match self.kind {
             Kind::CableChain => UnlistedEffect::CableChain {
@@ -143,12 +164,23 @@ impl Effect {
                     width_m: draw.between(0.02, 0.06) * limits.stroke_m,
                     force_n: 0.5 * size * dry_n * draw.between(0.5, 1.0),
                 };
-                UnlistedEffect::Grease { lumps: (0..4).map(|_| lump()).collect(), left: self.scaled(0, 0.6, 0.9) }
+                UnlistedEffect::Grease {
+                    lumps: (0..4).map(|_| lump()).collect(),
+                    left: self.scaled(0, 0.6, 0.9),
+                }
             }
-            Kind::ScaleCogging => UnlistedEffect::ScaleCogging { amplitude_m: 8e-7 * size, period_m: self.scaled(0, 4e-4, 2e-3) },
+            Kind::ScaleCogging => UnlistedEffect::ScaleCogging {
+                amplitude_m: 8e-7 * size,
+                period_m: self.scaled(0, 4e-4, 2e-3),
+            },
             Kind::AmplifierDeadZone => UnlistedEffect::DeadZone { force_n: 0.15 * size * dry_n },
-            Kind::RunningIn => UnlistedEffect::RunningIn { excess: 0.3 * size, time_s: self.scaled(0, 0.8, 3.0) },
-            Kind::WiperCreep => UnlistedEffect::WiperCreep { stiffness_n_m: 8.0 * size * dry_n, time_s: self.scaled(0, 0.05, 0.4) },
+            Kind::RunningIn => {
+                UnlistedEffect::RunningIn { excess: 0.3 * size, time_s: self.scaled(0, 0.8, 3.0) }
+            }
+            Kind::WiperCreep => UnlistedEffect::WiperCreep {
+                stiffness_n_m: 8.0 * size * dry_n,
+                time_s: self.scaled(0, 0.05, 0.4),
+            },
             _ => return None,
         })
     }
@@ -159,8 +191,16 @@ impl Effect {
         self.apply_to(&mut with, limits);
         let (old, new) = (&machine.axis, &with.axis);
         let pairs = [
-            ("coulomb_n", old.bearing.coulomb_n + old.guide.coulomb_n, new.bearing.coulomb_n + new.guide.coulomb_n),
-            ("viscous_n_s_m", old.bearing.viscous_n_s_m + old.guide.viscous_n_s_m, new.bearing.viscous_n_s_m + new.guide.viscous_n_s_m),
+            (
+                "coulomb_n",
+                old.bearing.coulomb_n + old.guide.coulomb_n,
+                new.bearing.coulomb_n + new.guide.coulomb_n,
+            ),
+            (
+                "viscous_n_s_m",
+                old.bearing.viscous_n_s_m + old.guide.viscous_n_s_m,
+                new.bearing.viscous_n_s_m + new.guide.viscous_n_s_m,
+            ),
             ("rise", old.guide.excess, new.guide.excess),
             ("fall_m_s", old.guide.stribeck_m_s, new.guide.stribeck_m_s),
             ("lean_dry", old.guide.asymmetry[0], new.guide.asymmetry[0]),
@@ -174,8 +214,11 @@ impl Effect {
             ("growth_strain", old.thermal_expansion.strain, new.thermal_expansion.strain),
             ("moving_mass_kg", old.moving_mass_kg(), new.moving_mass_kg()),
         ];
-        let mut out: BTreeMap<String, f64> =
-            pairs.into_iter().filter(|(_, before, after)| before != after).map(|(name, _, after)| (name.to_owned(), after)).collect();
+        let mut out: BTreeMap<String, f64> = pairs
+            .into_iter()
+            .filter(|(_, before, after)| before != after)
+            .map(|(name, _, after)| (name.to_owned(), after))
+            .collect();
         out.insert("size".to_owned(), self.size);
         out
     }

@@ -63,7 +63,8 @@ use Effect::*;
 
 impl Effect {
     /// Pairs of effects that the first records can hardly distinguish.
-    pub const LOOK_ALIKES: [(Self, Self); 2] = [(Backlash, DriveFlexibility), (ControlDelay, DriveFlexibility)];
+    pub const LOOK_ALIKES: [(Self, Self); 2] =
+        [(Backlash, DriveFlexibility), (ControlDelay, DriveFlexibility)];
 
     /// Returns the only sensor location that shows the effect, if there is one.
     pub fn side(self) -> Option<Side> {
@@ -121,9 +122,8 @@ impl Effect {
     /// Returns the location, in names of the engineer's model.
     pub fn place(self) -> Place {
         let names: &[&str] = match self {
-            CoulombFriction | ViscousFriction | StribeckFriction | FrictionAsymmetry | PreslidingFriction | PositionFriction => {
-                &["table", "guide", "friction"]
-            }
+            CoulombFriction | ViscousFriction | StribeckFriction | FrictionAsymmetry | PreslidingFriction
+            | PositionFriction => &["table", "guide", "friction"],
             LoadFriction => &["nut", "table", "guide", "friction"],
             Backlash => &["nut", "screw", "table"],
             DriveFlexibility => &["coupling", "screw", "motor", "table"],
@@ -131,7 +131,9 @@ impl Effect {
             ForceGain => &["measurement", "drive", "motor"],
             TorqueRipple => &["motor", "drive"],
             LeadError | LeadGrowth => &["screw", "nut", "measurement"],
-            MovingMass | CableChain | LoadPendulum | GreaseLumps | WiperCreep | RunningIn => &["table", "guide", "friction"],
+            MovingMass | CableChain | LoadPendulum | GreaseLumps | WiperCreep | RunningIn => {
+                &["table", "guide", "friction"]
+            }
             ScaleCogging => &["measurement", "motor"],
         };
         Place::new(names)

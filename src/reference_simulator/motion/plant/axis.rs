@@ -62,7 +62,8 @@ impl Axis {
         self.masses_kg.iter().sum()
     }
 
-    /// Returns the table position by a stationary scale: lead error and thermal expansion act between motor and table.
+    /// Returns the table position by a stationary scale: lead error and thermal expansion act between motor
+    /// and table.
     pub fn scale_m(&self, position_m: f64, time_s: f64) -> f64 {
         let warm = 1.0 - (-(time_s + self.thermal_expansion.elapsed_s) / self.thermal_expansion.time_s).exp();
         position_m
@@ -93,7 +94,9 @@ impl Axis {
     /// Returns the factor on the sliding friction while the oil is cold; 1 when it is warm.
     pub fn oil_factor(&self, time_s: f64) -> f64 {
         self.unlisted.iter().fold(1.0, |oil_factor, unlisted| match unlisted {
-            UnlistedEffect::RunningIn { excess, time_s: constant } => oil_factor * (1.0 + excess * (-time_s / constant).exp()),
+            UnlistedEffect::RunningIn { excess, time_s: constant } => {
+                oil_factor * (1.0 + excess * (-time_s / constant).exp())
+            }
             _ => oil_factor,
         })
     }

@@ -1,4 +1,5 @@
-//! Friction of one surface: elastic elements that slip in sequence, a level that falls with speed, and an oil film.
+//! Friction of one surface: elastic elements that slip in sequence, a level that falls with speed, and an oil
+//! film.
 
 use super::wave::{Wave, wave_sum};
 
@@ -25,7 +26,8 @@ pub struct Friction {
     pub excess: f64,
     /// Stribeck speed, m/s.
     pub stribeck_m_s: f64,
-    /// Relative excess of Coulomb and of viscous friction in the forward direction; the backward direction lacks as much.
+    /// Relative excess of Coulomb and of viscous friction in the forward direction; the backward direction
+    /// lacks as much.
     pub asymmetry: [f64; 2],
     /// Relative decrease of the viscous coefficient at the reference speed.
     pub thinning: f64,
@@ -74,15 +76,21 @@ impl Friction {
 
     /// Computes the force against the motion, with the dry level of the position.
     ///
-    /// Elements Σ αᵢ s yᵢ with s = (F_c (1 + w(x)) + μ|N|) (1 + r / cosh(v/v_f)) (1 + l y), and the film f v (1 + l′ tanh) / (1 + κ
+    /// Elements Σ αᵢ s yᵢ with s = (F_c (1 + w(x)) + μ|N|) (1 + r / cosh(v/v_f)) (1 + l y), and the film f v
+    /// (1 + l′ tanh) / (1 + κ
     /// |v|/v_r).
     pub fn force(&self, elements: &FrictionElements, level_n: f64, speed_m_s: f64, load_n: f64) -> f64 {
-        let stribeck = if self.excess == 0.0 { 0.0 } else { self.excess / (speed_m_s / self.stribeck_m_s).cosh() };
+        let stribeck =
+            if self.excess == 0.0 { 0.0 } else { self.excess / (speed_m_s / self.stribeck_m_s).cosh() };
         let level = (level_n + self.load_coefficient * load_n.abs()) * (1.0 + stribeck);
         let carried: f64 = elements.deflection.iter().zip(SHARES).map(|(value, share)| value * share).sum();
-        let asymmetry =
-            if self.asymmetry[1] == 0.0 { 0.0 } else { self.asymmetry[1] * (speed_m_s / (0.05 * self.reference_speed_m_s)).tanh() };
-        let film = self.viscous_n_s_m * speed_m_s * (1.0 + asymmetry) / (1.0 + self.thinning * speed_m_s.abs() / self.reference_speed_m_s);
+        let asymmetry = if self.asymmetry[1] == 0.0 {
+            0.0
+        } else {
+            self.asymmetry[1] * (speed_m_s / (0.05 * self.reference_speed_m_s)).tanh()
+        };
+        let film = self.viscous_n_s_m * speed_m_s * (1.0 + asymmetry)
+            / (1.0 + self.thinning * speed_m_s.abs() / self.reference_speed_m_s);
         level * carried * (1.0 + self.asymmetry[0] * carried) + film
     }
 }

@@ -16,19 +16,26 @@ pub struct Contact {
 impl Contact {
     /// Returns elastic force and damping at a relative displacement.
     ///
-    /// The force is k ε ln[(1 + e^{(Δ−b/2)/ε}) / (1 + e^{−(Δ+b/2)/ε})]; the damping grows with the degree of contact of the flanks. Both
-    /// are linear for b = 0.
+    /// The force is k ε ln[(1 + e^{(Δ−b/2)/ε}) / (1 + e^{−(Δ+b/2)/ε})]; the damping grows with the degree of
+    /// contact of the flanks. Both are linear for b = 0.
     pub fn force(&self, shift_m: f64) -> (f64, f64) {
         if self.backlash_m == 0.0 {
             return (self.stiffness_n_m * shift_m, self.damping_n_s_m);
         }
-        let (right, left) = ((shift_m - 0.5 * self.backlash_m) / self.edge_m, (-shift_m - 0.5 * self.backlash_m) / self.edge_m);
+        let (right, left) = (
+            (shift_m - 0.5 * self.backlash_m) / self.edge_m,
+            (-shift_m - 0.5 * self.backlash_m) / self.edge_m,
+        );
         let soft = |u: f64| if u > 30.0 { u } else { u.exp().ln_1p() };
         let touch = |u: f64| 1.0 / (1.0 + (-u).exp());
-        (self.stiffness_n_m * self.edge_m * (soft(right) - soft(left)), self.damping_n_s_m * (touch(right) + touch(left)))
+        (
+            self.stiffness_n_m * self.edge_m * (soft(right) - soft(left)),
+            self.damping_n_s_m * (touch(right) + touch(left)),
+        )
     }
 
-    /// Returns the elastic energy at a relative displacement, by the trapezoidal rule from the middle of the backlash.
+    /// Returns the elastic energy at a relative displacement, by the trapezoidal rule from the middle of the
+    /// backlash.
     #[cfg(test)]
     pub fn energy(&self, shift_m: f64) -> f64 {
         let parts = 2000;

@@ -71,7 +71,10 @@ fn cases_match_their_labels() {
         assert!((least..2.0).contains(&ratio), "{ratio}");
         if let Some(more) = &case.follow_up {
             assert!(more.records.len() > case.records.len() && more.belief == case.belief);
-            assert!(more.records[0].log != case.records[0].log, "the follow-up is a new test of the same axis");
+            assert!(
+                more.records[0].log != case.records[0].log,
+                "the follow-up is a new test of the same axis"
+            );
         }
     }
 }
@@ -85,14 +88,16 @@ fn smooth(values: &[f64], half: usize) -> Vec<f64> {
     mean(&mean(values))
 }
 
-/// Fits mass, viscous and dry friction and offset by least squares to the fitted records; returns residual over force of the held-out
-/// one.
+/// Fits mass, viscous and dry friction and offset by least squares to the fitted records; returns residual
+/// over force of the held-out one.
 fn simple_gap(case: &Case) -> f64 {
     let motor_kg = case.belief.motor_kg.unwrap_or(0.0);
     let rows = |name: &str| -> Vec<(Vector4<f64>, f64, f64)> {
         let log = &case.records.iter().find(|record| record.name == name).unwrap().log;
         let speed = |x: &[f64]| -> Vec<f64> {
-            (0..x.len()).map(|k| (x[(k + 1).min(x.len() - 1)] - x[k.saturating_sub(1)]) / (2.0 * RECORD_S)).collect()
+            (0..x.len())
+                .map(|k| (x[(k + 1).min(x.len() - 1)] - x[k.saturating_sub(1)]) / (2.0 * RECORD_S))
+                .collect()
         };
         let v = smooth(&speed(&log.position_m), 4);
         let a = speed(&v);
@@ -111,8 +116,12 @@ fn simple_gap(case: &Case) -> f64 {
         right += columns * value;
     }
     let found = normal.cholesky().unwrap().solve(&right);
-    let held: Vec<_> =
-        case.records.iter().filter(|record| !case.fit.contains(&record.name)).flat_map(|record| rows(&record.name)).collect();
+    let held: Vec<_> = case
+        .records
+        .iter()
+        .filter(|record| !case.fit.contains(&record.name))
+        .flat_map(|record| rows(&record.name))
+        .collect();
     let (residual, all) = held.iter().fold((0.0, 0.0), |(residual, all), (columns, value, force)| {
         (residual + (value - columns.dot(&found)).powi(2), all + force * force)
     });
@@ -191,9 +200,17 @@ fn follow_up_distinguishes_look_alikes() {
         let (machine, limits) = (choice.drawn.machine.clone(), choice.drawn.limits);
         choice.test.set_noise(&machine, 1.5, &draw);
         let first = Gauge::new(choice.test.clone(), &machine, &limits, &draw).unwrap();
-        let more = Gauge::new(choice.test.with_more(&limits, &mut draw.branch(8)), &machine, &limits, &draw).unwrap();
-        let (few, all) = (unexplained_share(&first, &choice, truth, partner), unexplained_share(&more, &choice, truth, partner));
-        println!("{} after {}: share not explained {few:.2}, {all:.2} with the follow-up", truth.name(), partner.name());
+        let more = Gauge::new(choice.test.with_more(&limits, &mut draw.branch(8)), &machine, &limits, &draw)
+            .unwrap();
+        let (few, all) = (
+            unexplained_share(&first, &choice, truth, partner),
+            unexplained_share(&more, &choice, truth, partner),
+        );
+        println!(
+            "{} after {}: share not explained {few:.2}, {all:.2} with the follow-up",
+            truth.name(),
+            partner.name()
+        );
         assert!(few < 0.5 && all > few + 0.25, "{} / {}: {few} then {all}", truth.name(), partner.name());
     }
 }
@@ -205,8 +222,11 @@ fn effects_vanish_at_size_zero_and_have_a_location() {
     let mut draw = Draw::new(8);
     let choice = Choice::random(&Slot::plain(Kind::Null, Side::Table), 0, &mut draw);
     let limits = choice.drawn.limits;
-    let stroke =
-        |to: f64| Piece::Stroke { to_m: to * limits.stroke_m, speed_m_s: limits.speed_m_s, acceleration_m_s2: limits.acceleration_m_s2 };
+    let stroke = |to: f64| Piece::Stroke {
+        to_m: to * limits.stroke_m,
+        speed_m_s: limits.speed_m_s,
+        acceleration_m_s2: limits.acceleration_m_s2,
+    };
     let path = Path { start_m: 0.1 * limits.stroke_m, pieces: vec![stroke(0.6), stroke(0.3)] };
     let base = choice.drawn.machine.run(&path, STEP_S, None);
     for kind in EffectKind::LISTED.into_iter().chain(EffectKind::UNLISTED) {
@@ -282,7 +302,11 @@ fn plans_contain_every_case_in_shuffled_order() {
         assert_eq!(count(Kind::LookAlike), 2 * EffectKind::LOOK_ALIKES.len() * counts.look_alikes_per_truth);
         assert_eq!(count(Kind::Unknown), EffectKind::UNLISTED.len() * counts.unknowns_per_effect);
         for effect in EffectKind::LISTED {
-            let singles: Vec<_> = plan.slots.iter().filter(|slot| slot.kind == Kind::Single && slot.effects == [effect]).collect();
+            let singles: Vec<_> = plan
+                .slots
+                .iter()
+                .filter(|slot| slot.kind == Kind::Single && slot.effects == [effect])
+                .collect();
             assert_eq!(singles.len(), counts.singles_per_effect);
             let strengths: BTreeSet<_> = singles.iter().map(|slot| slot.strength).collect();
             assert_eq!(strengths.len(), counts.singles_per_effect.min(3));

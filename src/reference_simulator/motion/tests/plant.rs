@@ -18,14 +18,17 @@ fn modal(axis: &Axis, position: [f64; 3], speed: [f64; 3], time_s: f64) -> Vecto
     let stiffness = Matrix3::new(a, -a, 0.0, -a, a + b, -b, 0.0, -b, b);
     let modes = (root * stiffness * root).symmetric_eigen();
     let back = root.try_inverse().unwrap();
-    let (start, rate) =
-        (modes.eigenvectors.transpose() * back * Vector3::from(position), modes.eigenvectors.transpose() * back * Vector3::from(speed));
+    let (start, rate) = (
+        modes.eigenvectors.transpose() * back * Vector3::from(position),
+        modes.eigenvectors.transpose() * back * Vector3::from(speed),
+    );
     let now = Vector3::from_fn(|k, _| {
         let square = modes.eigenvalues[k];
         if square < 1e-3 {
             start[k] + rate[k] * time_s
         } else {
-            start[k] * (square.sqrt() * time_s).cos() + rate[k] * (square.sqrt() * time_s).sin() / square.sqrt()
+            start[k] * (square.sqrt() * time_s).cos()
+                + rate[k] * (square.sqrt() * time_s).sin() / square.sqrt()
         }
     });
     root * modes.eigenvectors * now
@@ -119,11 +122,14 @@ fn pendulum_has_its_frequency_and_wiper_its_time_constant() {
     axis.unlisted = vec![UnlistedEffect::Pendulum { mass_kg: 5.0, omega_rad_s: 60.0, ratio: 0.0 }];
     let mut chain = Chain::at_rest(&axis, 0.0);
     chain.speed_m_s = [0.01; 3];
-    // The table keeps its speed and the body swings about it. The momentum given to the body is m v (1 − cos ωt).
+    // The table keeps its speed and the body swings about it. The momentum given to the body is m v (1 − cos
+    // ωt).
     let mut momenta = Vec::new();
     for _ in 0..4000 {
         chain.step(&axis, 25e-6, 0.0);
-        momenta.push(0.01 * 2.001e6 - axis.masses_kg.iter().zip(chain.speed_m_s).map(|(m, v)| m * v).sum::<f64>());
+        momenta.push(
+            0.01 * 2.001e6 - axis.masses_kg.iter().zip(chain.speed_m_s).map(|(m, v)| m * v).sum::<f64>(),
+        );
     }
     for (k, given) in momenta.iter().enumerate() {
         let time = 25e-6 * (k + 1) as f64;

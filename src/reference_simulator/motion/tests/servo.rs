@@ -8,7 +8,10 @@ use crate::motion::plant::Friction;
 use crate::motion::run::{Machine, RECORD_S, STEP_S, Sensors, Side};
 
 fn stroke(to_m: f64, speed_m_s: f64) -> Path {
-    Path { start_m: 0.05, pieces: vec![Piece::Stroke { to_m, speed_m_s, acceleration_m_s2: 2.0 }, Piece::Dwell(0.3)] }
+    Path {
+        start_m: 0.05,
+        pieces: vec![Piece::Stroke { to_m, speed_m_s, acceleration_m_s2: 2.0 }, Piece::Dwell(0.3)],
+    }
 }
 
 #[test]
@@ -53,7 +56,8 @@ fn limit_following_error_is_speed_over_gain_and_friction_over_stiffness() {
     }
 }
 
-/// Full velocity feed-forward and an integral velocity loop are a PID controller: u = k_v·((k_p + 1/T_i)·e + ė + (k_p/T_i)·∫e dt).
+/// Full velocity feed-forward and an integral velocity loop are a PID controller: u = k_v·((k_p + 1/T_i)·e +
+/// ė + (k_p/T_i)·∫e dt).
 #[test]
 fn limit_cascade_with_feed_forward_and_integral_is_a_pid_controller() {
     let integral_time_s = 0.05;
@@ -66,14 +70,17 @@ fn limit_cascade_with_feed_forward_and_integral_is_a_pid_controller() {
         let found = loops.sample(&drive, 1e-3 * f64::from(k), reference, position, 0.0);
         let proportional = drive.set.position_gain_1_s * error + before / integral_time_s;
         let expected = drive.set.velocity_gain_n_s_m
-            * (proportional + (error - before) / drive.set.period_s + drive.set.position_gain_1_s / integral_time_s * sum);
+            * (proportional
+                + (error - before) / drive.set.period_s
+                + drive.set.position_gain_1_s / integral_time_s * sum);
         assert!((found - expected).abs() < 1e-9 * drive.set.velocity_gain_n_s_m, "{found} for {expected}");
         sum += error * drive.set.period_s;
         before = error;
     }
 }
 
-/// A scale in the position loop with an integral velocity loop holds the table against a pull; the motor's encoder leaves the deflection.
+/// A scale in the position loop with an integral velocity loop holds the table against a pull; the motor's
+/// encoder leaves the deflection.
 #[test]
 fn limit_a_scale_in_the_loop_removes_the_deflection_at_the_table() {
     let mut axis = ideal_axis();
@@ -91,7 +98,8 @@ fn limit_a_scale_in_the_loop_removes_the_deflection_at_the_table() {
     assert!(error_m(true).abs() < 0.02 * deflection, "{}", error_m(true));
 }
 
-/// The force at constant speed is the friction curve, stated here independently: level, Stribeck fall, asymmetry, thinning.
+/// The force at constant speed is the friction curve, stated here independently: level, Stribeck fall,
+/// asymmetry, thinning.
 #[test]
 fn constant_speed_shows_the_friction_curve() {
     let mut machine = Machine { axis: ideal_axis(), drive: drive() };
@@ -110,13 +118,25 @@ fn constant_speed_shows_the_friction_curve() {
     for speed in [0.01f64, 0.03, 0.1, 0.3] {
         for sign in [1.0, -1.0] {
             let start = if sign > 0.0 { 0.05 } else { 0.65 };
-            let path =
-                Path { start_m: start, pieces: vec![Piece::Stroke { to_m: start + sign * 0.6, speed_m_s: speed, acceleration_m_s2: 5.0 }] };
+            let path = Path {
+                start_m: start,
+                pieces: vec![Piece::Stroke {
+                    to_m: start + sign * 0.6,
+                    speed_m_s: speed,
+                    acceleration_m_s2: 5.0,
+                }],
+            };
             let track = machine.run(&Path { pieces: path.pieces.clone(), ..path }, STEP_S, None);
             let force = track.force_n[1500];
-            let dry = 30.0 * (1.0 + 0.5 * 2.0 / ((speed / 0.02).exp() + (-speed / 0.02).exp())) * (1.0 + sign * 0.1);
+            let dry = 30.0
+                * (1.0 + 0.5 * 2.0 / ((speed / 0.02).exp() + (-speed / 0.02).exp()))
+                * (1.0 + sign * 0.1);
             let wet = 200.0 * speed * (1.0 + sign * 0.2 * (speed / 0.02).tanh()) / (1.0 + 0.3 * speed / 0.4);
-            assert!((force - sign * (dry + wet)).abs() < 1e-2 * (dry + wet), "{speed} {sign}: {force} for {}", dry + wet);
+            assert!(
+                (force - sign * (dry + wet)).abs() < 1e-2 * (dry + wet),
+                "{speed} {sign}: {force} for {}",
+                dry + wet
+            );
         }
     }
 }
@@ -131,10 +151,17 @@ fn dead_time_changes_the_force_only_during_acceleration() {
         machine.run(&path, STEP_S, None)
     };
     let (without, with) = (motion(0.0), motion(5e-4));
-    // During acceleration the demand leads the motion by the dead time: its loop error grows, and its plateau is unchanged.
-    let change: f64 = with.force_n.iter().zip(&without.force_n).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    // During acceleration the demand leads the motion by the dead time: its loop error grows, and its plateau
+    // is unchanged.
+    let change: f64 =
+        with.force_n.iter().zip(&without.force_n).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(change > 0.1, "{change}");
-    assert!((with.force_n[1200] - without.force_n[1200]).abs() < 0.05, "{} {}", with.force_n[1200], without.force_n[1200]);
+    assert!(
+        (with.force_n[1200] - without.force_n[1200]).abs() < 0.05,
+        "{} {}",
+        with.force_n[1200],
+        without.force_n[1200]
+    );
     assert_eq!(quantised(1.26, 0.5), 1.5);
     assert_eq!(quantised(1.26, 0.0), 1.26);
 }
@@ -168,6 +195,7 @@ fn sensors_have_the_stated_rounding_delay_and_noise_for_a_seed() {
     assert!((neighbours - 0.5 * (-0.1256f64).exp()).abs() < 0.02, "{neighbours}");
     assert_eq!(track.command_m.len(), (stroke(0.35, 0.2).duration_s() / RECORD_S).ceil() as usize + 1);
     // The random motor force has its own seed.
-    let with_motor_noise = |seed| machine().run(&stroke(0.35, 0.2), STEP_S, Some((1.0, 30.0, &mut Draw::new(seed)))).force_n;
+    let with_motor_noise =
+        |seed| machine().run(&stroke(0.35, 0.2), STEP_S, Some((1.0, 30.0, &mut Draw::new(seed)))).force_n;
     assert!(with_motor_noise(1) == with_motor_noise(1) && with_motor_noise(1) != with_motor_noise(2));
 }

@@ -21,14 +21,15 @@ fn limit_following_error_is_speed_over_gain() {
     assert!(error.abs() < 1e-3 * 0.1 / 120.0, "{error}");
 }
 
-/// A sine through the linear axis: x/r = k V/(s + k V) at s = iω. The velocity loop is V = (800 s + 800/T_i)/(s² + 800 s + 800/T_i); the
-/// hold of a demand adds a mean delay of half a millisecond.
+/// A sine through the linear axis: x/r = k V/(s + k V) at s = iω. The velocity loop is V = (800 s +
+/// 800/T_i)/(s² + 800 s + 800/T_i); the hold of a demand adds a mean delay of half a millisecond.
 #[test]
 fn limit_sine_response_is_that_of_the_cascade() {
     let omega = std::f64::consts::TAU;
     let command: Vec<f64> = (0..3000).map(|k| 0.01 * (omega * f64::from(k) * 1e-3).sin()).collect();
     let record = ideal_run(&linear(), &command);
-    let (reference, answer) = (tone(&command[2000..], omega, 1e-3), tone(&record.position_m[2000..], omega, 1e-3));
+    let (reference, answer) =
+        (tone(&command[2000..], omega, 1e-3), tone(&record.position_m[2000..], omega, 1e-3));
     let complex = |re: f64, im: f64| num(re, im);
     let measured = complex(answer.0, answer.1).over(complex(reference.0, reference.1));
     let velocity = complex(20_000.0, 800.0 * omega).over(complex(20_000.0 - omega * omega, 800.0 * omega));
@@ -85,7 +86,10 @@ fn voltage_and_current_keep_their_limits() {
         furthest = furthest.max(machine.plant.table_m());
     }
     assert!(volts <= limit * (1.0 + 1e-12) && volts > 0.999 * limit, "{volts} of {limit}");
-    assert!(amperes < 1.05 * axis.nominal.current_limit_a && amperes > 0.5 * axis.nominal.current_limit_a, "{amperes}");
+    assert!(
+        amperes < 1.05 * axis.nominal.current_limit_a && amperes > 0.5 * axis.nominal.current_limit_a,
+        "{amperes}"
+    );
     assert!((machine.plant.table_m() - 0.002).abs() < 2e-5, "{}", machine.plant.table_m());
     assert!(furthest < 0.0022, "{furthest}");
 }
@@ -107,7 +111,8 @@ fn paths_begin_at_rest_and_keep_their_feeds() {
     assert!(y[500] < 0.1 * x[500] && x[500] > 0.0, "tangential along x");
 }
 
-/// Two revolutions of three seconds coincide, in command and in motion; the circle of the motion differs from the command.
+/// Two revolutions of three seconds coincide, in command and in motion; the circle of the motion differs from
+/// the command.
 #[test]
 fn circle_closes() {
     let circle = Circle { speed_rad_min: 20.0 * std::f64::consts::TAU, ..Circle::of(60.0) };
@@ -132,14 +137,23 @@ fn circle_closes() {
 fn inadmissible_values_are_refused_by_name() {
     let mut axis = Axis::x();
     axis.nominal.table_kg = f64::NAN;
-    assert!(matches!(run(&axis, &Sensors::default(), &[0.0], 1), Err(SimulatorError::Refused { key: "table_kg", .. })));
+    assert!(matches!(
+        run(&axis, &Sensors::default(), &[0.0], 1),
+        Err(SimulatorError::Refused { key: "table_kg", .. })
+    ));
     let sensors = Sensors { scale_step_m: -1.0, ..Sensors::default() };
-    assert!(matches!(run(&Axis::x(), &sensors, &[0.0], 1), Err(SimulatorError::Refused { key: "scale_step_m", .. })));
+    assert!(matches!(
+        run(&Axis::x(), &sensors, &[0.0], 1),
+        Err(SimulatorError::Refused { key: "scale_step_m", .. })
+    ));
     assert!(matches!(Feed::of(0.0).commands_m(), Err(SimulatorError::Refused { key: "feed_mm_min", .. })));
     let mut axis = Axis::x();
     axis.nominal.table_friction.viscous_n_s_m = f64::NAN;
     assert!(matches!(axis.check(), Err(SimulatorError::Refused { key: "viscous_n_s_m", .. })));
     let mut axis = Axis::x();
     axis.nominal.loops.position_gain_1_s = -120.0;
-    assert!(matches!(run(&axis, &Sensors::default(), &ramp(0.1, 2.0), 1), Err(SimulatorError::Diverged { .. })));
+    assert!(matches!(
+        run(&axis, &Sensors::default(), &ramp(0.1, 2.0), 1),
+        Err(SimulatorError::Diverged { .. })
+    ));
 }

@@ -20,7 +20,10 @@ fn thermal_expansion_is_proportional_to_travel() {
         let expansion_m = expanded.table_m[k] - without.table_m[k];
         assert!((expansion_m - 5e-5 * without.position_m[k]).abs() < 5e-9, "{expansion_m} at {k}");
     }
-    assert!(largest(expanded.position_m.iter().zip(&without.position_m).map(|(a, b)| a - b)) < 1e-8, "the encoder reading changes");
+    assert!(
+        largest(expanded.position_m.iter().zip(&without.position_m).map(|(a, b)| a - b)) < 1e-8,
+        "the encoder reading changes"
+    );
 }
 
 /// A rising strain moves the table at a standing screw: γ (1 − e^{−t/τ}) · 0.3 m from the fixed bearing.
@@ -37,14 +40,18 @@ fn thermal_expansion_rises_with_time_from_the_fixed_bearing() {
 #[test]
 fn lead_error_repeats_every_turn() {
     // One revolution, 16 mm, takes 800 ms.
-    let record = ideal_run(&linear_with(Missing { lead_error_m: 0.8e-6, ..Missing::none() }), &ramp(0.02, 3.0));
+    let record =
+        ideal_run(&linear_with(Missing { lead_error_m: 0.8e-6, ..Missing::none() }), &ramp(0.02, 3.0));
     let error: Vec<f64> = record.table_m.iter().zip(&record.position_m).map(|(a, b)| a - b).collect();
     for k in 500..1300 {
         assert!((error[k] - error[k + 800]).abs() < 2e-9, "{k}");
     }
     let (re, im) = tone(&error[500..1300], TAU / 0.8, 1e-3);
     assert!((re.hypot(im) - 0.8e-6).abs() < 1e-8, "{}", re.hypot(im));
-    assert!(error[500..1300].iter().sum::<f64>() / 800.0 + 0.8e-6 * 0.7f64.sin() < 1e-8, "the error is not zero at the start");
+    assert!(
+        error[500..1300].iter().sum::<f64>() / 800.0 + 0.8e-6 * 0.7f64.sin() < 1e-8,
+        "the error is not zero at the start"
+    );
     let without = ideal_run(&linear(), &ramp(0.02, 3.0));
     assert!(largest((500..2900).map(|k| without.table_m[k] - without.position_m[k])) < 1e-10);
 }
@@ -67,8 +74,10 @@ fn ripple_shows_in_the_torque_once_and_24_times_per_turn() {
 fn presliding_shows_at_reversals() {
     let feed = Feed { amplitude_m: 0.02, ramp_s: 0.2, ..Feed::of(2000.0) };
     let command = feed.commands_m().unwrap();
-    let (elastic, dry) =
-        (ideal_run(&with(Missing { presliding_m: 5e-6, ..Missing::none() }), &command), ideal_run(&with(Missing::none()), &command));
+    let (elastic, dry) = (
+        ideal_run(&with(Missing { presliding_m: 5e-6, ..Missing::none() }), &command),
+        ideal_run(&with(Missing::none()), &command),
+    );
     let period = TAU / feed.speed_rad_s();
     let (mut near, mut far) = (0.0f64, 0.0f64);
     for k in 0..command.len() {
@@ -89,7 +98,10 @@ fn presliding_shows_at_reversals() {
 fn extra_mass_shows_in_the_torque() {
     let feed = Feed { amplitude_m: 0.02, ramp_s: 0.2, ..Feed::of(6000.0) };
     let command = feed.commands_m().unwrap();
-    let (light, heavy) = (ideal_run(&linear(), &command), ideal_run(&linear_with(Missing { extra_kg: 60.0, ..Missing::none() }), &command));
+    let (light, heavy) = (
+        ideal_run(&linear(), &command),
+        ideal_run(&linear_with(Missing { extra_kg: 60.0, ..Missing::none() }), &command),
+    );
     let omega = feed.speed_rad_s();
     let period = (TAU / omega / 1e-3).round() as usize;
     let tail = command.len() - 1 - period..command.len() - 1;
@@ -100,8 +112,9 @@ fn extra_mass_shows_in_the_torque() {
     assert!(largest(heavy.table_m.iter().zip(&light.table_m).map(|(a, b)| a - b)) < 2e-6);
 }
 
-/// A lag between the loops moves the table by a·t/k_v towards the command's past, t the mean age of the demand: T/(e^{T/τ} − 1) for a lag τ in samples of T
-/// = 1 ms. At F6000 with 50 mm that is 0.2 m/s² · 4.2 ms / 120 1/s = 7 µm.
+/// A lag between the loops moves the table by a·t/k_v towards the command's past, t the mean age of the
+/// demand: T/(e^{T/τ} − 1) for a lag τ in samples of T = 1 ms. At F6000 with 50 mm that is 0.2 m/s² · 4.2 ms
+/// / 120 1/s = 7 µm.
 #[test]
 fn lag_delays_in_proportion_to_acceleration() {
     let lag_s: f64 = 4.7e-3;
@@ -109,7 +122,10 @@ fn lag_delays_in_proportion_to_acceleration() {
     for feed_mm_min in [3000.0, 6000.0] {
         let feed = Feed { amplitude_m: 0.05, ramp_s: 0.5, ..Feed::of(feed_mm_min) };
         let command = feed.commands_m().unwrap();
-        let (direct, late) = (ideal_run(&linear(), &command), ideal_run(&linear_with(Missing { lag_s, ..Missing::none() }), &command));
+        let (direct, late) = (
+            ideal_run(&linear(), &command),
+            ideal_run(&linear_with(Missing { lag_s, ..Missing::none() }), &command),
+        );
         let omega = feed.speed_rad_s();
         let half = command.len() / 2..command.len();
         let off = half.map(|k| (late.table_m[k] - direct.table_m[k]).abs()).fold(0.0, f64::max);

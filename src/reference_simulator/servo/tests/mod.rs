@@ -36,7 +36,8 @@ fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
     values.into_iter().fold(0.0, |a, b| a.max(b.abs()))
 }
 
-/// Returns the component at an angular frequency of equidistant values over whole periods: 2/n Σ v e^{−iωt}, real and imaginary part.
+/// Returns the component at an angular frequency of equidistant values over whole periods: 2/n Σ v e^{−iωt},
+/// real and imaginary part.
 fn tone(values: &[f64], omega: f64, step: f64) -> (f64, f64) {
     let sum = values.iter().enumerate().fold((0.0, 0.0), |sum, (k, value)| {
         let (sin, cos) = (omega * step * k as f64).sin_cos();

@@ -15,7 +15,8 @@ use crate::servo::plant::Plant;
 use crate::servo::run::{Machine, STEPS, run_in};
 use crate::servo::sensor::Sensors;
 
-/// A stiff axis is an oscillator of second order after a step of u_q, where u_d = −ω_e L_q i_q keeps i_d at zero:
+/// A stiff axis is an oscillator of second order after a step of u_q, where u_d = −ω_e L_q i_q keeps i_d at
+/// zero:
 ///
 /// i_q = U/(L ω_d) e^{−σt} sin ω_d t with σ = R/2L and ω_n² = k_T p ψ/(J L).
 #[test]
@@ -40,7 +41,10 @@ fn limit_motor_is_of_second_order() {
     }
     let peak = volts / (inductance * damped);
     assert!(worst < 2e-3 * peak, "{worst} of {peak}");
-    assert!((torque_nm(&nominal, [0.0, 12.5 * 2f64.sqrt()]) / 18.0 - 1.0).abs() < 2e-3, "torque at 12.5 A is not 18 N·m");
+    assert!(
+        (torque_nm(&nominal, [0.0, 12.5 * 2f64.sqrt()]) / 18.0 - 1.0).abs() < 2e-3,
+        "torque at 12.5 A is not 18 N·m"
+    );
 }
 
 /// A table on a screw that does not turn vibrates with sqrt(k/m) and decays with c/2m.
@@ -54,7 +58,8 @@ fn limit_table_on_a_held_screw_is_an_oscillator() {
     for k in 1..=10_000 {
         plant.step(&axis, 5e-6, [0.0; 2]);
         let time = f64::from(k) * 5e-6;
-        let expected = 1e-6 * (-decay * time).exp() * ((damped * time).cos() + decay / damped * (damped * time).sin());
+        let expected =
+            1e-6 * (-decay * time).exp() * ((damped * time).cos() + decay / damped * (damped * time).sin());
         assert!((plant.table_m() - expected).abs() < 1e-12, "{} for {expected} at {time}", plant.table_m());
     }
 }
@@ -63,8 +68,10 @@ fn limit_table_on_a_held_screw_is_an_oscillator() {
 fn electrical_energy_is_stored_or_dissipated() {
     let mut axis = with(Missing { growth_time_s: 0.5, ..Missing::default() });
     axis.nominal.inductance_h = [2.0e-3, 2.6e-3];
-    axis.nominal.screw_friction = Friction { coulomb_n: 40.0, excess_n: 10.0, stribeck_m_s: 0.02, viscous_n_s_m: 100.0 };
-    let command = Feed { amplitude_m: 0.01, ramp_s: 0.2, periods: 2, ..Feed::of(3000.0) }.commands_m().unwrap();
+    axis.nominal.screw_friction =
+        Friction { coulomb_n: 40.0, excess_n: 10.0, stribeck_m_s: 0.02, viscous_n_s_m: 100.0 };
+    let command =
+        Feed { amplitude_m: 0.01, ramp_s: 0.2, periods: 2, ..Feed::of(3000.0) }.commands_m().unwrap();
     let balance = |steps: usize| {
         let mut machine = Machine::at_rest(&axis, &Sensors::default());
         let before = machine.plant.stored_j(&axis);
@@ -74,7 +81,9 @@ fn electrical_energy_is_stored_or_dissipated() {
                 machine.advance(command, steps);
             }
             let stored = machine.plant.stored_j(&axis) - before;
-            worst = worst.max((machine.plant.input_j() - stored - machine.plant.dissipated_j().iter().sum::<f64>()).abs());
+            worst = worst.max(
+                (machine.plant.input_j() - stored - machine.plant.dissipated_j().iter().sum::<f64>()).abs(),
+            );
         }
         (worst, machine.plant)
     };
@@ -90,14 +99,15 @@ fn electrical_energy_is_stored_or_dissipated() {
 fn half_the_step_moves_the_table_by_less_than_a_tenth_of_a_nanometre() {
     for axis in [Axis::x(), Axis::y(), with(Missing::none())] {
         let command = Feed { amplitude_m: 0.02, ramp_s: 0.2, ..Feed::of(6000.0) }.commands_m().unwrap();
-        let table_m = |steps| run_in(&axis, &Sensors::perfect(), &command, &mut Draw::new(0), steps).unwrap().table_m;
+        let table_m =
+            |steps| run_in(&axis, &Sensors::perfect(), &command, &mut Draw::new(0), steps).unwrap().table_m;
         let off = largest(table_m(STEPS).iter().zip(&table_m(2 * STEPS)).map(|(a, b)| a - b));
         assert!(off > 0.0 && off < 1e-10, "{off}");
     }
 }
 
-/// At constant speed the motor torque is the friction, stated here independently. The table lags the motor by half the backlash and by
-/// the compliance of nut and shaft; after the reversal the lag has the other sign.
+/// At constant speed the motor torque is the friction, stated here independently. The table lags the motor by
+/// half the backlash and by the compliance of nut and shaft; after the reversal the lag has the other sign.
 #[test]
 fn limit_constant_speed_shows_friction_backlash_and_stiffness() {
     let axis = with(Missing { presliding_m: 5e-6, ..Missing::none() });
@@ -113,14 +123,19 @@ fn limit_constant_speed_shows_friction_backlash_and_stiffness() {
         let home = there + there / 2;
         for (at, sign) in [(there, 1.0), (home, -1.0)] {
             let torque: f64 = record.torque_nm[at - 100..at].iter().sum::<f64>() / 100.0;
-            assert!((torque * sign / (force * ratio) - 1.0).abs() < 2e-3, "{torque} for {} at {speed}", force * ratio);
+            assert!(
+                (torque * sign / (force * ratio) - 1.0).abs() < 2e-3,
+                "{torque} for {} at {speed}",
+                force * ratio
+            );
             let lag = (record.position_m[at] - record.table_m[at]) * sign;
             assert!((lag - behind).abs() < 1e-8, "{lag} for {behind} at {speed}");
         }
     }
 }
 
-/// Inside the backlash the nut has no force. Outside it is a spring that never pulls; its force is the gradient of its energy.
+/// Inside the backlash the nut has no force. Outside it is a spring that never pulls; its force is the
+/// gradient of its energy.
 #[test]
 fn limit_nut_only_pushes() {
     let nominal = Axis::x().nominal;
@@ -140,7 +155,8 @@ fn limit_nut_only_pushes() {
     }
 }
 
-/// Slipping elements obey Masing's rule: the curve after a reversal from full slip is the initial curve, twice as long and twice as high.
+/// Slipping elements obey Masing's rule: the curve after a reversal from full slip is the initial curve,
+/// twice as long and twice as high.
 #[test]
 fn limit_friction_reverses_by_masings_rule() {
     let law = Friction { coulomb_n: 150.0, excess_n: 0.0, stribeck_m_s: 0.01, viscous_n_s_m: 0.0 };

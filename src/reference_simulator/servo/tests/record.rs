@@ -26,8 +26,16 @@ fn sensor_errors_have_their_stated_sizes() {
     let exact = run(&axis, &Sensors::perfect(), &command, 1).unwrap();
     let late = run(&axis, &Sensors { scale_delay_s: 1e-5, ..Sensors::perfect() }, &command, 1).unwrap();
     assert!((exact.table_m[900] - late.table_m[900] - 1e-6).abs() < 1e-9);
-    let noisy = run(&axis, &Sensors { scale_noise_m: 1e-7, torque_noise_nm: 0.05, ..Sensors::perfect() }, &command, 1).unwrap();
-    let sd = |a: &[f64], b: &[f64]| (a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>() / a.len() as f64).sqrt();
+    let noisy = run(
+        &axis,
+        &Sensors { scale_noise_m: 1e-7, torque_noise_nm: 0.05, ..Sensors::perfect() },
+        &command,
+        1,
+    )
+    .unwrap();
+    let sd = |a: &[f64], b: &[f64]| {
+        (a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>() / a.len() as f64).sqrt()
+    };
     assert!((sd(&exact.table_m, &noisy.table_m) / 1e-7 - 1.0).abs() < 0.1);
     assert!((sd(&exact.torque_nm, &noisy.torque_nm) / 0.05 - 1.0).abs() < 0.1);
     let usual = run(&axis, &Sensors::default(), &command, 1).unwrap();
@@ -47,21 +55,28 @@ fn sets_contain_their_records() {
     let manifest: toml::Table = manifest.parse().unwrap();
     assert_eq!(manifest["split"]["fit"], toml::Value::from(vec!["F1000", "F6000"]));
     let motion = manifest["motion"].as_array().unwrap();
-    assert_eq!(motion.iter().map(|record| record["name"].as_str().unwrap()).collect::<Vec<_>>(), ["F1000", "F2500", "F6000"]);
+    assert_eq!(
+        motion.iter().map(|record| record["name"].as_str().unwrap()).collect::<Vec<_>>(),
+        ["F1000", "F2500", "F6000"]
+    );
     for (feed, record) in feeds.iter().zip(motion) {
         let text = std::fs::read_to_string(folder.path().join(record["file"].as_str().unwrap())).unwrap();
         assert_eq!(text.lines().next(), Some("time_s,command_m,position_m,table_m,torque_nm"));
         let command = feed.commands_m().unwrap();
         assert_eq!(text.lines().count(), 1 + command.len());
-        let last: Vec<f64> = text.lines().last().unwrap().split(',').map(|cell| cell.parse().unwrap()).collect();
+        let last: Vec<f64> =
+            text.lines().last().unwrap().split(',').map(|cell| cell.parse().unwrap()).collect();
         assert!((last[0] - (command.len() - 1) as f64 * 1e-3).abs() < 1e-9);
         assert!((last[1] - command[command.len() - 1]).abs() < 1e-12);
         assert!((last[2] - last[1]).abs() < 1e-3 && (last[3] - last[2]).abs() < 2e-5);
     }
 
     let circles = [Circle { radius_m: 0.005, ramp_s: 0.1, revolutions: 1, ..Circle::of(600.0) }];
-    write_circles(&folder.path().join("circle"), [&Axis::x(), &Axis::y()], &Sensors::default(), &circles, 5).unwrap();
-    let rows = |axis: &str| std::fs::read_to_string(folder.path().join(format!("circle/{axis}/motion/circle-600.csv"))).unwrap();
+    write_circles(&folder.path().join("circle"), [&Axis::x(), &Axis::y()], &Sensors::default(), &circles, 5)
+        .unwrap();
+    let rows = |axis: &str| {
+        std::fs::read_to_string(folder.path().join(format!("circle/{axis}/motion/circle-600.csv"))).unwrap()
+    };
     assert_eq!(rows("x").lines().count(), rows("y").lines().count());
     assert_ne!(rows("x"), rows("y"));
 }
