@@ -101,14 +101,15 @@ pub fn read_machine_text(
     let is_stated = |id: &str| stated.get("parameter").and_then(|parameters| parameters.get(id)).is_some();
     let renamed = if file.effect.is_empty() { None } else { renamed_keys(path, text) };
     let mut effects = effect_library()?;
-    let of_library = effects.len();
-    for own in std::mem::take(&mut file.effect) {
-        let own = own.effect().map_err(in_file)?;
-        if effects.iter().any(|e| e.id == own.id) {
-            return Err(content(format!("effect «{}» is defined already; choose another id", own.id)));
+    let mut own: Vec<Effect> = Vec::new();
+    for effect in std::mem::take(&mut file.effect) {
+        let effect = effect.effect().map_err(in_file)?;
+        if effects.iter().chain(&own).any(|e| e.id == effect.id) {
+            return Err(content(format!("effect «{}» is defined already; choose another id", effect.id)));
         }
-        effects.push(own);
+        own.push(effect);
     }
+    effects.extend(own.iter().cloned());
     for id in without {
         if !file.effects.contains(id) {
             let known = if file.effects.is_empty() { "none".into() } else { file.effects.join(", ") };
@@ -116,7 +117,6 @@ pub fn read_machine_text(
             return Err(ConfigError::Setting { key: "without", given: id.clone(), fault });
         }
     }
-    let own = effects[of_library..].to_vec();
     let title = file.title.split_whitespace().collect::<Vec<_>>().join(" ");
     let measurements = file.measurements.take();
     let share_s = file.stiffness_proportional_damping_s;
@@ -144,18 +144,7 @@ pub fn read_machine_text(
     };
     let mut machine = empty.with(&patch).map_err(in_file)?;
     let effects = one_of_each(effects, &machine);
-    let is_of_withheld = |id: &String| {
-        effects
-            .iter()
-            .any(|e| e.id == *id && e.refines.as_ref().is_some_and(|refined| without.contains(refined)))
-    };
-    for id in contained.iter().filter(|id| !without.contains(id) && !is_of_withheld(id)) {
-        let effect = effects.iter().find(|e| e.id == *id).ok_or_else(|| {
-            let known: Vec<&str> = effects.iter().map(|e| e.id.as_str()).collect();
-            in_file(fault("effects", format!("no effect is called «{id}»; there are {}", known.join(", "))))
-        })?;
-        machine = machine.with_effect(effect).map_err(in_file)?;
-    }
+    machine = with_contained(machine, &contained, &effects, without).map_err(in_file)?;
     let is_set = |key: &str| {
         stated.get("tolerance").and_then(|section| number(section.get(key)?)).is_some_and(|x| x != 0.0)
     };
@@ -165,24 +154,7 @@ pub fn read_machine_text(
             "the machine has no quantity with this tolerance; remove the key",
         )));
     }
-    for effect in &own {
-        let others = || effects.iter().map(|e| e.id.as_str()).filter(|id| *id != effect.id);
-        if let Some(id) = effect.refines.as_deref().filter(|id| others().all(|other| other != *id)) {
-            let remedy = format!(
-                "no other effect is called «{id}»; there are {}",
-                others().collect::<Vec<_>>().join(", ")
-            );
-            return Err(in_file(fault(format!("effect «{}», refines", effect.id), remedy)));
-        }
-    }
-    // A removed effect may have contained a part that another effect needs.
-    for effect in own.iter().filter(|effect| without.is_empty() && !machine.effects.contains(&effect.id)) {
-        let elsewhere = machine.missing_part(&Effect { at: None, ..effect.clone() }).is_some();
-        if let Some(error) = machine.with_effect(effect).err().filter(|_| !elsewhere) {
-            let remedy = format!("{error}; or list in its needs the parts that only other machines have");
-            return Err(in_file(fault(format!("effect «{}»", effect.id), remedy)));
-        }
-    }
+    check_own_effects(&own, &effects, &machine, without).map_err(in_file)?;
     let removed: Vec<&str> = effects
         .iter()
         .filter(|e| without.contains(&e.id))
@@ -207,6 +179,54 @@ pub fn read_machine_text(
         measurements,
         effects,
     })
+}
+
+/// Returns the machine with the effects that its file lists, without the removed ones and those that refine
+/// them.
+fn with_contained(
+    mut machine: Machine,
+    contained: &[String],
+    effects: &[Effect],
+    without: &[String],
+) -> Result<Machine, MachineError> {
+    let refines_removed =
+        |effect: &Effect| effect.refines.as_ref().is_some_and(|refined| without.contains(refined));
+    for id in contained.iter().filter(|id| !without.contains(id)) {
+        let effect = effects.iter().find(|e| e.id == *id).ok_or_else(|| {
+            let known: Vec<&str> = effects.iter().map(|e| e.id.as_str()).collect();
+            fault("effects", format!("no effect is called «{id}»; there are {}", known.join(", ")))
+        })?;
+        if !refines_removed(effect) {
+            machine = machine.with_effect(effect)?;
+        }
+    }
+    Ok(machine)
+}
+
+/// Checks that the effects of a file refine known ones and suit the machine.
+fn check_own_effects(
+    own: &[Effect],
+    all: &[Effect],
+    machine: &Machine,
+    without: &[String],
+) -> Result<(), MachineError> {
+    for effect in own {
+        let others = || all.iter().map(|e| e.id.as_str()).filter(|id| *id != effect.id);
+        if let Some(id) = effect.refines.as_deref().filter(|id| others().all(|other| other != *id)) {
+            let known = others().collect::<Vec<_>>().join(", ");
+            let remedy = format!("no other effect is called «{id}»; there are {known}");
+            return Err(fault(format!("effect «{}», refines", effect.id), remedy));
+        }
+    }
+    // A removed effect may have contained a part that another effect needs.
+    for effect in own.iter().filter(|effect| without.is_empty() && !machine.effects.contains(&effect.id)) {
+        let elsewhere = machine.missing_part(&Effect { at: None, ..effect.clone() }).is_some();
+        if let Some(error) = machine.with_effect(effect).err().filter(|_| !elsewhere) {
+            let remedy = format!("{error}; or list in its needs the parts that only other machines have");
+            return Err(fault(format!("effect «{}»", effect.id), remedy));
+        }
+    }
+    Ok(())
 }
 
 /// Former names of keys of an `[[effect]]` and of its `rescale` entries, which are still accepted, with their

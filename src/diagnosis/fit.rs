@@ -1,19 +1,15 @@
 //! Fits of hypotheses, jointly with the nominal parameters and the nuisance parameters.
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::amplitudes::amplitudes;
 use super::evidence::{Domain, DomainObjective, PartialGap, gaps};
 use super::hypothesis::Hypothesis;
 use identification::objective::{ObjectiveError, operating};
-use identification::{
-    CHI_SQUARE_95, Place, Surroundings, Tail, ToleranceEstimate, mode_search_end, tolerances_at,
-};
+use identification::{CHI_SQUARE_95, Place, Surroundings, Tail, ToleranceEstimate, tolerances_at};
 use long_work::Control;
 use machine::{OperatingVariable, Parameter, ParameterValues, UnitValues};
 use measurement::{FitSet, FrfLine, HoldOutSet};
-use numeric::halton::halton_point;
 use optimizer::least_squares_within;
 
 /// A fitted hypothesis: coordinates of the parameters of its machine and of the unknowns of the data (gain,
@@ -44,14 +40,12 @@ const PROMISING: usize = 4;
 const COARSE: (usize, usize, usize) = (400, 40, 80);
 /// Steps on the coarse lines and on all lines.
 pub(super) const COARSE_STEPS: u64 = 40;
-const STEPS: u64 = 40;
+pub(super) const STEPS: u64 = 40;
 /// Relative decrease of χ² per step at which a descent ends.
 const TOLERANCE: f64 = 1e-4;
-/// Starts distributed over the parameter ranges, and the number that continue after a few steps on coarse
-/// lines.
-pub(super) const MULTISTART: (usize, usize) = (32, 6);
-const MULTISTART_LINES: (usize, usize, usize) = (300, 16, 60);
-const MULTISTART_STEPS: u64 = 8;
+/// Lines of all FRFs together on which starts all over the ranges are evaluated, and least and largest number
+/// per FRF.
+pub(super) const MULTISTART_LINES: (usize, usize, usize) = (300, 16, 60);
 
 /// A part of the method that can be disabled to measure its benefit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -292,93 +286,6 @@ impl<'s> Fitter<'s> {
         })
     }
 
-    /// Fits a hypothesis from starts all over the parameter ranges: a missing effect may have led the joints
-    /// into a wrong basin. The starts of FRFs are also around a fit and differ by the round alone; modes are
-    /// searched as an identification searches them, since their χ² has steps where a mode changes its order.
-    ///
-    /// # Errors  as [`DomainObjective::new`].
-    pub(super) fn search_globally(
-        &self,
-        hypothesis: &Hypothesis,
-        base: &Fitted,
-        (seed, round): (u64, usize),
-        control: &Control,
-    ) -> Result<Fitted, ObjectiveError> {
-        let key =
-            format!("{} {seed} {round}", self.cache_key("scatter", hypothesis, std::slice::from_ref(base)));
-        control.try_cached(&key, || {
-            let objective = self.objective(hypothesis)?;
-            let DomainObjective::Modes(modes) = &objective else {
-                return self.multistart(hypothesis, base, round, control);
-            };
-            let start = start_of(hypothesis, base, &[]);
-            let end = mode_search_end(modes, seed.wrapping_add(round as u64), &control.within(&key));
-            Ok(end.map_or_else(|| start.clone(), |(place, cost)| read_back(&objective, &start, &place, cost)))
-        })
-    }
-
-    /// Fits a hypothesis by least squares from starts all over the parameter ranges and around a fit; each
-    /// round has its own.
-    ///
-    /// # Errors  as [`DomainObjective::new`].
-    pub(super) fn multistart(
-        &self,
-        hypothesis: &Hypothesis,
-        base: &Fitted,
-        round: usize,
-        control: &Control,
-    ) -> Result<Fitted, ObjectiveError> {
-        let objective = self.objective(hypothesis)?;
-        let ends = self.multistart_ends(&objective, hypothesis, base, (MULTISTART, round), control);
-        let best = ends.iter().min_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
-        Ok(best.map_or_else(
-            || start_of(hypothesis, base, &[]),
-            |end| self.descend(&objective, end, STEPS, control),
-        ))
-    }
-
-    /// Returns the best fits, on coarse lines, of starts all over the parameter ranges.
-    pub(super) fn multistart_ends(
-        &self,
-        objective: &DomainObjective<'_>,
-        hypothesis: &Hypothesis,
-        base: &Fitted,
-        ((starts, followed), round): ((usize, usize), usize),
-        control: &Control,
-    ) -> Vec<Fitted> {
-        let centre = start_of(hypothesis, base, &[]);
-        if control.stopped() {
-            return Vec::new();
-        }
-        let coarse = objective.coarse(self.lines_of_one(MULTISTART_LINES));
-        let few = coarse.as_ref().unwrap_or(objective);
-        let (described, sought) = (&hypothesis.machine.parameters, sought(hypothesis, base));
-        let varied = objective
-            .free()
-            .iter()
-            .filter(|i| hypothesis.added.contains(i) || !described[**i].is_tolerance());
-        let varied: Vec<usize> = varied.copied().collect();
-        let start = |index: usize| {
-            let mut start = centre.clone();
-            for (place, &parameter) in halton_point(index, varied.len()).into_iter().zip(&varied) {
-                let near = index % 2 == 1 && !sought.contains(&parameter);
-                start.units[parameter] = if near {
-                    (centre.units[parameter] + 0.5 * (place - 0.5)).clamp(0.0, 1.0)
-                } else {
-                    place
-                };
-            }
-            start
-        };
-        let mut ends: Vec<Fitted> = (1..=starts)
-            .into_par_iter()
-            .map(|index| self.descend(few, &start(round * starts + index), MULTISTART_STEPS, control))
-            .collect();
-        ends.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
-        ends.truncate(followed);
-        ends.par_iter().map(|end| self.descend(few, end, COARSE_STEPS, control)).collect()
-    }
-
     /// Returns the least χ² predicted by one linear step from any amplitude, on coarse lines.
     ///
     /// # Errors  as [`DomainObjective::new`].
@@ -490,7 +397,7 @@ pub(super) fn read_back(
 
 /// Returns the added parameters that a fit of the machine without the last addition leaves open: those of
 /// that addition. A released parameter is part of every fit; it is sought again.
-fn sought(hypothesis: &Hypothesis, joints: &Fitted) -> Vec<usize> {
+pub(super) fn sought(hypothesis: &Hypothesis, joints: &Fitted) -> Vec<usize> {
     let new: Vec<usize> =
         hypothesis.added.iter().copied().filter(|index| *index >= joints.units.len()).collect();
     if new.is_empty() { hypothesis.added.clone() } else { new }

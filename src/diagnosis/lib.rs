@@ -4,6 +4,7 @@
 mod amplitudes;
 mod bootstrap;
 mod chain_of_records;
+mod choice;
 mod confirmation;
 mod cross_validation;
 mod data_fault;
@@ -16,6 +17,7 @@ mod location;
 mod measuring_chain;
 mod model_discrepancy;
 pub mod motion;
+mod multistart;
 mod nominal_refit;
 mod null_directions;
 mod null_distribution;

@@ -9,8 +9,9 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use super::evidence::Domain;
-use super::fit::{Fitted, Fitter, MULTISTART, coordinates_of};
+use super::fit::{Fitted, Fitter, coordinates_of};
 use super::hypothesis::Hypothesis;
+use super::multistart::MULTISTART;
 use identification::objective::ObjectiveError;
 use identification::{CHI_SQUARE_95, Tail};
 use long_work::Control;

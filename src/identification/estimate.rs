@@ -9,7 +9,7 @@ use super::place::Place;
 use super::problem::{Basin, POLISH, Problem, Surroundings};
 use super::profile::{CHI_SQUARE_95, ProfileStart, Profiler, Profiles, Region, joined};
 use super::result::Identification;
-use super::search::{SearchEffort, polished_from_nearby, searched};
+use super::search::{SearchEffort, searched};
 use super::settings::IdentificationSettings;
 use super::uncertainty::{Certainty, Estimate, certainty, narrow_logarithmic_width, narrow_width};
 use crate::objective::{AmplitudeFit, GAIN_RANGE, ObjectiveError};
@@ -44,13 +44,9 @@ pub(super) fn estimate<P: Problem>(
 ) -> Result<Identification, ObjectiveError> {
     let free = problem.free().to_vec();
     if free.is_empty() {
-        return Ok(evaluated(problem, machine, problem.start_near(&Place(Vec::new()))));
+        return Ok(at_start(problem, machine));
     }
-    let found = match &plan.near {
-        Some(near) => polished_from_nearby(problem, near, plan, control),
-        None => searched(problem, plan, control),
-    };
-    let (repeats, effort) = (found.rounds, found.effort);
+    let found = searched(problem, plan, control);
     let (best, least) = (found.minima[0].place.clone(), found.minima[0].cost);
     let freedom = problem.observations().saturating_sub(best.len());
     let misfit_at = |place: &Place| {
@@ -58,8 +54,7 @@ pub(super) fn estimate<P: Problem>(
         let misfit = if freedom > 0 { (chi_square / freedom as f64).max(1.0) } else { 1.0 };
         (chi_square, misfit, problem.correlation_factor(place).max(1.0))
     };
-    let first = misfit_at(&best);
-    let (_, misfit, correlation_factor) = first;
+    let first @ (_, misfit, correlation_factor) = misfit_at(&best);
     let inflated = problem.with_inflated_variance(misfit * correlation_factor);
     let mut basins = found.minima;
     basins.retain(|basin| basin.cost - least <= CHI_SQUARE_95 * misfit * correlation_factor);
@@ -73,8 +68,8 @@ pub(super) fn estimate<P: Problem>(
     let wider = if profiled { wider(&place)? } else { None };
     let wide = match &wider {
         Some((wider, from)) => {
-            let starts =
-                from.iter().map(|place| Basin { place: place.clone(), cost: 0.0, starts: 1 }).collect();
+            let start = |place: &Place| Basin { place: place.clone(), cost: 0.0, starts: 1 };
+            let starts = from.iter().map(start).collect();
             basins =
                 control.cached("wider", || refined_basins(wider, starts, CHI_SQUARE_95 * inflation, control));
             wider
@@ -89,64 +84,66 @@ pub(super) fn estimate<P: Problem>(
         place = basins[0].place.clone();
     }
     let (chi_square, misfit, correlation_factor) = if inflated.is_some() { misfit_at(&place) } else { first };
-    let combinations = if profiled {
-        combined(wide, machine, (&basins[0], &whole, &regions[..free.len()]), inflation, control)
-    } else {
-        Vec::new()
-    };
+    let mut combinations = Vec::new();
+    if profiled {
+        let here = (&basins[0], &whole, &regions[..free.len()]);
+        combinations = combined(wide, machine, here, inflation, control);
+    }
     if wider.is_some() {
         // The estimate is that of the fit with the parameters that modes hardly determine held fixed.
         let own = (0..free.len()).chain(problem.gain_column()).map(|at| place[at]);
         regions.iter_mut().zip(own).for_each(|(region, u)| *region = joined(std::mem::take(region), (u, u)));
     }
-    let certainty = whole.of(&columns);
     let bootstraps = bootstraps(problem, &place, (plan.bootstrap, plan.seed), control);
     let mut warnings = shortage(problem.observations(), best.len());
     let kind = (has_intervals, misfit * correlation_factor);
     let (estimates, at_bounds) =
-        parameter_estimates(machine, &free, &place, &problem.values(&place), &regions, &certainty, kind);
+        parameter_estimates(machine, &free, &place, &problem.values(&place), &regions, &whole, kind);
     warnings.extend(at_bounds);
     let gain_column = problem.gain_column();
-    let gain_interval95 = gain_column.filter(|_| has_intervals).map(|_| gain_interval(&regions[free.len()]));
-    warnings.extend(
-        has_intervals.then(|| widened(chi_square, freedom, misfit, correlation_factor)).into_iter().flatten(),
-    );
+    let gain_interval = |at: usize| gain_interval(&regions[free.len()], place[at]);
+    let (gain_interval95, gain_identifiable) =
+        gain_column.filter(|_| has_intervals).map(gain_interval).unzip();
+    if has_intervals {
+        warnings.extend(widened(chi_square, freedom, misfit, correlation_factor));
+    }
     warnings.extend(gain_column.and_then(|at| gain_at_end(place[at])));
-    let complete = !control.stopped() && repeats.iter().all(|r| r.found.complete);
-    let agree = (complete && plan.near.is_none() && effort.required > 1).then(|| effort.is_enough());
-    warnings.extend((agree == Some(false)).then(|| seldom_found(effort)));
+    let complete = !control.stopped() && found.rounds.iter().all(|r| r.found.complete);
+    let agree =
+        (complete && plan.near.is_none() && found.effort.required > 1).then(|| found.effort.is_enough());
+    warnings.extend((agree == Some(false)).then(|| seldom_found(found.effort)));
     Ok(Identification {
-        gain_identifiable: gain_column.filter(|_| has_intervals).map(|at| {
-            is_narrow(&regions[free.len()], narrow_logarithmic_width(GAIN_RANGE))
-                && gain_at_end(place[at]).is_none()
-        }),
         estimates,
         gain_interval95,
+        gain_identifiable,
         // A profile may have met a deeper minimum.
         cost: if has_intervals { least.min(chi_square) } else { least },
-        evaluations: repeats.iter().map(|r| r.found.evaluations).sum(),
-        repeats,
-        effort,
+        evaluations: found.rounds.iter().map(|r| r.found.evaluations).sum(),
+        repeats: found.rounds,
+        effort: found.effort,
         agree,
         chi_square,
         degrees_of_freedom: freedom,
         correlation_factor,
-        certainty,
+        certainty: whole.of(&columns),
         sd: whole.sd,
         combinations,
         bootstraps,
         basins,
         complete,
         warnings,
-        ..evaluated(problem, machine, place)
+        ..without_fit(problem, machine, place)
     })
 }
 
-/// Returns the interval of the gain for the region of its coordinate.
-fn gain_interval(region: &Region) -> (f64, f64) {
+/// Returns the interval of an estimated gain for the region of its coordinate, and whether the gain is
+/// identifiable.
+fn gain_interval(region: &Region, place: f64) -> ((f64, f64), bool) {
     let end = |u: f64| GAIN_RANGE.0 * (u * (GAIN_RANGE.1 / GAIN_RANGE.0).ln()).exp();
     let (low, high) = hull(region);
-    (end(low), end(high))
+    let is_identifiable =
+        is_narrow(region, narrow_logarithmic_width(GAIN_RANGE)) && gain_at_end(place).is_none();
+    ((end(low), end(high)), is_identifiable)
 }
 
 /// Minima, the regions of some coordinates, and the first-order uncertainty about the best minimum.
@@ -318,32 +315,56 @@ fn hull(region: &Region) -> (f64, f64) {
 /// misfit for the larger part. Model error is no noise, so that its part is no probability.
 const EXCESS: f64 = 4.0;
 
-/// Returns the result of an objective evaluated at coordinates with these values and gain, without a fit.
-fn evaluated<P: Problem>(problem: &P, machine: &Machine, place: Place) -> Identification {
-    let values = problem.values(&place);
-    let free = problem.free().to_vec();
+/// Evaluates the objective at the start values, without a fit.
+fn at_start<P: Problem>(problem: &P, machine: &Machine) -> Identification {
+    let place = problem.start_near(&Place(Vec::new()));
     let nothing = certainty(&DMatrix::zeros(0, 0), 1.0);
     Identification {
+        estimates: parameter_estimates(
+            machine,
+            &[],
+            &place,
+            &problem.values(&place),
+            &[],
+            &nothing,
+            (false, 1.0),
+        )
+        .0,
+        cost: problem.cost(&place),
+        chi_square: problem.squares(None, |squares| squares.chi_square(&place)),
+        correlation_factor: problem.correlation_factor(&place),
+        warnings: vec![
+            "no parameter is free: the objective and all errors are those of the start values".into(),
+        ],
+        ..without_fit(problem, machine, place)
+    }
+}
+
+/// Returns the values and the gain at coordinates, without what a fit finds.
+fn without_fit<P: Problem>(problem: &P, machine: &Machine, place: Place) -> Identification {
+    let values = problem.values(&place);
+    let free = problem.free().to_vec();
+    Identification {
         machine: machine.clone(),
-        estimates: parameter_estimates(machine, &[], &place, &values, &[], &nothing, (false, 1.0)).0,
+        estimates: Vec::new(),
         tolerances: Vec::new(),
         channels: Vec::new(),
         basins: Vec::new(),
         gain: AmplitudeFit { gain: problem.gain_at(&place), count: 0 },
-        cost: problem.cost(&place),
+        cost: 0.0,
         evaluations: 0,
         repeats: Vec::new(),
         effort: SearchEffort { starts: 0, found: 0, required: 0 },
         agree: None,
-        chi_square: problem.squares(None, |squares| squares.chi_square(&place)),
+        chi_square: 0.0,
         degrees_of_freedom: problem.observations(),
         gain_interval95: None,
         gain_identifiable: None,
-        certainty: nothing,
+        certainty: certainty(&DMatrix::zeros(0, 0), 1.0),
         derived: Vec::new(),
         combinations: Vec::new(),
         bootstraps: Vec::new(),
-        correlation_factor: problem.correlation_factor(&place),
+        correlation_factor: 1.0,
         posterior: None,
         varied_parameters: free.clone(),
         free,
@@ -354,9 +375,7 @@ fn evaluated<P: Problem>(problem: &P, machine: &Machine, place: Place) -> Identi
         observations: problem.observations(),
         sd: Vec::new(),
         complete: true,
-        warnings: vec![
-            "no parameter is free: the objective and all errors are those of the start values".into(),
-        ],
+        warnings: Vec::new(),
         values,
         place,
     }

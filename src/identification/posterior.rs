@@ -101,6 +101,22 @@ enum Objective<'m> {
     Modes(Box<ModePosterior<'m>>),
 }
 
+impl Objective<'_> {
+    /// Returns the machine of the best minimum; with modes the identified values, and tolerances as described.
+    fn best(&self, estimate: &ParameterValues, minimum: &Place) -> PosteriorDraw {
+        match self {
+            Objective::Frfs(own) => {
+                PosteriorDraw { values: own.parameters(minimum), nut_shifts_m: own.nuts_at(minimum) }
+            }
+            Objective::Modes(own) => {
+                let added = own.fitted.parameters.iter().skip(own.described).map(|p| p.start);
+                let values = ParameterValues(estimate.iter().copied().chain(added).collect());
+                PosteriorDraw { values, nut_shifts_m: Vec::new() }
+            }
+        }
+    }
+}
+
 /// A mode objective in which tolerances correlate the residuals. They follow from the minimum, to first
 /// order.
 struct ModePosterior<'m> {
@@ -390,18 +406,7 @@ pub fn draw_posterior(
             "the posterior of the result is that of other data or of another machine; identify again".into(),
         ));
     }
-    let best = match &objective {
-        Objective::Frfs(own) => {
-            PosteriorDraw { values: own.parameters(&minima[0]), nut_shifts_m: own.nuts_at(&minima[0]) }
-        }
-        Objective::Modes(own) => {
-            let added = own.fitted.parameters.iter().skip(own.described).map(|p| p.start);
-            PosteriorDraw {
-                values: ParameterValues(estimate.iter().copied().chain(added).collect()),
-                nut_shifts_m: Vec::new(),
-            }
-        }
-    };
+    let best = objective.best(estimate, &minima[0]);
     let lines = match (&objective, drawing) {
         (_, Drawing::Posterior) => None,
         (Objective::Frfs(own), Drawing::Lines) => {

@@ -73,12 +73,15 @@ fn starts_of(candidates: &[Candidate], refined: usize) -> usize {
 }
 
 /// Searches the unit cube by rounds of new spread starts until the best minimum was found `plan.repeats`
-/// times, or the budget is spent.
+/// times, or the budget is spent; near a known solution by least squares alone.
 pub(super) fn searched<P: Problem>(
     problem: &P,
     plan: &IdentificationSettings,
     control: &Control,
 ) -> Searched {
+    if let Some(near) = &plan.near {
+        return polished_from_nearby(problem, near, plan, control);
+    }
     let required = plan.repeats.max(1);
     let budget = (required * P::STARTS_PER_FIND).div_ceil(P::STARTS);
     let seed = |round: usize| plan.seed.wrapping_add(1_000_003 * round as u64);
@@ -271,7 +274,7 @@ fn repeats(
 }
 
 /// Runs least squares from a nearby solution, in place of a search.
-pub(super) fn polished_from_nearby<P: Problem>(
+fn polished_from_nearby<P: Problem>(
     problem: &P,
     near: &Place,
     plan: &IdentificationSettings,

@@ -146,7 +146,11 @@ impl Machine {
                 ));
             }
         }
-        let Some(drive) = &self.drive else { return Ok(()) };
+        self.drive.as_ref().map_or(Ok(()), |drive| self.check_drive(drive, at))
+    }
+
+    /// Checks periods, limits, delay and points of a drive.
+    fn check_drive(&self, drive: &Drive, at: impl Fn(&Value) -> f64) -> Result<(), MachineError> {
         check_wave("drive.ripple", &drive.ripple, &at)?;
         let periods = [
             ("current", drive.current.as_ref().map(|c| c.period_s)),

@@ -3,7 +3,9 @@
 mod arrays;
 mod embedded;
 mod error;
+mod folder;
 mod frf;
+mod frf_entry;
 mod friction;
 pub mod import;
 mod manifest;

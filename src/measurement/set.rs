@@ -1,18 +1,19 @@
 //! A measurement set: a folder with `manifest.toml`, read and checked.
 
 use std::collections::BTreeMap;
-use std::io::{self, ErrorKind};
+use std::io;
 use std::path::Path;
 
 use file_access::{MOST_TABLE_BYTES, MOST_TEXT_BYTES, is_inside, is_physical, read_file};
 
 use super::embedded::embedded_file;
-use super::frf::{Condition, Fault, Frf, FrfNoise, read_lines};
+use super::folder::OpenFolder;
+use super::frf::{Fault, Frf};
+use super::frf_entry::read_frf;
 use super::manifest::{ChannelToleranceFile, FrfFile, GainFile, Manifest, parse};
 use super::modes::{ModeTable, read_modes};
 use super::motion::{MotionRecord, read_motion};
-use super::noise_estimate::{drop_coherence_of_one, estimate_unstated_noise, single_average_warning};
-use super::sensing::Sensing;
+use super::noise_estimate::{estimate_unstated_noise, single_average_warning};
 use super::table::Table;
 use super::{MeasurementError, Position, Quantity, SourceFile};
 use numeric::unit::{Dimension, parse as parse_unit};
@@ -162,43 +163,6 @@ fn tolerance(path: &str, file: &ChannelToleranceFile) -> Result<ChannelTolerance
     })
 }
 
-/// Reads files of a set, and keeps them.
-struct OpenFolder<'f> {
-    path: &'f str,
-    read: &'f dyn Fn(&str) -> io::Result<Vec<u8>>,
-    files: Vec<SourceFile>,
-}
-
-impl OpenFolder<'_> {
-    fn text(&mut self, file: &str) -> Result<String, MeasurementError> {
-        let name = self.name(file);
-        let bytes = (self.read)(file).map_err(|error| {
-            let here = Path::new(self.path);
-            let (path, fault) = match error.kind() {
-                ErrorKind::NotFound if !here.exists() => {
-                    (self.path, "there is no such folder; name one with a manifest.toml".into())
-                }
-                ErrorKind::NotADirectory => {
-                    (self.path, "is a file; name the folder that holds manifest.toml".into())
-                }
-                ErrorKind::NotFound => (name.as_str(), "there is no such file".to_string()),
-                ErrorKind::PermissionDenied => (name.as_str(), "reading it is not permitted".into()),
-                _ if here.join(file).is_dir() => (name.as_str(), "is a folder where a file is needed".into()),
-                _ => (name.as_str(), error.to_string()),
-            };
-            MeasurementError::file(path, fault)
-        })?;
-        let file = SourceFile { path: name, bytes };
-        let text = file.text()?.to_string();
-        self.files.push(file);
-        Ok(text)
-    }
-
-    fn name(&self, file: &str) -> String {
-        Path::new(self.path).join(file).display().to_string()
-    }
-}
-
 /// Reads a measurement set from a folder, or the embedded bench where there is no folder of that name.
 ///
 /// # Errors  a file is missing or unreadable or lies outside the folder, a key is unknown or missing, a cell
@@ -259,21 +223,7 @@ pub fn read_set_with(
         return Err(at_key("least_prominence", format!("is {least}; {remedy}")));
     }
     let tolerance = tolerance(&manifest_path, &manifest.tolerance)?;
-    let mut modes = None;
-    if let Some(file) = &manifest.modes {
-        let text = folder.text(file)?;
-        let table = read_modes(&folder.name(file), &text, &positions)?;
-        if table.iter().flatten().any(|m| m.amplitude.is_some()) && manifest.quantity.is_none() {
-            return Err(fault("has no `quantity`; write one of receptance, mobility, accelerance".into()));
-        }
-        if manifest.response.is_none() || manifest.excitation.is_none() {
-            return Err(fault(
-                "has modes but no `response` and `excitation`; write the points of the machine they were measured at".into(),
-            ));
-        }
-        let (resolution_hz, least_prominence) = (manifest.frequency_resolution_hz, manifest.least_prominence);
-        modes = Some(ModeTable { positions: table, resolution_hz, least_prominence });
-    }
+    let modes = read_mode_table(&mut folder, &manifest, &positions)?;
     let (mut frfs, mut singles) = (Vec::new(), Vec::new());
     for (at, entry) in manifest.frf.iter().enumerate() {
         if manifest.frf[..at].iter().any(|other| other.file == entry.file) {
@@ -340,6 +290,29 @@ pub fn read_set_with(
         files: folder.files,
         warnings,
     })
+}
+
+/// Reads the table of modes; `None` where the set has none.
+fn read_mode_table(
+    folder: &mut OpenFolder<'_>,
+    manifest: &Manifest,
+    positions: &[Position],
+) -> Result<Option<ModeTable>, MeasurementError> {
+    let Some(file) = &manifest.modes else { return Ok(None) };
+    let manifest_path = folder.name(MANIFEST);
+    let fault = |fault: &str| MeasurementError::file(&manifest_path, fault);
+    let text = folder.text(file)?;
+    let table = read_modes(&folder.name(file), &text, positions)?;
+    if table.iter().flatten().any(|m| m.amplitude.is_some()) && manifest.quantity.is_none() {
+        return Err(fault("has no `quantity`; write one of receptance, mobility, accelerance"));
+    }
+    if manifest.response.is_none() || manifest.excitation.is_none() {
+        return Err(fault(
+            "has modes but no `response` and `excitation`; write the points of the machine they were measured at",
+        ));
+    }
+    let (resolution_hz, least_prominence) = (manifest.frequency_resolution_hz, manifest.least_prominence);
+    Ok(Some(ModeTable { positions: table, resolution_hz, least_prominence }))
 }
 
 /// Greatest distance of a nut from the left end of its screw (m).
@@ -435,90 +408,6 @@ fn is_newton(label: &str) -> Result<bool, Fault> {
         ));
     }
     Ok(true)
-}
-
-/// Reads an FRF. Returns also whether its coherence is 1 at every line.
-fn read_frf(
-    folder: &mut OpenFolder<'_>,
-    manifest: &Manifest,
-    entry: &FrfFile,
-    positions: &[Position],
-) -> Result<(Frf, bool), MeasurementError> {
-    let manifest_path = folder.name("manifest.toml");
-    let fault = |text: String| MeasurementError::key(&manifest_path, format!("[[frf]] {}", entry.file), text);
-    let text = folder.text(&entry.file)?;
-    let (mut lines, mut rejected) = read_lines(&folder.name(&entry.file), &text)?;
-    let is_single = drop_coherence_of_one(&mut lines);
-    let position = match &entry.position {
-        Some(name) => Some(positions.iter().position(|p| p.name == *name).ok_or_else(|| {
-            let known: Vec<&str> = positions.iter().map(|p| p.name.as_str()).collect();
-            fault(format!("no position is called «{name}»; there are {}", known.join(", ")))
-        })?),
-        None => None,
-    };
-    let named = |own: &Option<String>, set: &Option<String>, key: &str| {
-        own.clone()
-            .or_else(|| set.clone())
-            .ok_or_else(|| fault(format!("has no `{key}`, nor has the set; write the point's name")))
-    };
-    for (key, direction) in [
-        ("response_direction", &entry.response_direction),
-        ("excitation_direction", &entry.excitation_direction),
-    ] {
-        let is_direction = |name: &str| {
-            name.strip_prefix(['+', '-'])
-                .is_some_and(|axis| ["X", "Y", "Z", "RX", "RY", "RZ"].contains(&axis))
-        };
-        if let Some(name) = direction.as_ref().filter(|name| !is_direction(name)) {
-            return Err(fault(format!("{key}: is «{name}»; write a sign and an axis, as in +Z or -RX")));
-        }
-    }
-    let averages = entry.averages.or(manifest.averages);
-    if averages == Some(0) {
-        return Err(fault("averages: is 0; write a whole number from 1".into()));
-    }
-    if averages == Some(1) && lines.iter().any(|l| matches!(l.noise, Some(FrfNoise::Coherence(_)))) {
-        return Err(fault("averages: is 1, but the coherence of a single record is always 1; leave the column out, or average".into()));
-    }
-    if averages.is_none() && lines.iter().any(|l| matches!(l.noise, Some(FrfNoise::Coherence(_)))) {
-        return Err(fault("has a coherence but no `averages`; write how many records were averaged".into()));
-    }
-    for (key, number) in [
-        ("force_n", entry.force_n),
-        ("speed_m_s", entry.speed_m_s),
-        ("acceleration_m_s2", entry.acceleration_m_s2),
-    ] {
-        if let Some(x) = number.filter(|x| !x.is_finite()) {
-            return Err(fault(format!("{key}: is {x}; write a finite number")));
-        }
-    }
-    let quantity = entry.quantity.or(manifest.quantity);
-    let quantity = quantity.ok_or_else(|| {
-        fault("has no `quantity`, nor has the set; write one of receptance, mobility, accelerance".into())
-    })?;
-    let sensing = Sensing::of(manifest, entry).map_err(fault)?;
-    for line in lines.iter_mut().chain(&mut rejected) {
-        line.value *= sensing.correction(quantity, line.frequency_hz);
-    }
-    let condition = Condition {
-        force_level_n: entry.force_n,
-        velocity_m_s: entry.speed_m_s,
-        acceleration_m_s2: entry.acceleration_m_s2,
-        window_per_s: sensing.window_per_s,
-    };
-    let frf = Frf {
-        position,
-        record: entry.record.clone(),
-        response: named(&entry.response, &manifest.response, "response")?,
-        excitation: named(&entry.excitation, &manifest.excitation, "excitation")?,
-        quantity,
-        condition,
-        averages,
-        source: folder.name(&entry.file),
-        lines,
-        rejected,
-    };
-    Ok((frf, is_single))
 }
 
 fn read_published(path: &str, text: &str) -> Result<Published, MeasurementError> {

@@ -3,9 +3,10 @@
 
 use rayon::prelude::*;
 
+use super::candidate::{Ranked, start_of};
 use super::data::MotionData;
 use super::null_distribution::MotionNullDistribution;
-use super::screening::{MotionScreening, Ranked, SharedColumns, start_of};
+use super::screening::{MotionScreening, SharedColumns};
 use super::selection::{ALPHA, SelectionStep, simplest_first};
 use crate::{Hypothesis, Status};
 use dynamics::inverse_dynamics::{Rigid, free_parameters};

@@ -1,9 +1,9 @@
 //! Decision on the verdict of a motion.
 
+use super::candidate::releases;
 use super::context::{Chosen, Context};
 use super::data_fault::Contradiction;
 use super::free_function::LocatedMotion;
-use super::screening::releases;
 use super::selection::{ALPHA, NEARLY_ALL, RARE, SelectionStep};
 use crate::verdict::{frozen_text, p_value_text, with_first};
 use crate::{Verdict, VerdictKind};

@@ -4,12 +4,13 @@ use rayon::prelude::*;
 
 use super::channel_weight::weigh;
 use super::closed_interval::closed_interval;
+use super::common_cause::{BOOTSTRAP, common_cause};
 use super::context::{Chosen, Context, MotionSettings};
 use super::data::{MotionData, side_by_side};
 use super::data_fault::{
     Contradiction, Covariance, RecordShift, beyond_effects, contradictions, faulty, shifts,
 };
-use super::decision::{MotionDecisionInputs, amount, decide};
+use super::decision::{MotionDecisionInputs, decide};
 use super::design::INDEPENDENT;
 use super::force_fault::{ForceFault, Nominal, correct, texts, with_force_faults};
 use super::free_function::{ForceLocations, FreeFunction, LocatedMotion, free_functions};
@@ -18,7 +19,6 @@ use super::misfit_map::{MisfitCell, largest_phase, misfit_map};
 use super::noise_floor::{floor_of, noise_of};
 use super::nominal_fit::nominal_fit;
 use super::null_distribution::MotionNullDistribution;
-use super::selection::SelectionStep;
 use crate::evidence::share_closed;
 use crate::{Hypothesis, Status, Verdict, VerdictKind};
 use dynamics::inverse_dynamics::{
@@ -109,11 +109,6 @@ const LEAST_SECOND: f64 = 0.11;
 const LEAST_MORE: f64 = 0.25;
 /// Largest number of combined effects.
 const MAX_EFFECTS: usize = 3;
-/// Least share of the misfit that a common effect must explain, and of the held-out gap that it must close
-/// with confidence, to be mentioned.
-const LEAST_CONFIDENT: f64 = 0.2;
-/// Draws of the bootstrap of `closed`.
-const BOOTSTRAP: usize = 400;
 
 /// Diagnoses motions of a drive by the force of its rigid motion and, where recorded, by the transmission
 /// errors of extra measuring points. Of several effects with one id the one for motion is used
@@ -400,87 +395,6 @@ pub fn diagnose_motion(
     })
 }
 
-/// Describes a common effect that explains most of the fitted records' misfit. It must close part of the
-/// held-out gap with confidence, and more than its patch alone closes, as a description with compliant
-/// springs may.
-fn common_cause(
-    context: &Context<'_>,
-    first: &SelectionStep,
-    (full_fits, squares): (&[Option<Chosen>], f64),
-    (before, held_out): (&[MotionPart], &[&MotionSignal]),
-) -> Option<String> {
-    let is_common = |at: &usize| context.is_common(first.last_effect(*at));
-    let best = (0..first.ranked.len())
-        .filter(is_common)
-        .filter_map(|at| Some((at, full_fits[at].as_ref()?)))
-        .min_by(|a, b| a.1.1.squares.total_cmp(&b.1.1.squares))
-        .filter(|(_, (_, fit))| fit.squares < (1.0 - LEAST_CONFIDENT) * squares);
-    let (at, (hypothesis, fit)) = best?;
-    let machine = &hypothesis.machine;
-    let parts = |values: &[f64]| {
-        held_out.iter().map(|m| part(&context.rigid, machine, values, m)).collect::<Vec<MotionPart>>()
-    };
-    let mut without = fit.values.clone();
-    hypothesis.added.iter().for_each(|i| without[*i] = machine.parameters[*i].start);
-    let (after, without) = (parts(&fit.values), parts(&without));
-    let noise = noise_of(before, held_out);
-    let share =
-        |after: &[MotionPart]| share_closed(gap_of(before)?, gap_of(after)?, floor_of(&noise, before)?);
-    let closed = share(&after)?;
-    let (low, high) = closed_interval(before, &after, &noise, BOOTSTRAP, context.settings.seed)?;
-    if low < LEAST_CONFIDENT || closed - share(&without)? < LEAST_CONFIDENT {
-        return None;
-    }
-    let amounts: Vec<String> =
-        hypothesis.added.iter().map(|i| amount(&machine.parameters[*i], fit.values[*i])).collect();
-    Some(format!(
-        "{}, which is common on machines, closes {:.0} % of the held-out gap ({:.0}–{:.0} %): {}",
-        first.id(at),
-        100.0 * closed.min(1.0),
-        100.0 * low,
-        100.0 * high.min(1.0),
-        amounts.join(", ")
-    ))
-}
-
-/// Returns the values of a fit without the delay of the force that effects add. `None` where none does.
-fn without_added_delay((hypothesis, fit): &Chosen) -> Option<ParameterValues> {
-    let delays =
-        hypothesis.machine.drive.as_ref()?.delay_s.depends_on().filter(|i| hypothesis.added.contains(i));
-    let mut values = fit.values.clone();
-    let mut delayed = false;
-    for index in delays {
-        let parameter = &hypothesis.machine.parameters[index];
-        values[index] = 0.0_f64.clamp(parameter.lower, parameter.upper);
-        delayed = true;
-    }
-    delayed.then_some(values)
-}
-
-/// Returns the gap of held-out records with a free function, fitted together with the machine's free
-/// parameters to the fitted records.
-fn gap_with(
-    function: &FreeFunction,
-    (hypothesis, fit): &Chosen,
-    (context, held_out): (&Context<'_>, &MotionData<'_>),
-) -> Option<f64> {
-    let own = |data: &MotionData<'_>| {
-        LinearForce::new(&context.rigid, &hypothesis.machine, &fit.values, &fit.free, &data.motions)
-    };
-    let recorded = held_out.y.norm();
-    if held_out.motions.is_empty() || !(recorded > 0.0) {
-        return None;
-    }
-    let (here, there) = (own(&context.data), own(held_out));
-    let penalty = [vec![0.0; fit.free.len()], vec![function.ridge(); function.columns.ncols()]].concat();
-    let columns = side_by_side(&[&here.derivatives, &function.columns]);
-    let solved = LinearFit::penalised(&columns, &penalty, &(&context.data.y - here.prediction), INDEPENDENT)?;
-    let residual = &held_out.y
-        - there.prediction
-        - side_by_side(&[&there.derivatives, &function.columns_on(held_out)]) * solved.coefficients;
-    Some(residual.norm() / recorded)
-}
-
 /// Returns the verdict «insufficient» for records that do not determine the machine's own parameters.
 fn insufficient(
     rigid: &Rigid,
@@ -520,4 +434,42 @@ fn insufficient(
         loss: 1.0,
         complete: true,
     }
+}
+
+/// Returns the values of a fit without the delay of the force that effects add. `None` where none does.
+fn without_added_delay((hypothesis, fit): &Chosen) -> Option<ParameterValues> {
+    let delays =
+        hypothesis.machine.drive.as_ref()?.delay_s.depends_on().filter(|i| hypothesis.added.contains(i));
+    let mut values = fit.values.clone();
+    let mut delayed = false;
+    for index in delays {
+        let parameter = &hypothesis.machine.parameters[index];
+        values[index] = 0.0_f64.clamp(parameter.lower, parameter.upper);
+        delayed = true;
+    }
+    delayed.then_some(values)
+}
+
+/// Returns the gap of held-out records with a free function, fitted together with the machine's free
+/// parameters to the fitted records.
+fn gap_with(
+    function: &FreeFunction,
+    (hypothesis, fit): &Chosen,
+    (context, held_out): (&Context<'_>, &MotionData<'_>),
+) -> Option<f64> {
+    let own = |data: &MotionData<'_>| {
+        LinearForce::new(&context.rigid, &hypothesis.machine, &fit.values, &fit.free, &data.motions)
+    };
+    let recorded = held_out.y.norm();
+    if held_out.motions.is_empty() || !(recorded > 0.0) {
+        return None;
+    }
+    let (here, there) = (own(&context.data), own(held_out));
+    let penalty = [vec![0.0; fit.free.len()], vec![function.ridge(); function.columns.ncols()]].concat();
+    let columns = side_by_side(&[&here.derivatives, &function.columns]);
+    let solved = LinearFit::penalised(&columns, &penalty, &(&context.data.y - here.prediction), INDEPENDENT)?;
+    let residual = &held_out.y
+        - there.prediction
+        - side_by_side(&[&there.derivatives, &function.columns_on(held_out)]) * solved.coefficients;
+    Some(residual.norm() / recorded)
 }

@@ -8,8 +8,10 @@
 //! motion that are left out of the fit. Thresholds come from null simulations: the machine with its nuisance
 //! parameters, and noise with the autocorrelation of the residual.
 
+mod candidate;
 mod channel_weight;
 mod closed_interval;
+mod common_cause;
 mod context;
 mod data;
 mod data_fault;

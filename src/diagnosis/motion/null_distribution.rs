@@ -1,7 +1,8 @@
 //! Null distribution of motions: the reduction of the prediction error by candidates where no effect is
 //! missing.
 
-use super::screening::{NullDraw, Ranked, strength};
+use super::candidate::{Ranked, strength};
+use super::screening::NullDraw;
 use crate::null_distribution::excess;
 use numeric::distribution::monte_carlo_p_value;
 use numeric::statistics::quantile;

@@ -7,14 +7,15 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::candidate::{GridNode, MotionCandidate, Ranked, start_of, strength, without};
 use super::data::{MotionData, side_by_side};
 use super::design::{CandidateDesign, Forces, INDEPENDENT, SharedDesign, Solved};
-use super::free_function::{Variable, free_functions};
+use super::free_function::free_functions;
 use super::grid::{LinearParameter, grid, small};
 use super::nuisance::{Nuisance, columns_of, nuisances};
 use super::residual_bootstrap::ResidualBootstrap;
 use crate::null_directions::generator;
-use crate::{Hypothesis, HypothesisKind, Status};
+use crate::{Hypothesis, Status};
 use dynamics::inverse_dynamics::{LinearForce, Rigid, free_parameters, is_linear_in_inverse, prediction};
 use identification::motion::ForceFit;
 use long_work::Control;
@@ -22,47 +23,6 @@ use machine::{Machine, ParameterValues, Scale};
 use numeric::linear_fit::LinearFit;
 use numeric::random::normal;
 use optimizer::nonzero_columns;
-
-/// A candidate with a design at each node of its grid.
-pub struct MotionCandidate {
-    /// Id.
-    pub id: String,
-    /// Outcome.
-    pub status: Status,
-    /// The machine with it; `None` for a free function.
-    pub hypothesis: Option<Hypothesis>,
-    /// For a free function: its variable.
-    pub free: Option<Variable>,
-    /// For a free function of an extra channel: the name of the channel.
-    pub column: Option<String>,
-    /// The effect applies, but the machine's own parameters reproduce its influence on these records.
-    pub unidentifiable: bool,
-    nodes: Vec<GridNode>,
-}
-
-/// A grid node: values of the nonlinear parameters, and the design there.
-struct GridNode {
-    /// Indices of the nonlinear parameters and their values.
-    values: Vec<(usize, f64)>,
-    /// Parameters of the added columns.
-    linear: Vec<LinearParameter>,
-    design: CandidateDesign,
-}
-
-/// Figures of a candidate on one force.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Ranked {
-    /// Index of the candidate.
-    pub candidate: usize,
-    /// Relative reduction of the squared prediction error at left-out parts.
-    pub gain: f64,
-    /// Squared prediction error of each part.
-    pub left_out: Vec<f64>,
-    /// Index of the grid node.
-    node: usize,
-    /// Values of the added parameters there.
-    pub added: Vec<(usize, f64)>,
-}
 
 /// Figures of one null simulation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -502,19 +462,6 @@ impl MotionScreening {
     }
 }
 
-/// Returns a candidate without a fit.
-fn without(id: String, status: Status) -> MotionCandidate {
-    MotionCandidate {
-        id,
-        status,
-        hypothesis: None,
-        free: None,
-        column: None,
-        unidentifiable: false,
-        nodes: Vec::new(),
-    }
-}
-
 /// Returns prediction and derivatives by linear parameters. Those marked as `chord` are difference quotients
 /// to another point.
 fn added_columns(
@@ -535,13 +482,6 @@ fn added_columns(
     columns
 }
 
-/// Extends values of a machine by the start values of added effects.
-pub(super) fn start_of(machine: &Machine, values: &ParameterValues) -> ParameterValues {
-    ParameterValues(
-        values.iter().copied().chain(machine.parameters.iter().skip(values.len()).map(|p| p.start)).collect(),
-    )
-}
-
 /// Returns values with the added parameters inside their ranges, each at a different coordinate.
 fn interior(machine: &Machine, start: &ParameterValues, added: &[usize]) -> ParameterValues {
     let mut values = start.clone();
@@ -549,15 +489,4 @@ fn interior(machine: &Machine, start: &ParameterValues, added: &[usize]) -> Para
         values[index] = machine.parameters[index].from_unit(0.55 + 0.07 * (k % 5) as f64);
     }
     values
-}
-
-/// Whether a candidate releases a frozen parameter.
-pub(super) fn releases(candidate: &MotionCandidate) -> bool {
-    candidate.hypothesis.as_ref().is_some_and(|h| h.kind == HypothesisKind::Release)
-}
-
-/// Returns −ln(1 − gain): ln of the loss of the machine over that with a candidate.
-pub(super) fn strength(gain: f64) -> f64 {
-    // No gain is 0, not −0.
-    0.0 - (1.0 - gain.clamp(0.0, 1.0)).max(1e-12).ln()
 }

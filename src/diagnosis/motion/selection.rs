@@ -1,8 +1,9 @@
 //! Selection of an effect from a screening and its null simulations: significance, and the effects
 //! indistinguishable from the best.
 
+use super::candidate::Ranked;
 use super::null_distribution::MotionNullDistribution;
-use super::screening::{MotionScreening, Ranked};
+use super::screening::MotionScreening;
 use machine::Effect;
 use numeric::distribution::t_quantile;
 

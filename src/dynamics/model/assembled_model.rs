@@ -74,7 +74,6 @@ impl AssembledModel {
     /// nothing.
     pub fn update(&mut self, machine: &Machine, parameters: &[f64], operating: &Operating) {
         let shape = Arc::clone(&self.structure);
-        let pattern = &shape.elimination;
         self.stiffness.fill(0.0);
         self.damping.fill(0.0);
         self.loss.fill(0.0);
@@ -129,6 +128,23 @@ impl AssembledModel {
                 window_per_s: self.window_per_s,
             })
         }));
+        self.update_joints(machine, parameters, operating);
+        self.mark_real_slots();
+        self.has_loss = self.loss.iter().any(|h| *h != 0.0);
+        self.levers.clear();
+        self.levers.extend(
+            machine
+                .chain
+                .levers
+                .iter()
+                .map(|l| [&l.sensor_arm, &l.hammer_arm].map(|r| r.at(parameters, operating))),
+        );
+    }
+
+    /// Computes the numbers of the joints and adds them to the matrices.
+    fn update_joints(&mut self, machine: &Machine, parameters: &[f64], operating: &Operating) {
+        let shape = Arc::clone(&self.structure);
+        let pattern = &shape.elimination;
         let share_s = machine.stiffness_proportional_damping_s;
         let described = shape.joints.iter().zip(&shape.screws);
         let all = machine.joints.iter().zip(&mut self.joints).zip(&mut self.joint_points).zip(described);
@@ -163,16 +179,6 @@ impl AssembledModel {
                 }
             }
         }
-        self.mark_real_slots();
-        self.has_loss = self.loss.iter().any(|h| *h != 0.0);
-        self.levers.clear();
-        self.levers.extend(
-            machine
-                .chain
-                .levers
-                .iter()
-                .map(|l| [&l.sensor_arm, &l.hammer_arm].map(|r| r.at(parameters, operating))),
-        );
     }
 
     /// Marks the slots whose entries stay real during factorisation: those without damping and loss, and

@@ -2,12 +2,11 @@
 
 use std::sync::LazyLock;
 
+use super::extremum_scan::{Evaluation, ExtremumBracket, Scan, phase_step_too_large};
 use super::peak_search::PeakSearch;
 use super::rational_interpolant::RationalInterpolant;
 use super::simd::{Complexes, LANES, Reals, padded, padded_by};
 
-/// Cosine of the largest phase step of Δ between neighbouring evaluations (2.2 rad).
-const COS_MAX_PHASE_STEP: f64 = -0.5885;
 /// Number of evaluations of a piece before its roots are known.
 const GRID: usize = 24;
 /// Largest error of the polynomials relative to their least magnitude on the piece; and relative to their
@@ -23,9 +22,8 @@ const MIN_DISTANCE: f64 = 1e-8;
 const RESTART_DISTANCE: f64 = 0.05;
 /// Positions evaluated around a root, in units of its distance from the band.
 const OFFSETS: [f64; 5] = [-2.0, -0.7, 0.0, 0.7, 2.0];
-/// Dip that requests another evaluation: the minimum of the parabola through three evaluations of one sign,
-/// as a share of the middle one. Then the largest number of rounds of such requests.
-const DIP: (f64, usize) = (0.5, 3);
+/// Largest number of rounds of evaluations requested by a scan.
+const SCANS: usize = 3;
 /// Relative precision of the frequencies of valleys; only the depth of a valley is used.
 const VALLEY_PRECISION: f64 = 1e-6;
 /// Largest relative change of |H| over the last Newton step to an extremum. The result includes the step's
@@ -55,16 +53,6 @@ static GRID_POINTS: LazyLock<Grid> = LazyLock::new(|| {
     Grid { positions, upper: std::array::from_fn(upper) }
 });
 
-/// Evaluation at one position t of a piece.
-#[derive(Debug, Clone, Copy)]
-struct Evaluation {
-    t: f64,
-    /// G, which has the sign of the slope of |H|·ω^p.
-    rise: f64,
-    /// Δ.
-    denominator: (f64, f64),
-}
-
 /// A root of N or Δ near a piece.
 #[derive(Debug, Clone, Copy)]
 struct Root {
@@ -74,14 +62,6 @@ struct Root {
     pole: bool,
     /// Index of the grid cell that contains the root.
     cell: usize,
-}
-
-/// Neighbouring evaluations between which |H|·ω^p has an extremum.
-#[derive(Debug, Clone, Copy)]
-struct ExtremumBracket {
-    low: (f64, f64),
-    high: (f64, f64),
-    is_maximum: bool,
 }
 
 /// A maximum or minimum of |H|·ω^p.
@@ -116,15 +96,14 @@ pub(super) struct ExtremumSearch {
 
 impl Default for ExtremumSearch {
     fn default() -> Self {
-        let (roots, requested, near_roots, brackets) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         ExtremumSearch {
             grid: &GRID_POINTS,
             rise: [0.0; GRID],
             denominator: [[0.0; GRID]; 2],
-            roots,
-            requested,
-            near_roots,
-            brackets,
+            roots: Vec::new(),
+            requested: Vec::new(),
+            near_roots: Vec::new(),
+            brackets: Vec::new(),
         }
     }
 }
@@ -224,7 +203,7 @@ impl ExtremumSearch {
         self.refine_roots(of);
         self.near_roots.clear();
         self.request_near_roots();
-        for _ in 0..DIP.1 {
+        for _ in 0..SCANS {
             self.evaluate_requested(of, settings);
             if !self.scan(rising) {
                 return false;
@@ -456,57 +435,4 @@ fn rise_of(
     let omega = t.mul_add(Reals::splat(of.half), Reals::splat(of.middle));
     let steady = Reals::splat(of.half * f64::from(settings.omega_power)) * n2 * d2;
     (n[0].dot(n[1]) * d2 - n2 * d[0].dot(d[1])).mul_add(omega, steady)
-}
-
-/// State of a scan over all evaluations.
-struct Scan {
-    /// Whether all phase steps so far are small enough.
-    near: bool,
-    /// Positions that need another evaluation.
-    requested: Vec<f64>,
-    brackets: Vec<ExtremumBracket>,
-}
-
-impl Scan {
-    /// Moves from the last two evaluations to the next one and records a bracket where G changes its sign.
-    fn step(&mut self, [before, last]: [Evaluation; 2], here: Evaluation) -> [Evaluation; 2] {
-        if (last.rise > 0.0) != (here.rise > 0.0) {
-            self.brackets.push(ExtremumBracket {
-                low: (last.t, last.rise),
-                high: (here.t, here.rise),
-                is_maximum: last.rise > 0.0,
-            });
-        }
-        let (a, b) = (last.denominator, here.denominator);
-        let along = a.0 * b.0 + a.1 * b.1;
-        self.near &= along >= 0.0
-            || along * along
-                <= COS_MAX_PHASE_STEP
-                    * COS_MAX_PHASE_STEP
-                    * (a.0 * a.0 + a.1 * a.1)
-                    * (b.0 * b.0 + b.1 * b.1);
-        self.requested.extend(dip(before, last, here));
-        [last, here]
-    }
-}
-
-/// Returns the minimum of the parabola through three evaluations of one sign if the middle one is the least
-/// and the parabola comes near zero.
-fn dip(before: Evaluation, last: Evaluation, here: Evaluation) -> Option<f64> {
-    let [a, b, c] = [before, last, here].map(|evaluation| evaluation.rise * last.rise.signum());
-    if !(b < a && b < c && b > 0.0) {
-        return None;
-    }
-    let (falls, rises) = ((b - a) / (last.t - before.t), (c - b) / (here.t - last.t));
-    let bend = (rises - falls) / (here.t - before.t);
-    let slope = falls + bend * (last.t - before.t);
-    (slope * slope > 4.0 * (1.0 - DIP.0) * b * bend).then_some(last.t - 0.5 * slope / bend)
-}
-
-/// Masks the lanes in which the phase step is too large, as in [`Scan::step`].
-fn phase_step_too_large(a: Complexes, b: Complexes) -> Reals {
-    let along = a.dot(b);
-    along.simd_lt(Reals::ZERO)
-        & (along * along)
-            .simd_gt(Reals::splat(COS_MAX_PHASE_STEP * COS_MAX_PHASE_STEP) * a.norm_sqr() * b.norm_sqr())
 }

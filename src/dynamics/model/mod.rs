@@ -11,6 +11,7 @@ mod beam;
 mod derived;
 mod elimination;
 mod energy;
+mod extremum_scan;
 mod extremum_search;
 mod frequency_grid;
 mod joint;

@@ -114,6 +114,23 @@ impl Rows {
             inputs: (0..inputs).map(|i| one(plant + 4 + readings + i)).collect(),
         }
     }
+
+    /// Returns the row of a state of the plant.
+    fn of(&self, state: usize) -> RowDVector<f64> {
+        self.plant.row(state).into_owned()
+    }
+
+    /// Returns the velocity that the velocity loop reads, and keeps its reading of the encoder.
+    fn next_velocity(&mut self, drive: &Drive, plant: &Plant) -> RowDVector<f64> {
+        match drive.velocity.tachometry {
+            Tachometry::Direct => self.of(plant.size + plant.velocity.at) * plant.velocity.travel,
+            Tachometry::Difference(periods) => {
+                let now = self.of(plant.velocity.at) * plant.velocity.travel;
+                self.readings.push(now.clone());
+                (now - self.readings.remove(0)) / (periods as f64 * drive.velocity.period_s)
+            }
+        }
+    }
 }
 
 /// Builds ẋ = A·x + B·u of the plant: coordinates, rates, relaxing forces and the current along q.
@@ -213,10 +230,9 @@ impl LinearLoops {
         let (mut outputs, mut coordinates) = (Vec::new(), Vec::new());
         let mut reference = RowDVector::zeros(columns);
         let (mut acceleration, mut signal) = (reference.clone(), reference.clone());
-        let of = |rows: &Rows, at: usize| rows.plant.row(at).into_owned();
         let scale = input_scale(drive, &at);
         for tick in 0..in_position {
-            let position = of(&rows, plant.position.at) * plant.position.travel;
+            let position = rows.of(plant.position.at) * plant.position.travel;
             if tick == 0 {
                 let rate = (&command - &rows.command) / position_s;
                 acceleration =
@@ -231,15 +247,7 @@ impl LinearLoops {
                 output.rows_mut(0, plant.size).copy_from(&rows.plant.rows(0, plant.size));
                 output.row_mut(plant.size).copy_from(&position);
                 outputs.push(output);
-                let velocity = match drive.velocity.tachometry {
-                    Tachometry::Direct => of(&rows, plant.size + plant.velocity.at) * plant.velocity.travel,
-                    Tachometry::Difference(periods) => {
-                        let now = of(&rows, plant.velocity.at) * plant.velocity.travel;
-                        rows.readings.push(now.clone());
-                        (now - rows.readings.remove(0)) / (periods as f64 * velocity_s)
-                    }
-                };
-                let error = &reference - velocity;
+                let error = &reference - rows.next_velocity(drive, &plant);
                 signal = (&error + &rows.speed) * at(&drive.velocity.gain) + &acceleration;
                 rows.speed += error * (velocity_s / at(&drive.velocity.integral_time_s));
             }
@@ -247,7 +255,7 @@ impl LinearLoops {
                 None => &signal * scale,
                 Some(current) => {
                     let q = plant.winding.map_or(0, |w| w.q);
-                    let error = &signal - of(&rows, q);
+                    let error = &signal - rows.of(q);
                     let given = (&error + &rows.currents) * at(&current.gain);
                     rows.currents += error * (tick_s / at(&current.integral_time_s));
                     given

@@ -21,6 +21,10 @@ const MOST_PARTS: f64 = 1e6;
 /// Largest number of steps at which the drive holds its input, in a motion.
 const MOST_HOLDS: usize = 50_000_000;
 
+/// Fault of steps or of a delay that do not suit a switching inverter.
+const UNSWITCHED: &str = "a switching inverter has its own steps and needs a delay of whole periods of the current loop; \
+     leave out the step, or write inverter = \"averaged\"";
+
 /// Simulates a driven machine on a course. `go_on` is called at intervals; when it returns false, the motion
 /// stops incomplete.
 ///
@@ -44,7 +48,6 @@ pub fn simulate(
     let plant = Plant::new(machine, values, settings)?;
     check_stroke(machine, course, settings)?;
     let (points, warnings) = (plant.points.clone(), plant.warnings.clone());
-    let names: Vec<String> = points.iter().map(|(p, _)| machine.points[*p].name.clone()).collect();
     let y = start(&plant, course)?;
     let mut loops = ControlLoops::new(
         drive,
@@ -61,15 +64,13 @@ pub fn simulate(
     let delay = periods(loops.delay_s, loops.period_s);
     let (whole_periods, remainder) = (delay.floor() as usize, delay.fract() * parts as f64);
     let (split_part, remainder) = (remainder.floor() as usize, remainder.fract());
-    let units = if remainder > 1e-9 {
-        vec![step_s, remainder * step_s, (1.0 - remainder) * step_s]
-    } else {
-        vec![step_s]
-    };
+    let mut units = vec![step_s];
+    if remainder > 1e-9 {
+        units.extend([remainder * step_s, (1.0 - remainder) * step_s]);
+    }
+    let has_rest = units.len() == 3;
     if loops.switching_v.is_some() && (parts > 1 || delay.fract() > 1e-9) {
-        let fault = "a switching inverter has its own steps and needs a delay of whole periods of the current loop; \
-                     leave out the step, or write inverter = \"averaged\"";
-        return Err(MotionError::Input(fault.into()));
+        return Err(MotionError::Input(UNSWITCHED.into()));
     }
     let mut runner = Runner::new(Stepper::new(plant, units), y, settings.tolerance, go_on);
     let bound = settings.bound.unwrap_or_else(|| bound(course));
@@ -77,7 +78,7 @@ pub fn simulate(
     check_extent(course, periods, periods.saturating_mul(loops.to_velocity), parts, step_s)?;
     let (size, driven) = (runner.stepper.plant.size, runner.stepper.plant.drive);
     let mut trace = Trace {
-        points: names,
+        points: points.iter().map(|(p, _)| machine.points[*p].name.clone()).collect(),
         samples: Vec::with_capacity(periods + 1),
         events: Vec::new(),
         energy: Energy::default(),
@@ -108,11 +109,7 @@ pub fn simulate(
             trace.complete = false;
             break;
         }
-        inputs.push_front(loops.input(&runner.y));
-        inputs.truncate(whole_periods + 2);
-        // Before the start the input has its initial value.
-        let input = |late: usize| inputs[late.min(inputs.len() - 1)];
-        let (old, new) = (input(whole_periods + 1), input(whole_periods));
+        let (old, new) = delayed(&mut inputs, loops.input(&runner.y), whole_periods);
         if let Some(dc_link_v) = loops.switching_v {
             let rotation = loops.rotation(&runner.y, driven, size);
             for pulse in pulses(new, dc_link_v, rotation, tick % 2 == 1) {
@@ -128,9 +125,8 @@ pub fn simulate(
         }
         for part in 0..parts {
             let at_s = time_s + part as f64 * step_s;
-            if unit_count(&runner) == 1 || part != split_part {
-                let late = part < split_part || (part == split_part && unit_count(&runner) == 3);
-                runner.advance((0, 0), at_s, if late { old } else { new })?;
+            if !has_rest || part != split_part {
+                runner.advance((0, 0), at_s, if part < split_part { old } else { new })?;
             } else {
                 runner.advance((1, 0), at_s, old)?;
                 runner.advance((2, 0), at_s + remainder * step_s, new)?;
@@ -142,8 +138,13 @@ pub fn simulate(
     Ok(trace)
 }
 
-fn unit_count(runner: &Runner) -> usize {
-    runner.stepper.units_s.len()
+/// Adds an input to those of earlier periods, newest first. Returns those that act before and after the
+/// remainder of the delay; before the start the input has its initial value.
+fn delayed(inputs: &mut VecDeque<Input>, input: Input, whole_periods: usize) -> (Input, Input) {
+    inputs.push_front(input);
+    inputs.truncate(whole_periods + 2);
+    let late = |periods: usize| inputs[periods.min(inputs.len() - 1)];
+    (late(whole_periods + 1), late(whole_periods))
 }
 
 /// Returns the number of steps per period of the innermost loop.

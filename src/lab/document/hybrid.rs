@@ -42,12 +42,6 @@ pub fn hybrid_text(document: &HybridDocument) -> String {
     let um = |x: f64| format!("{:.2}", 1e6 * x);
     let physics = document.records.values().any(|r| r.physics.is_some());
     let sine = |name: &str| PRINTED_SINES.iter().find(|p| p.0 == name);
-    let circle = |name: &str| {
-        PRINTED_CIRCLES
-            .iter()
-            .find(|p| p.0 == name)
-            .map_or_else(String::new, |(_, _, a, h)| format!("{a:.2} / {h:.2}"))
-    };
     let mut heads: Vec<String> =
         ["record", "role", "model RMSE µm", "with network"].map(String::from).to_vec();
     if physics {
@@ -117,32 +111,41 @@ pub fn hybrid_text(document: &HybridDocument) -> String {
         };
     }
     if !document.contours.is_empty() {
-        let mut heads: Vec<String> = ["circle", "role", "contour error µm", "model error µm", "with network"]
-            .map(String::from)
-            .to_vec();
-        let physics = document.contours.values().any(|c| c.physics_off_m.is_some());
-        if physics {
-            heads.push("with physics".into());
-        }
-        heads.push("paper".into());
-        let cells = |(name, c): (&String, &ContourRow)| {
-            let mut cells = vec![
-                name.clone(),
-                c.role.replace('_', " "),
-                um(c.measured_m),
-                um(c.analytical_off_m),
-                um(c.hybrid_off_m),
-            ];
-            if physics {
-                cells.push(c.physics_off_m.map_or_else(|| "–".into(), um));
-            }
-            cells.push(circle(name));
-            cells
-        };
-        text += "\nlargest contour errors\n";
-        text += &columns(&heads, document.contours.iter().map(cells));
+        text += &contour_text(document);
     }
     text
+}
+
+fn contour_text(document: &HybridDocument) -> String {
+    let um = |x: f64| format!("{:.2}", 1e6 * x);
+    let circle = |name: &str| {
+        PRINTED_CIRCLES
+            .iter()
+            .find(|p| p.0 == name)
+            .map_or_else(String::new, |(_, _, a, h)| format!("{a:.2} / {h:.2}"))
+    };
+    let mut heads: Vec<String> =
+        ["circle", "role", "contour error µm", "model error µm", "with network"].map(String::from).to_vec();
+    let physics = document.contours.values().any(|c| c.physics_off_m.is_some());
+    if physics {
+        heads.push("with physics".into());
+    }
+    heads.push("paper".into());
+    let cells = |(name, c): (&String, &ContourRow)| {
+        let mut cells = vec![
+            name.clone(),
+            c.role.replace('_', " "),
+            um(c.measured_m),
+            um(c.analytical_off_m),
+            um(c.hybrid_off_m),
+        ];
+        if physics {
+            cells.push(c.physics_off_m.map_or_else(|| "–".into(), um));
+        }
+        cells.push(circle(name));
+        cells
+    };
+    format!("\nlargest contour errors\n{}", columns(&heads, document.contours.iter().map(cells)))
 }
 
 fn physics_text(of: &PhysicsRow, column: &str) -> String {

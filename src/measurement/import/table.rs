@@ -288,19 +288,7 @@ fn group(
         Some(Measures::Inverse(quantity, by_torque)) => (Some(quantity), by_torque, true),
         _ => (None, false, false),
     };
-    let quantity = match (stated, requested) {
-        (Some(stated), Some(requested)) if stated != requested => {
-            let unit = a.unit.as_ref().or(b.unit.as_ref()).map_or("", |unit| unit.as_str());
-            return Err(format!(
-                "the unit «{unit}» means {stated}, not {requested}; set the quantity to {stated}",
-                stated = stated.word(),
-                requested = requested.word()
-            ));
-        }
-        (stated, requested) => stated
-            .or(requested)
-            .ok_or("a table without units does not state its quantity; set the quantity to receptance, mobility or accelerance")?,
-    };
+    let quantity = quantity(stated, requested, a.unit.as_ref().or(b.unit.as_ref()))?;
     if kind.is_none() {
         notes.push(if form == Form::Decibels {
             "decibels without reference; taken as relative to one SI unit".into()
@@ -341,6 +329,25 @@ fn group(
         coherence: None,
         relative_sd: None,
     })
+}
+
+/// Returns the quantity that the units state, or the requested one.
+fn quantity(
+    stated: Option<Quantity>,
+    requested: Option<Quantity>,
+    unit: Option<&String>,
+) -> Result<Quantity, Fault> {
+    match (stated, requested) {
+        (Some(stated), Some(requested)) if stated != requested => Err(format!(
+            "the unit «{}» means {stated}, not {}; set the quantity to {stated}",
+            unit.map_or("", |unit| unit.as_str()),
+            requested.word(),
+            stated = stated.word()
+        )),
+        _ => stated.or(requested).ok_or_else(|| {
+            "a table without units does not state its quantity; set the quantity to receptance, mobility or accelerance".into()
+        }),
+    }
 }
 
 /// Returns factor and kind of the unit of a value.

@@ -4,6 +4,7 @@
 mod effects;
 mod learnable;
 mod records;
+mod residual_map;
 mod responses;
 
 use std::path::PathBuf;

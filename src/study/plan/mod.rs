@@ -10,7 +10,7 @@ use crate::modal_density::mode_frequencies_hz;
 use crate::settings::checked_band;
 use crate::{Study, StudyError, StudyResult};
 use identification::objective::{FrfSettings, ModeSettings};
-use identification::{Choice, FrfPlan, PlanDesign};
+use identification::{Choice, FrfPlan, PlanDesign, PlannedMeasurement};
 use machine::{ParameterValues, State};
 use numeric::statistics::extremes;
 use report::diagnosis::DiagnosisDocument;
@@ -75,6 +75,19 @@ impl Default for PlanRequest {
     }
 }
 
+impl PlanRequest {
+    fn check(&self) -> StudyResult<()> {
+        if let Some(count) = self.choose.iter().find(|count| !CHOSEN.contains(count)) {
+            let fault = format!("write numbers from {} to {}", CHOSEN.start(), CHOSEN.end());
+            return Err(StudyError::setting("choose", count, fault));
+        }
+        if self.lines < 2 {
+            return Err(StudyError::setting("lines", self.lines, "an FRF has two lines or more"));
+        }
+        Ok(())
+    }
+}
+
 /// Numbers of measurements to choose at once.
 const CHOSEN: RangeInclusive<usize> = 1..=8;
 /// Largest number of choices, which are ranked exhaustively.
@@ -98,13 +111,7 @@ impl Study {
     ///   is free; there are too many choices.
     pub fn plan_with(&self, request: &PlanRequest) -> StudyResult<PlanDocument> {
         self.check_responses("a plan")?;
-        if let Some(count) = request.choose.iter().find(|count| !CHOSEN.contains(count)) {
-            let fault = format!("write numbers from {} to {}", CHOSEN.start(), CHOSEN.end());
-            return Err(StudyError::setting("choose", count, fault));
-        }
-        if request.lines < 2 {
-            return Err(StudyError::setting("lines", request.lines, "an FRF has two lines or more"));
-        }
+        request.check()?;
         let machine = &self.config.machine;
         let mut values = machine.start();
         let mut inputs = Vec::new();
@@ -128,20 +135,7 @@ impl Study {
         if design.free.is_empty() {
             return Err(StudyError::impossible("no free parameter to plan for; freeze fewer"));
         }
-        let name = |candidate: usize| {
-            let c = &design.candidates[candidate];
-            let channel = format!("{}/{}", c.channel.0, c.channel.1);
-            let measurement = match c.position.map(|p| &self.set.positions[p].name) {
-                Some(position) if channels.len() > 1 => format!("{position}:{channel}"),
-                Some(position) => position.clone(),
-                None => channel,
-            };
-            if c.state == State::Described {
-                measurement
-            } else {
-                format!("{measurement}@{}", c.state.name())
-            }
-        };
+        let name = |at: usize| self.measurement_name(&design.candidates[at], channels.len());
         let made = self.made(request, &design, &name)?;
         let counts: Vec<usize> = match (&request.choose[..], made.is_empty()) {
             ([], true) => [2, 3].into_iter().filter(|n| *n <= design.candidates.len()).collect(),
@@ -211,6 +205,21 @@ impl Study {
             rivals: discrimination.map(|(_, names)| names).unwrap_or_default(),
             rankings,
         })
+    }
+
+    /// Names a measurement by its position, by its channel among several, and by its state.
+    fn measurement_name(&self, candidate: &PlannedMeasurement, channels: usize) -> String {
+        let channel = format!("{}/{}", candidate.channel.0, candidate.channel.1);
+        let measurement = match candidate.position.map(|p| &self.set.positions[p].name) {
+            Some(position) if channels > 1 => format!("{position}:{channel}"),
+            Some(position) => position.clone(),
+            None => channel,
+        };
+        if candidate.state == State::Described {
+            measurement
+        } else {
+            format!("{measurement}@{}", candidate.state.name())
+        }
     }
 
     /// Returns the pairs of response and excitation to choose from.
