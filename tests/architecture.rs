@@ -182,6 +182,29 @@ fn code_in(place: &Path) -> String {
     text.lines().filter(|line| !line.trim_start().starts_with("//")).flat_map(|line| [line, "\n"]).collect()
 }
 
+/// Looking for examples in the documentation of a crate without any takes `cargo test` seconds: such crates
+/// say `doctest = false`, and no other, so that every example is tested.
+#[test]
+fn crates_with_examples_in_their_documentation_test_them() {
+    let mut files: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for source in all_sources().into_iter().filter(|s| s.crate_name != "python") {
+        files.entry(source.crate_name).or_default().push(source.file);
+    }
+    for (name, files) in files {
+        let has_examples = files.iter().any(|file| {
+            let text = fs::read_to_string(file).unwrap();
+            let lines = text.lines().map(str::trim_start);
+            let documentation = lines.filter(|line| line.starts_with("///") || line.starts_with("//!"));
+            let fences = documentation.filter_map(|line| line[3..].trim_start().strip_prefix("```"));
+            fences.step_by(2).any(|language| language != "text")
+        });
+        let manifest: toml::Table =
+            fs::read_to_string(format!("src/{name}/Cargo.toml")).unwrap().parse().unwrap();
+        let tests_them = manifest["lib"].get("doctest").is_none();
+        assert_eq!(has_examples, tests_them, "{name}: examples in its documentation, and tested");
+    }
+}
+
 /// The command parses arguments, shows progress and prints. Everything else is the library's.
 #[test]
 fn the_command_uses_the_library_and_the_documents_alone() {
