@@ -18,8 +18,14 @@
 //!     println!("{id} = {:.3e} {}, 95 %: {:?}", row.value, row.unit, row.interval95);
 //! }
 //! assert!((found.parameters["k_n"].value / 5.59e8 - 1.0).abs() < 0.01);
+//! # Ok::<(), jointid::StudyError>(())
+//! ```
 //!
-//! // Taken out of the machine's description, the rotor hold is found again, and a rival that modes alone do not exclude.
+//! Taken out of the machine's description, the rotor hold is found again, and a rival that modes alone do not
+//! exclude (test `published_bench_without_its_rotor_hold`):
+//!
+//! ```no_run
+//! # let study = jointid::Study::load("configs/tian.toml", "measurements/tian")?.fit(["l1", "l3", "l5"])?;
 //! let diagnosis = study.without(["rotor-hold"])?.diagnose()?;
 //! println!("{}: {}", diagnosis.verdict.kind, diagnosis.verdict.reason);
 //! assert_eq!(diagnosis.verdict.effects, ["rotor-hold", "guide-stiffness"]);

@@ -2,8 +2,10 @@
 //! refused input.
 
 use std::path::Path;
+use std::sync::LazyLock;
 
 use assert_cmd::Command;
+use jointid::{DiagnosisRequest, Study};
 use reference_simulator::draw::Draw;
 use reference_simulator::{Counts, Kind, Label, Plan, generate_one, write_case};
 use serde_json::Value;
@@ -93,6 +95,7 @@ fn recover_no_effect_where_none_is_missing() {
 }
 
 #[test]
+#[ignore = "second tier"]
 fn recover_a_withheld_relaxation_and_the_share_of_the_gap_it_closes() {
     let (found, label) = diagnose_case(|kind, effects, strength| {
         *kind == Kind::Single && effects == ["table-relaxation"] && strength == Some("Strong")
@@ -147,11 +150,11 @@ fn published_amplitudes_are_no_receptances() {
     assert!(number(&best["gap_held_out_after"]) > 2.0 * number(&best["gap_held_out_before"]), "{best:#}");
 }
 
-/// Two records exchanged between their positions, among the fitted and among the held-out ones.
+/// Two records exchanged between their positions, among the fitted and, in a study, among the held-out ones.
 #[test]
 #[ignore = "second tier"]
 fn recover_exchanged_records() {
-    for (a, b) in [("l1", "l3"), ("l2", "l6")] {
+    for (a, b) in [("l1", "l3"), ("l2", "l6")].into_iter().take(test_data::draws(1, 2) as usize) {
         let exchange = |path: &Path| {
             let file = |name: &str| path.join(format!("frf/{name}.csv"));
             std::fs::rename(file(a), file("kept")).unwrap();
@@ -166,12 +169,27 @@ fn recover_exchanged_records() {
     }
 }
 
+/// The diagnosis of the paper's bench without its rotor hold, as the README prints it.
+pub const ROTOR_HOLD: &str = "jointid diagnose --without rotor-hold --positions l1,l3,l5";
+
+/// The document of that diagnosis, which the library computes on two threads, once for all tests.
+pub fn rotor_hold_document() -> &'static Value {
+    static DOCUMENT: LazyLock<Value> = LazyLock::new(|| {
+        let bench = Study::load("configs/tian.toml", "measurements/tian").unwrap();
+        let study = bench.without(["rotor-hold"]).unwrap().fit(["l1", "l3", "l5"]).unwrap();
+        let request = DiagnosisRequest { nulls: 20, ..DiagnosisRequest::default() };
+        let threads = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+        serde_json::to_value(threads.install(|| study.diagnose_with(&request)).unwrap()).unwrap()
+    });
+    &DOCUMENT
+}
+
 /// The paper's bench without its rotor hold: modes alone do not distinguish it from a spring at the table,
-/// whose one peak that nobody noted has the least prominence that the set states. The result is the same on
-/// one and on two threads.
+/// whose one peak that nobody noted has the least prominence that the set states. The command on one thread
+/// finds what the library finds on two.
 #[test]
 fn published_bench_without_its_rotor_hold() {
-    let arguments = ["--without", "rotor-hold", "--positions", "l1,l3,l5"];
+    let arguments: Vec<&str> = ROTOR_HOLD.split(' ').skip(2).collect();
     let found = diagnose(&[&arguments[..], &["--threads", "1"]].concat());
     assert_eq!(found["domain"], "modes");
     let named: Vec<&str> =
@@ -201,7 +219,7 @@ fn published_bench_without_its_rotor_hold() {
     assert!(by_mode.len() == 4 && least < all && all < most, "{by_mode:?} for {all}");
     // Modes have no lines.
     assert!(found["verdict"]["band_hz"].is_null());
-    assert_eq!(found, diagnose(&[&arguments[..], &["--threads", "2"]].concat()));
+    assert_eq!(&found, rotor_hold_document());
 }
 
 /// Without `least_prominence`, small peaks may have been missed, so a spring between table and ground, which
@@ -364,6 +382,7 @@ fn recover_a_resonator_that_no_effect_describes() {
 
 /// A hub heavier than described is not mistaken for a thinner journal.
 #[test]
+#[ignore = "second tier"]
 fn recover_a_heavy_hub() {
     let hub = r#"
 [[effect]]
@@ -397,6 +416,7 @@ hub = { unit = "1", start = 2.5, lower = 0.5, upper = 10.0, source = "a brake di
 
 /// The screw of the simulator is a chain of beam elements on springs, whose nut also pushes it sideways.
 #[test]
+#[ignore = "second tier"]
 fn recover_a_bending_screw() {
     let (found, label) = diagnose_case(|kind, effects, strength| {
         *kind == Kind::Single && effects == ["screw-bending"] && strength == Some("Strong")

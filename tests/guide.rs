@@ -6,16 +6,29 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
+use crate::diagnosis::ROTOR_HOLD;
 use crate::support::axis_template::{fill_in_machine, fill_in_measurements};
-use crate::support::pages;
+use crate::support::pages::{self, PageCommand};
 
 /// Folder of the guide's pages.
 const GUIDE: &str = "src/guide";
 
-/// Runs the commands of a page in a folder, those of the laboratory left out; its tests run them.
-fn run_page(page: &Path, folder: &Path, after_init: impl Fn(&Path)) -> Vec<String> {
+/// Runs those commands of a page that are asked for in a folder, but not those of the laboratory; its tests
+/// run them.
+fn run_page_if(
+    page: &Path,
+    folder: &Path,
+    after_init: impl Fn(&Path),
+    is_run: impl Fn(&str) -> bool,
+) -> Vec<PageCommand> {
     let programs = assert_cmd::cargo::cargo_bin!("jointid").parent().unwrap();
-    pages::run_page(page, (programs, |command| !pages::is_of_laboratory(command)), folder, after_init)
+    let is_run = |command: &str| !pages::is_of_laboratory(command) && is_run(command);
+    pages::run_page(page, (programs, is_run), folder, after_init)
+}
+
+/// Runs the commands of a page in a folder, those of the laboratory left out.
+fn run_page(page: &Path, folder: &Path, after_init: impl Fn(&Path)) -> Vec<PageCommand> {
+    run_page_if(page, folder, after_init, |_| true)
 }
 
 fn page(name: &str) -> PathBuf {
@@ -32,13 +45,25 @@ fn fill_in(folder: &Path) {
     fill_in_measurements(&folder.join("axis"), &folder.join("taps"));
 }
 
+/// Diagnoses take longest, and other tests run those of the README: that of the bench, and that of the page
+/// on FRFs, which writes into another folder.
 #[cfg(unix)]
 #[test]
 fn the_commands_of_the_readme_run() {
     let folder = tempfile::tempdir().unwrap();
-    let commands = run_page(Path::new("README.md"), folder.path(), fill_in);
+    let is_diagnosis = |command: &str| command.starts_with("jointid diagnose");
+    let commands =
+        run_page_if(Path::new("README.md"), folder.path(), fill_in, |command| !is_diagnosis(command));
+    let commands: Vec<&str> = commands.iter().map(|(command, _)| command.as_str()).collect();
     assert_eq!(commands[..2], ["cargo run --release -- identify --positions l1,l3,l5", "cargo test"]);
     assert!(folder.path().join("axis/results/report.html").exists());
+    let on_frfs = fs::read_to_string(page("own-frfs.md")).unwrap();
+    let diagnoses: Vec<&str> = commands.into_iter().filter(|command| is_diagnosis(command)).collect();
+    assert_eq!(diagnoses.len(), 2);
+    for command in diagnoses {
+        let there = command.replace("--out axis/results", "--out axis/frf-results");
+        assert!(command == ROTOR_HOLD || on_frfs.lines().any(|line| line == there), "{command}");
+    }
 }
 
 #[cfg(unix)]
@@ -54,13 +79,7 @@ fn the_pages_on_machine_and_frfs_lead_to_results() {
 #[test]
 fn the_page_on_results_shows_the_program_s_tables() {
     let folder = tempfile::tempdir().unwrap();
-    run_page(&page("results.md"), folder.path(), |_| {});
-    let output = assert_cmd::Command::cargo_bin("jointid")
-        .unwrap()
-        .args(["identify", "--positions", "l1,l3,l5", "--quiet"])
-        .output()
-        .unwrap();
-    contains_blocks(&page("results.md"), &String::from_utf8(output.stdout).unwrap());
+    contains_blocks("results.md", &run_page(&page("results.md"), folder.path(), |_| {}));
 }
 
 #[cfg(unix)]
@@ -99,35 +118,22 @@ fn the_effect_of_the_guide_is_found() {
 #[test]
 fn the_verdict_of_the_guide_is_the_program_s() {
     let folder = tempfile::tempdir().unwrap();
-    let commands = run_page(&page("verdicts.md"), folder.path(), |_| {});
-    let diagnose: Vec<&str> =
-        commands.iter().find(|c| c.starts_with("jointid diagnose")).unwrap().split(' ').skip(1).collect();
-    let output = assert_cmd::Command::cargo_bin("jointid")
-        .unwrap()
-        .current_dir(folder.path())
-        .args(diagnose)
-        .arg("--quiet")
-        .output()
-        .unwrap();
-    contains_blocks(&page("verdicts.md"), &String::from_utf8(output.stdout).unwrap());
+    contains_blocks("verdicts.md", &run_page(&page("verdicts.md"), folder.path(), |_| {}));
     let text = fs::read_to_string(page("verdicts.md")).unwrap();
     for kind in ["none", "effect", "ambiguous", "unknown", "wrong-parameter", "measurement", "insufficient"] {
         assert!(text.contains(&format!("\n| {kind} |")), "{kind}");
     }
 }
 
-/// Whether the text blocks of a page occur in the program's output.
-fn contains_blocks(page: &Path, output: &str) {
-    let text = fs::read_to_string(page).unwrap();
+/// Checks that the text blocks of a page occur in what its commands print.
+fn contains_blocks(name: &str, commands: &[PageCommand]) {
+    let output: String = commands.iter().filter_map(|(_, output)| output.as_deref()).collect();
+    let text = fs::read_to_string(page(name)).unwrap();
     let blocks: Vec<&str> =
         text.split("```text\n").skip(1).map(|block| block.split("```").next().unwrap()).collect();
     assert!(!blocks.is_empty());
     for block in blocks {
-        assert!(
-            output.contains(block.trim_end()),
-            "{} does not print\n{block}\nbut\n{output}",
-            page.display()
-        );
+        assert!(output.contains(block.trim_end()), "{name} does not print\n{block}\nbut\n{output}");
     }
 }
 

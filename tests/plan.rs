@@ -1,10 +1,11 @@
 //! Plans by what measurements decide: predictions, operating states, and the verdict of a diagnosis.
 
 use std::fs;
-use std::path::Path;
 
 use assert_cmd::Command;
 use serde_json::{Value, json};
+
+use crate::diagnosis::rotor_hold_document;
 
 fn command(arguments: &[&str]) -> (i32, String, String) {
     let output = Command::cargo_bin("jointid").unwrap().args(arguments).output().unwrap();
@@ -84,34 +85,13 @@ fn operating_states_are_candidates() {
     assert!(code == 2 && fault.contains("--states") && fault.contains("planned for FRFs"), "{fault}");
 }
 
-/// Diagnoses the bench without its hold, and returns the path of the result.
-fn diagnosis(folder: &Path) -> String {
-    let out = folder.display().to_string();
-    let arguments = [
-        "--without",
-        "rotor-hold",
-        "--positions",
-        "l1,l3,l5",
-        "--no-cache",
-        "--nulls",
-        "20",
-        "--quiet",
-        "--out",
-        &out,
-    ];
-    let (code, _, fault) = command(&[&["diagnose"], &arguments[..]].concat());
-    assert_eq!(code, 0, "{fault}");
-    folder.join("diagnosis.json").display().to_string()
-}
-
 /// The probability that a verdict is settled lies between 0 and 1, falls with noise, and grows with
 /// measurements; results that cannot be used are refused.
 #[test]
 fn an_ambiguous_verdict_decides_a_plan() {
     let folder = tempfile::tempdir().unwrap();
-    let text = fs::read_to_string(diagnosis(folder.path())).unwrap();
     let changed = |name: &str, change: &dyn Fn(&mut Value)| {
-        let mut document: Value = serde_json::from_str(&text).unwrap();
+        let mut document = rotor_hold_document().clone();
         document["verdict"]["kind"] = json!("ambiguous");
         document["verdict"]["effects"] = json!(["rotor-hold", "table-mass"]);
         change(&mut document);

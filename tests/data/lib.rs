@@ -28,8 +28,13 @@ pub fn skipped(why: &str) {
     let _ = writeln!(std::io::stderr(), "skipped: {why}, {test}");
 }
 
-/// Returns the number of draws of a test: `all` in a study (`JOINTID_STUDY=full`, as set by `.ci/study`),
-/// otherwise `few`.
+/// Returns the number of draws of a test: `all` in a study, otherwise `few`.
 pub fn draws(few: u64, all: u64) -> u64 {
-    if std::env::var("JOINTID_STUDY").is_ok_and(|value| value == "full") { all } else { few }
+    if is_study() { all } else { few }
+}
+
+/// Whether this is a study (`JOINTID_STUDY=full`, as set by `.ci/study`): with all draws, and with what is
+/// computed for comparison only.
+pub fn is_study() -> bool {
+    std::env::var("JOINTID_STUDY").is_ok_and(|value| value == "full")
 }

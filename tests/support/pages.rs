@@ -51,19 +51,24 @@ pub fn is_of_laboratory(command: &str) -> bool {
     command.starts_with("jointid lab ") || command.starts_with("jointid withheld ")
 }
 
+/// A command of a page as printed, and what it prints on stdout; `None` where it was not run.
+pub type PageCommand = (String, Option<String>);
+
 /// Runs those commands of a page that are asked for, in a folder; `programs` is the folder of the program
 /// `jointid`, and `after_init` fills in the files that `jointid init` writes. Returns all commands of the
 /// page.
 pub fn run_page(
     page: &Path,
-    (programs, is_run): (&Path, fn(&str) -> bool),
+    (programs, is_run): (&Path, impl Fn(&str) -> bool),
     folder: &Path,
     after_init: impl Fn(&Path),
-) -> Vec<String> {
+) -> Vec<PageCommand> {
     let path = format!("{}:{}", programs.display(), std::env::var("PATH").unwrap());
-    let commands = commands(&fs::read_to_string(page).unwrap());
-    for command in commands.iter().filter(|command| command.starts_with("jointid ") && is_run(command)) {
-        let line = shortened(command);
+    let run = |text: String| {
+        if !text.starts_with("jointid ") || !is_run(&text) {
+            return (text, None);
+        }
+        let line = shortened(&text);
         let output = std::process::Command::new("sh")
             .args(["-c", &line])
             .env("PATH", &path)
@@ -76,9 +81,10 @@ pub fn run_page(
             page.display(),
             String::from_utf8_lossy(&output.stderr)
         );
-        if command.contains(" init ") {
+        if text.contains(" init ") {
             after_init(folder);
         }
-    }
-    commands
+        (text, Some(String::from_utf8(output.stdout).unwrap()))
+    };
+    commands(&fs::read_to_string(page).unwrap()).into_iter().map(run).collect()
 }

@@ -8,11 +8,12 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use crate::{lab, pages, root};
+use crate::pages::{self, PageCommand};
+use crate::{lab, root};
 
 /// Runs the commands of a page in a folder. A script stands for the program `jointid`, all of which the
 /// laboratory's program contains.
-fn run_page_if(page: &Path, folder: &Path, is_run: fn(&str) -> bool) -> Vec<String> {
+fn run_page_if(page: &Path, folder: &Path, is_run: impl Fn(&str) -> bool) -> Vec<PageCommand> {
     let programs = tempfile::tempdir().unwrap();
     let program = assert_cmd::cargo::cargo_bin!("jointid-lab").display().to_string();
     let script = format!(
@@ -24,7 +25,7 @@ fn run_page_if(page: &Path, folder: &Path, is_run: fn(&str) -> bool) -> Vec<Stri
     pages::run_page(page, (programs.path(), is_run), folder, |_| {})
 }
 
-fn run_page(page: &Path, folder: &Path) -> Vec<String> {
+fn run_page(page: &Path, folder: &Path) -> Vec<PageCommand> {
     run_page_if(page, folder, |_| true)
 }
 
@@ -40,7 +41,7 @@ fn document(folder: &Path, file: &str) -> Value {
 fn the_commands_of_the_readme_run() {
     let folder = tempfile::tempdir().unwrap();
     let commands = run_page_if(&root().join("README.md"), folder.path(), pages::is_of_laboratory);
-    assert!(commands.iter().any(|command| pages::is_of_laboratory(command)));
+    assert!(commands.iter().any(|(command, _)| pages::is_of_laboratory(command)));
 }
 
 #[test]
@@ -68,7 +69,6 @@ fn the_commands_on_motion_run() {
 fn the_page_on_the_papers_states_what_its_commands_find() {
     let folder = tempfile::tempdir().unwrap();
     std::os::unix::fs::symlink(root().join("measurements"), folder.path().join("measurements")).unwrap();
-    run_page(&page("papers.md"), folder.path());
     let text = fs::read_to_string(page("papers.md")).unwrap();
     let rows: Vec<Vec<&str>> = text
         .lines()
@@ -76,6 +76,10 @@ fn the_page_on_the_papers_states_what_its_commands_find() {
         .map(|line| line.split('|').map(str::trim).collect())
         .collect();
     assert_eq!(rows.len(), 3);
+    // The commands of the rows print documents below.
+    let is_in_row = |command: &str| rows.iter().any(|row| row[5].trim_matches('`') == command);
+    let commands = run_page_if(&page("papers.md"), folder.path(), |command| !is_in_row(command));
+    assert_eq!(commands.iter().filter(|(command, _)| is_in_row(command)).count(), 3);
     for row in rows {
         let arguments: Vec<&str> =
             row[5].trim_matches('`').split_whitespace().skip(1).map(|a| a.trim_matches('\'')).collect();
