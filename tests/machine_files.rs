@@ -31,6 +31,7 @@ fn frequencies(modes: &Value) -> Vec<f64> {
 /// Whole FRFs with tolerances: the file has the same FRFs and frequencies as the identified machine, and a
 /// second identification returns to them.
 #[test]
+#[ignore = "second tier"]
 fn an_identified_machine_is_a_machine_of_every_command() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).display().to_string();
