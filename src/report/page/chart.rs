@@ -1,9 +1,7 @@
-//! Charts: traces and layout of the charting crate, with the switches that show and hide traces.
+//! Charts: traces and layouts of Plotly.js as JSON, with the switches that show and hide traces.
 
-use plotly::color::NamedColor;
-use plotly::common::{DashType, Line, MarkerSymbol};
-use plotly::layout::{Axis, AxisType, HoverMode, Legend, Margin};
-use plotly::{Layout, Plot, Trace};
+use serde::Serialize;
+use serde_json::{Value, json};
 
 use super::text::escape;
 
@@ -16,57 +14,71 @@ pub fn colour(n: usize) -> &'static str {
 }
 
 /// Returns the dash of the n-th item. It changes with every round of the palette.
-pub fn dash(n: usize) -> DashType {
-    [DashType::Solid, DashType::Dot, DashType::DashDot, DashType::LongDash][(n / PALETTE.len()) % 4].clone()
+pub fn dash(n: usize) -> &'static str {
+    ["solid", "dot", "dashdot", "longdash"][(n / PALETTE.len()) % 4]
 }
 
 /// Returns the symbol of the n-th item.
-pub fn symbol(n: usize) -> MarkerSymbol {
-    [MarkerSymbol::Circle, MarkerSymbol::Square, MarkerSymbol::Diamond, MarkerSymbol::Cross][n % 4].clone()
+pub fn symbol(n: usize) -> &'static str {
+    ["circle", "square", "diamond", "cross"][n % 4]
+}
+
+/// Returns an object with the keys of another added to it.
+pub fn with(mut object: Value, other: Value) -> Value {
+    if let (Value::Object(object), Value::Object(other)) = (&mut object, other) {
+        object.extend(other);
+    }
+    object
 }
 
 /// Returns a line of a colour and width.
-pub fn line(colour: &str, width: f64) -> Line {
-    Line::new().color(colour.to_string()).width(width)
+pub fn line(colour: &str, width: f64) -> Value {
+    json!({ "color": colour, "width": width })
 }
 
 /// Returns an axis with a title.
-pub fn axis(title: &str) -> Axis {
-    Axis::new().title(title).auto_margin(true).zero_line(false)
+pub fn axis(title: &str) -> Value {
+    json!({ "title": { "text": title }, "automargin": true, "zeroline": false })
+}
+
+/// Returns an axis of names.
+pub fn name_axis(title: &str) -> Value {
+    with(axis(title), json!({ "type": "category" }))
+}
+
+/// Returns an axis whose numbers are shares, in percent.
+pub fn percent_axis(title: &str) -> Value {
+    with(axis(title), json!({ "tickformat": ".0%" }))
 }
 
 /// Returns a logarithmic axis with a title, with labels at 1, 2 and 5 of each decade as plain numbers.
-pub fn log_axis(title: &str) -> Axis {
-    axis(title).type_(AxisType::Log).tick_format("~g").n_ticks(6)
+pub fn log_axis(title: &str) -> Value {
+    with(axis(title), json!({ "type": "log", "tickformat": "~g", "nticks": 6 }))
 }
 
-/// Adds the n-th of up to eight vertical axes to a layout.
-fn with_y_axis(layout: Layout, n: usize, axis: Axis) -> Layout {
-    match n {
-        0 => layout.y_axis(axis),
-        1 => layout.y_axis2(axis),
-        2 => layout.y_axis3(axis),
-        3 => layout.y_axis4(axis),
-        4 => layout.y_axis5(axis),
-        5 => layout.y_axis6(axis),
-        6 => layout.y_axis7(axis),
-        _ => layout.y_axis8(axis),
-    }
+/// Returns the layout of a chart of the page, with the legend above, if any.
+pub fn layout(legend: bool, x_axis: Value, y_axis: Value) -> Value {
+    json!({
+        "margin": { "l": 64, "r": 16, "t": 32, "b": 48 },
+        "legend": { "orientation": "h", "x": 0.0, "y": 1.02, "yanchor": "bottom" },
+        "paper_bgcolor": "transparent", "plot_bgcolor": "transparent",
+        "showlegend": legend, "xaxis": x_axis, "yaxis": y_axis,
+    })
 }
 
-/// Returns the layout of a chart of the page, with the legend above.
-pub fn layout() -> Layout {
-    Layout::new()
-        .margin(Margin::new().left(64).right(16).top(32).bottom(48))
-        .legend(
-            Legend::new()
-                .orientation(plotly::common::Orientation::Horizontal)
-                .y(1.02)
-                .y_anchor(plotly::common::Anchor::Bottom)
-                .x(0.0),
-        )
-        .paper_background_color(NamedColor::Transparent)
-        .plot_background_color(NamedColor::Transparent)
+/// Returns a layout without legend, whose hover labels belong to the nearest point.
+pub fn hover_layout(x_axis: Value, y_axis: Value) -> Value {
+    with(layout(false, x_axis, y_axis), json!({ "hovermode": "closest" }))
+}
+
+/// Returns a layout with groups of bars.
+pub fn bar_layout(x_axis: Value, y_axis: Value) -> Value {
+    with(layout(true, x_axis, y_axis), json!({ "barmode": "group" }))
+}
+
+/// Returns a trace of points, drawn as a mode says.
+pub fn scatter(x: impl Serialize, y: impl Serialize, mode: &str, more: Value) -> Value {
+    with(json!({ "type": "scatter", "x": x, "y": y, "mode": mode }), more)
 }
 
 /// Returns the name of the n-th vertical axis, as traces refer to it.
@@ -76,14 +88,14 @@ pub fn y_axis(n: usize) -> String {
 
 /// Returns the layout of a chart of panels one above the other, each with a title and numbers of a format, on
 /// a common horizontal axis.
-pub fn panels(x_axis: Axis, titles: &[String], format: &str) -> Layout {
+pub fn panels(x_axis: Value, titles: &[String], format: &str) -> Value {
     let count = titles.len();
-    let x_axis = x_axis.anchor(y_axis(count.saturating_sub(1)));
-    let mut layout = layout().show_legend(false).hover_mode(HoverMode::Closest).x_axis(x_axis);
+    let mut layout =
+        hover_layout(with(x_axis, json!({ "anchor": y_axis(count.saturating_sub(1)) })), Value::Null);
     for (n, title) in titles.iter().enumerate() {
         let (low, high) = ((count - 1 - n) as f64 / count as f64, (count - n) as f64 / count as f64);
-        let panel = axis(title).domain(&[low + 0.03, high - 0.03]).tick_format(format).n_ticks(4);
-        layout = with_y_axis(layout, n, panel);
+        let panel = json!({ "domain": [low + 0.03, high - 0.03], "tickformat": format, "nticks": 4 });
+        layout[y_axis(n).replace('y', "yaxis")] = with(axis(title), panel);
     }
     layout
 }
@@ -107,8 +119,8 @@ pub struct Chart {
     label: String,
     caption: String,
     height: usize,
-    plot: Plot,
-    traces: usize,
+    layout: Value,
+    traces: Vec<Value>,
     switches: Vec<Switches>,
     keys: Vec<Vec<Option<usize>>>,
     titles: Option<(usize, Vec<String>)>,
@@ -118,16 +130,14 @@ pub struct Chart {
 impl Chart {
     /// Returns an empty chart. `id` is a fixed word; `label` is its heading and its description for screen
     /// readers.
-    pub fn new(id: &str, label: &str, caption: &str, height: usize, layout: Layout) -> Self {
-        let mut plot = Plot::new();
-        plot.set_layout(layout);
+    pub fn new(id: &str, label: &str, caption: &str, height: usize, layout: Value) -> Self {
         Chart {
             id: id.into(),
             label: label.into(),
             caption: caption.into(),
             height,
-            plot,
-            traces: 0,
+            layout,
+            traces: Vec::new(),
             switches: Vec::new(),
             keys: Vec::new(),
             titles: None,
@@ -154,21 +164,20 @@ impl Chart {
     }
 
     /// Adds a trace that is always shown.
-    pub fn trace(&mut self, trace: Box<dyn Trace>) {
+    pub fn trace(&mut self, trace: Value) {
         self.trace_for(Vec::new(), trace);
     }
 
     /// Adds a trace that is shown while the given choice of each group of switches is on (`None`: any
     /// choice).
-    pub fn trace_for(&mut self, key: Vec<Option<usize>>, trace: Box<dyn Trace>) {
-        self.plot.add_trace(trace);
+    pub fn trace_for(&mut self, key: Vec<Option<usize>>, trace: Value) {
+        self.traces.push(trace);
         self.keys.push(key);
-        self.traces += 1;
     }
 
     /// Formats the chart as HTML; empty without traces.
     pub fn html(&self) -> String {
-        if self.traces == 0 {
+        if self.traces.is_empty() {
             return String::new();
         }
         let mut out =
@@ -209,26 +218,13 @@ impl Chart {
         if !self.caption.is_empty() {
             out += &format!("<figcaption>{}</figcaption>\n", escape(&self.caption));
         }
+        let plot = json!({ "data": self.traces, "layout": self.layout });
         // Only `<` can end or change a script element. In JSON text it may be written as an escape.
-        let plot = self.plot.to_json().replace('<', "\\u003c");
-        let keys: Vec<Vec<i64>> = self
-            .keys
-            .iter()
-            .map(|k| k.iter().map(|o| o.map_or(-1, |o| i64::try_from(o).unwrap_or(-1))).collect())
-            .collect();
-        let keys = serde_json::to_string(&keys).unwrap_or_else(|_| "[]".into());
-        let titles =
-            serde_json::to_string(&self.titles).unwrap_or_else(|_| "null".into()).replace('<', "\\u003c");
-        out + &format!(
-            "<script type=\"application/json\">{{\"plot\":{plot},\"keys\":{keys},\"titles\":{titles}}}</script>\n</figure>\n"
-        )
+        let given = json!({ "plot": plot, "keys": self.keys, "titles": self.titles });
+        let given = given.to_string().replace('<', "\\u003c");
+        out + &format!("<script type=\"application/json\">{given}</script>\n</figure>\n")
     }
 }
 
-/// Returns the script of the charting crate as a script element, without the typesetting of formulas, which
-/// no chart uses.
-pub fn library() -> String {
-    let all = Plot::offline_js_sources();
-    let end = all.find("</script>").map_or(all.len(), |at| at + "</script>".len());
-    all[..end].to_string()
-}
+/// Plotly.js, the part for charts of two axes.
+pub const LIBRARY: &str = include_str!("plotly/plotly-cartesian.min.js");

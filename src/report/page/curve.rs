@@ -1,11 +1,9 @@
 //! Measured against predicted FRFs: magnitude and phase over frequency.
 
 use num_complex::Complex64;
-use plotly::common::{DashType, Marker, MarkerSymbol, Mode};
-use plotly::layout::HoverMode;
-use plotly::{Layout, Scatter};
+use serde_json::{Value, json};
 
-use super::chart::{Chart, Switches, axis, colour, dash, layout, line, log_axis};
+use super::chart::{Chart, Switches, axis, colour, dash, hover_layout, line, log_axis, scatter, with};
 use super::text::{escape, rounded};
 use super::thin::{Thinned, thin};
 
@@ -53,7 +51,7 @@ const MOST_POINTS: usize = 90_000;
 const MAX_DEVIATION: f64 = 0.005;
 
 /// A trace with its layer, the lowest at the back, and its switches.
-type Layered = (u8, Vec<Option<usize>>, Box<Scatter<f64, Option<f64>>>);
+type Layered = (u8, Vec<Option<usize>>, Value);
 
 /// Formats the chart `id` of curves; `after` names the model with the added effect where there are
 /// predictions before it.
@@ -82,17 +80,14 @@ pub fn chart(id: &str, curves: &[PageCurve], after: &str) -> String {
         curves.iter().find(|c| c.channel == *channel).map(|c| escape(&c.unit)).unwrap_or_default()
     };
     let titles: Vec<String> = channels.iter().map(unit_of).collect();
-    let layout: Layout = layout()
-        .show_legend(false)
-        .hover_mode(HoverMode::Closest)
-        .x_axis(log_axis("frequency (Hz)").anchor("y2").show_spikes(true))
-        .y_axis(log_axis(&titles[0]).domain(&[0.36, 1.0]))
-        .y_axis2(
-            axis("phase (°)")
-                .domain(&[0.0, 0.3])
-                .range(vec![-185.0, 185.0])
-                .tick_values(vec![-180.0, -90.0, 0.0, 90.0, 180.0]),
-        );
+    let phase_axis = json!({
+        "domain": [0.0, 0.3], "range": [-185.0, 185.0], "tickvals": [-180.0, -90.0, 0.0, 90.0, 180.0],
+    });
+    let layout = hover_layout(
+        with(log_axis("frequency (Hz)"), json!({ "anchor": "y2", "showspikes": true })),
+        with(log_axis(&titles[0]), json!({ "domain": [0.36, 1.0] })),
+    );
+    let layout = with(layout, json!({ "yaxis2": with(axis("phase (°)"), phase_axis) }));
     let mut drawing = Drawing {
         most: (MOST_POINTS / many.max(1)).clamp(200, 3000),
         added: compared.then_some(after),
@@ -164,47 +159,39 @@ impl Drawing<'_> {
                 let (position, what, role) = (escape(&curve.position), escape(what), curve.role());
                 format!("{position}, {what} ({role})<br>%{{x:.6~g}} Hz<br>%{{y:.4~g}} {y}<extra></extra>")
             };
-            let pen = match (model, curve.held_out) {
-                (None, _) => line(colour(at), 3.5),
-                (Some(0), _) => line(colour(at), 1.6).dash(DashType::Dot),
-                (_, false) => {
-                    line(colour(at), 1.4).dash(if self.added.is_some() { DashType::Solid } else { dash(at) })
-                }
-                (_, true) => line(colour(at), 1.4).dash(DashType::Dash),
+            let (width, dashes) = match (model, curve.held_out) {
+                (None, _) => (3.5, None),
+                (Some(0), _) => (1.6, Some("dot")),
+                (_, false) => (1.4, Some(if self.added.is_some() { "solid" } else { dash(at) })),
+                (_, true) => (1.4, Some("dash")),
             };
+            let pen =
+                with(line(colour(at), width), dashes.map_or(Value::Null, |dash| json!({ "dash": dash })));
             let (level, opacity) = if model.is_none() { (0, 0.4) } else { (1, 1.0) };
-            let trace = |(x, y)| {
-                Scatter::new(x, y)
-                    .mode(Mode::Lines)
-                    .opacity(opacity)
-                    .name(escape(&curve.position))
-                    .line(pen.clone())
+            let trace = |(x, y): (Vec<f64>, Vec<Option<f64>>), hover: String, y_axis: Value| {
+                let name = escape(&curve.position);
+                let look = json!({ "opacity": opacity, "name": name, "line": pen, "hovertemplate": hover });
+                scatter(x, y, "lines", with(look, y_axis))
             };
             let key = vec![Some(at), channel, model];
             let unit = curve.unit.split(['(', ')']).nth(1).unwrap_or("");
-            self.traces.push((
-                level,
-                key.clone(),
-                trace(magnitude(&f, &h, &thinned)).hover_template(hover(&escape(unit))),
-            ));
-            self.traces.push((
-                level,
-                key,
-                trace(phase(&f, &h, &thinned)).hover_template(hover("°")).y_axis("y2"),
-            ));
+            let above = trace(magnitude(&f, &h, &thinned), hover(&escape(unit)), Value::Null);
+            let below = trace(phase(&f, &h, &thinned), hover("°"), json!({ "yaxis": "y2" }));
+            self.traces.push((level, key.clone(), above));
+            self.traces.push((level, key, below));
         }
         let seen = curve.peaks.iter().filter_map(|p| Some((p.frequency_hz, Some(rounded(p.amplitude?, 5)))));
         let (x, y): (Vec<f64>, Vec<Option<f64>>) = seen.unzip();
         if !x.is_empty() {
-            let symbol = if curve.held_out { MarkerSymbol::DiamondOpen } else { MarkerSymbol::Circle };
+            let symbol = if curve.held_out { "diamond-open" } else { "circle" };
             let name = escape(&curve.position);
             let text = format!(
                 "{name}, measured peak ({})<br>%{{x:.6~g}} Hz<br>%{{y:.4~g}}<extra></extra>",
                 curve.role()
             );
-            let mark = Marker::new().color(colour(at)).size(9).symbol(symbol);
-            let trace = Scatter::new(x, y).mode(Mode::Markers).marker(mark).hover_template(text).name(name);
-            self.traces.push((2, vec![Some(at), channel, None], trace));
+            let mark = json!({ "color": colour(at), "size": 9, "symbol": symbol });
+            let look = json!({ "marker": mark, "hovertemplate": text, "name": name });
+            self.traces.push((2, vec![Some(at), channel, None], scatter(x, y, "markers", look)));
         }
     }
 

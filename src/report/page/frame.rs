@@ -1,6 +1,6 @@
 //! The whole page: head, sections in reading order, provenance.
 
-use super::chart::library;
+use super::chart::LIBRARY;
 use super::text::{TextTable, escape, paragraph, section};
 use super::{Page, comparison, curve, loops, motion, parameter, peak, position, predicted, shape, verdict};
 use crate::document::{IdentificationDocument, Stamp};
@@ -42,9 +42,8 @@ pub fn html(page: &Page) -> String {
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<meta name=\"color-scheme\" content=\"light dark\">\n\
          <title>{title} – jointid</title>\n<link rel=\"icon\" href=\"data:,\">\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
          <a class=\"skip\" href=\"#main\">Skip to content</a>\n<header>\n<h1>{title}</h1>\n{lead}{under}{notes}</header>\n\
-         <nav aria-label=\"Contents\"><ul>{contents}</ul></nav>\n<main id=\"main\">\n{body}</main>\n{library}\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n",
+         <nav aria-label=\"Contents\"><ul>{contents}</ul></nav>\n<main id=\"main\">\n{body}</main>\n<script type=\"text/javascript\">{LIBRARY}</script>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n",
         title = escape(&page.title),
-        library = library(),
     )
 }
 

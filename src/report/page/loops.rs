@@ -1,10 +1,8 @@
 //! The loops of a drive: frequency response, gains, circles, and a model with a network on its residual.
 
-use plotly::common::{Marker, Mode};
-use plotly::layout::{AxisType, BarMode};
-use plotly::{Bar, Scatter};
+use serde_json::json;
 
-use super::chart::{Chart, axis, colour, layout, line, log_axis};
+use super::chart::{Chart, axis, bar_layout, colour, layout, line, log_axis, name_axis, scatter};
 use super::text::{TextTable, cell, escape, paragraph, rounded};
 use crate::hybrid::{HybridDocument, HybridRow};
 use crate::loops::{BodeDocument, BodeRow, CirclesDocument, GainStudyDocument, GainStudyRow};
@@ -12,36 +10,32 @@ use crate::loops::{BodeDocument, BodeRow, CirclesDocument, GainStudyDocument, Ga
 /// Formats the frequency response from command to position.
 pub fn bode(of: &BodeDocument) -> String {
     let to = of.response.as_deref().unwrap_or("the reading of the position encoder");
-    let chart =
-        |id: &str, label: &str, title: &str, log: bool, pick: fn(&BodeRow) -> (Option<f64>, Option<f64>)| {
-            let y = if log { log_axis(title) } else { axis(title) };
-            let caption = format!("From the command to {}.", escape(to));
-            let mut chart = Chart::new(
-                id,
-                label,
-                &caption,
-                300,
-                layout().show_legend(true).x_axis(log_axis("frequency (Hz)")).y_axis(y),
-            );
-            let both = [
-                ("linearised", of.rows.iter().map(|r| (r.frequency_hz, pick(r).0)).collect::<Vec<_>>()),
-                ("simulated", of.rows.iter().map(|r| (r.frequency_hz, pick(r).1)).collect::<Vec<_>>()),
-            ];
-            for (n, (name, points)) in both.into_iter().enumerate() {
-                let (x, y): (Vec<f64>, Vec<f64>) =
-                    points.into_iter().filter_map(|(x, y)| Some((x, y?))).unzip();
-                if !x.is_empty() {
-                    let mode = if n == 0 { Mode::Lines } else { Mode::Markers };
-                    let drawn = Scatter::new(x, y)
-                        .mode(mode)
-                        .name(name)
-                        .line(line(colour(n), 1.5))
-                        .marker(Marker::new().color(colour(n)).size(5));
-                    chart.trace(drawn.hover_template("%{x:.4~g} Hz: %{y:.4~g}"));
-                }
+    let chart = |id: &str,
+                 label: &str,
+                 title: &str,
+                 log: bool,
+                 pick: fn(&BodeRow) -> (Option<f64>, Option<f64>)| {
+        let y = if log { log_axis(title) } else { axis(title) };
+        let caption = format!("From the command to {}.", escape(to));
+        let layout = layout(true, log_axis("frequency (Hz)"), y);
+        let mut chart = Chart::new(id, label, &caption, 300, layout);
+        let both = [
+            ("linearised", of.rows.iter().map(|r| (r.frequency_hz, pick(r).0)).collect::<Vec<_>>()),
+            ("simulated", of.rows.iter().map(|r| (r.frequency_hz, pick(r).1)).collect::<Vec<_>>()),
+        ];
+        for (n, (name, points)) in both.into_iter().enumerate() {
+            let (x, y): (Vec<f64>, Vec<f64>) = points.into_iter().filter_map(|(x, y)| Some((x, y?))).unzip();
+            if !x.is_empty() {
+                let mode = if n == 0 { "lines" } else { "markers" };
+                let look = json!({
+                    "name": name, "line": line(colour(n), 1.5), "marker": { "color": colour(n), "size": 5 },
+                    "hovertemplate": "%{x:.4~g} Hz: %{y:.4~g}",
+                });
+                chart.trace(scatter(x, y, mode, look));
             }
-            chart.html()
-        };
+        }
+        chart.html()
+    };
     let magnitude = chart("bode-magnitude", "Magnitude", "magnitude", true, |r| {
         (Some(r.magnitude), r.simulated_magnitude)
     });
@@ -84,10 +78,7 @@ pub fn gain(of: &GainStudyDocument) -> String {
         ]);
     }
     let caption = "Time, static error and energy are relative to their largest values. Cost: error less the savings of energy and time.";
-    let axes = layout()
-        .show_legend(true)
-        .x_axis(axis("gain of the position loop (1/min)"))
-        .y_axis(axis("relative value, cost"));
+    let axes = layout(true, axis("gain of the position loop (1/min)"), axis("relative value, cost"));
     let mut chart = Chart::new("gain", "Cost over the gain of the position loop", caption, 320, axes);
     type Pick = fn(&GainStudyRow) -> Option<f64>;
     let picks: [(&str, Pick); 4] = [
@@ -101,13 +92,9 @@ pub fn gain(of: &GainStudyDocument) -> String {
             if name == "cost" { Some(1.0) } else { of.rows.iter().filter_map(pick).reduce(f64::max) };
         let points = of.rows.iter().filter_map(|r| Some((r.gain_per_min, pick(r)? / largest?)));
         let (x, y): (Vec<f64>, Vec<f64>) = points.unzip();
-        chart.trace(
-            Scatter::new(x, y)
-                .mode(Mode::LinesMarkers)
-                .name(name)
-                .line(line(colour(n), 1.5))
-                .hover_template("%{x:.0f} 1/min: %{y:.4~g}"),
-        );
+        let hover = "%{x:.0f} 1/min: %{y:.4~g}";
+        let look = json!({ "name": name, "line": line(colour(n), 1.5), "hovertemplate": hover });
+        chart.trace(scatter(x, y, "lines+markers", look));
     }
     let summary = of
         .optimum_per_s
@@ -134,11 +121,7 @@ pub fn hybrid(of: &HybridDocument) -> String {
             cell(r.physics.map(|p| p.rmse_m), um),
         ]);
     }
-    let axes = layout()
-        .show_legend(true)
-        .bar_mode(BarMode::Group)
-        .x_axis(axis("record").type_(AxisType::Category))
-        .y_axis(axis("RMSE (µm)"));
+    let axes = bar_layout(name_axis("record"), axis("RMSE (µm)"));
     let mut chart = Chart::new(
         "hybrid",
         "Prediction errors of model, neural network and diagnosed effects",
@@ -149,7 +132,8 @@ pub fn hybrid(of: &HybridDocument) -> String {
     let mut bars = |name: &str, n: usize, pick: &dyn Fn(&HybridRow) -> Option<f64>| {
         let (x, y): (Vec<String>, Vec<f64>) =
             of.records.iter().filter_map(|(name, r)| Some((escape(name), 1e6 * pick(r)?))).unzip();
-        chart.trace(Bar::new(x, y).name(name).marker(Marker::new().color(colour(n))));
+        let marker = json!({ "color": colour(n) });
+        chart.trace(json!({ "type": "bar", "x": x, "y": y, "name": name, "marker": marker }));
     };
     bars("model", 4, &|r| Some(r.analytical.rmse_m));
     bars("with network", 1, &|r| Some(r.hybrid.rmse_m));

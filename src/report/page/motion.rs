@@ -1,10 +1,10 @@
 //! Motion records: force and residual over time, distribution of the misfit, friction curve.
 
-use plotly::common::{ErrorData, ErrorType, Marker, Mode};
-use plotly::layout::{AxisType, BarMode};
-use plotly::{Bar, Scatter};
+use serde_json::json;
 
-use super::chart::{Chart, Switches, axis, colour, layout, line};
+use super::chart::{
+    Chart, Switches, axis, bar_layout, colour, layout, line, name_axis, percent_axis, scatter,
+};
 use super::text::{TextTable, escape, rounded};
 use crate::diagnosis::DiagnosisDocument;
 use crate::document::IdentificationDocument;
@@ -70,7 +70,7 @@ fn force(of: &MotionRows) -> String {
         "Measured force and residual",
         "One period, where the command repeats. Residual: measured less predicted, with the machine as described and with the chosen model.",
         380,
-        layout().show_legend(true).x_axis(axis("time (s)")).y_axis(axis(&format!("force or torque ({})", of.unit))),
+        layout(true, axis("time (s)"), axis(&format!("force or torque ({})", of.unit))),
     )
     .switches(vec![Switches { label: "Record".into(), options, many: false, coloured: false }]);
     for (at, trace) in of.traces.iter().enumerate() {
@@ -79,11 +79,9 @@ fn force(of: &MotionRows) -> String {
             ("residual, as described", 1, &trace.before),
             ("residual, chosen model", 0, &trace.after),
         ] {
-            let drawn = Scatter::new(trace.time_s.clone(), y.clone())
-                .mode(Mode::Lines)
-                .name(name)
-                .line(line(colour(n), 1.2));
-            chart.trace_for(vec![Some(at)], drawn.hover_template("%{x:.3~g} s: %{y:.4~g}"));
+            let hover = "%{x:.3~g} s: %{y:.4~g}";
+            let look = json!({ "name": name, "line": line(colour(n), 1.2), "hovertemplate": hover });
+            chart.trace_for(vec![Some(at)], scatter(&trace.time_s, y, "lines", look));
         }
     }
     chart.html()
@@ -95,11 +93,7 @@ fn phases(of: &MotionRows) -> String {
         "Share of the squared misfit by phase of the motion, machine as described",
         "",
         280,
-        layout()
-            .show_legend(true)
-            .bar_mode(BarMode::Group)
-            .x_axis(axis("").type_(AxisType::Category))
-            .y_axis(axis("share").tick_format(".0%")),
+        bar_layout(name_axis(""), percent_axis("share")),
     );
     for (n, trace) in of.traces.iter().enumerate() {
         let own = of.misfit_map.iter().filter(|c| {
@@ -111,8 +105,10 @@ fn phases(of: &MotionRows) -> String {
         let (x, y): (Vec<String>, Vec<f64>) =
             own.map(|c| (c.phase.clone().unwrap_or_default(), rounded(c.share, 4))).unzip();
         if !x.is_empty() {
-            let bars = Bar::new(x, y).name(escape(&trace.record)).marker(Marker::new().color(colour(n)));
-            chart.trace(bars.hover_template("%{x}: %{y:.1%}"));
+            chart.trace(json!({
+                "type": "bar", "x": x, "y": y, "name": escape(&trace.record), "marker": { "color": colour(n) },
+                "hovertemplate": "%{x}: %{y:.1%}",
+            }));
         }
     }
     chart.html()
@@ -143,23 +139,18 @@ fn friction_curve(of: &[CurveRow], unit: &str) -> String {
         "Force at constant speed",
         "Points: means over intervals at constant speed of the fitted records, less the inertia force. Line: the model.",
         320,
-        layout()
-            .show_legend(true)
-            .x_axis(axis("velocity (m/s)"))
-            .y_axis(axis(&format!("force or torque ({unit})"))),
+        layout(true, axis("velocity (m/s)"), axis(&format!("force or torque ({unit})"))),
     );
     if !of.is_empty() {
         let x: Vec<f64> = of.iter().map(|p| rounded(p.velocity_m_s, 5)).collect();
-        let spread = ErrorData::new(ErrorType::Data).array(of.iter().map(|p| rounded(p.sd, 3)).collect());
-        let measured = Scatter::new(x, of.iter().map(|p| rounded(p.load, 5)).collect())
-            .mode(Mode::Markers)
-            .name("measured");
-        chart.trace(
-            measured
-                .error_y(spread)
-                .marker(Marker::new().color(colour(1)))
-                .hover_template("%{x:.4~g} m/s: %{y:.4~g}"),
-        );
+        let y: Vec<f64> = of.iter().map(|p| rounded(p.load, 5)).collect();
+        let spread: Vec<f64> = of.iter().map(|p| rounded(p.sd, 3)).collect();
+        let hover = "%{x:.4~g} m/s: %{y:.4~g}";
+        let look = json!({
+            "name": "measured", "error_y": { "type": "data", "array": spread }, "marker": { "color": colour(1) },
+            "hovertemplate": hover,
+        });
+        chart.trace(scatter(x, y, "markers", look));
         // One line per direction, because friction changes discontinuously with the sign of the velocity.
         for forward in [false, true] {
             let side = of
@@ -167,12 +158,10 @@ fn friction_curve(of: &[CurveRow], unit: &str) -> String {
                 .filter(|p| (p.velocity_m_s > 0.0) == forward)
                 .filter_map(|p| Some((rounded(p.velocity_m_s, 5), rounded(p.predicted?, 5))));
             let (x, y): (Vec<f64>, Vec<f64>) = side.unzip();
-            let model = Scatter::new(x, y)
-                .mode(Mode::Lines)
-                .name("model")
-                .show_legend(forward)
-                .line(line(colour(0), 1.6));
-            chart.trace(model.hover_template("%{x:.4~g} m/s: %{y:.4~g}"));
+            let look = json!({
+                "name": "model", "showlegend": forward, "line": line(colour(0), 1.6), "hovertemplate": hover,
+            });
+            chart.trace(scatter(x, y, "lines", look));
         }
     }
     chart.html()

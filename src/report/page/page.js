@@ -44,7 +44,7 @@
 
     const visible = () => given.keys.map((key) => groups.every((group) => {
       const option = key[Number(group.dataset.group)];
-      if (option === undefined || option < 0) return true;
+      if (option == null) return true;
       return group.querySelector(`[data-option="${option}"]`)?.getAttribute("aria-pressed") === "true";
     }));
     for (const group of groups) {

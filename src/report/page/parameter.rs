@@ -1,10 +1,8 @@
 //! Parameters: values and intervals, correlations, and how the searches converged.
 
-use plotly::common::{ColorScale, ColorScaleElement, Mode};
-use plotly::layout::AxisType;
-use plotly::{HeatMap, Scatter};
+use serde_json::{Value, json};
 
-use super::chart::{Chart, axis, colour, dash, layout, line, log_axis};
+use super::chart::{Chart, axis, colour, dash, layout, line, log_axis, name_axis, scatter, with};
 use super::text::{TextTable, escape, paragraph, rounded};
 use std::collections::BTreeMap;
 
@@ -69,29 +67,22 @@ fn intervals(of: &IdentificationDocument) -> String {
         "Plausible range and 95 % interval of each parameter, relative to its value",
         "Pale: plausible range before the measurement. Dark: 95 % interval after it. Where only the pale bar stands, the data do not determine the parameter.",
         90 + 30 * rows.len(),
-        layout()
-            .show_legend(false)
-            .x_axis(log_axis("times the value"))
-            .y_axis(axis("").type_(AxisType::Category)),
+        layout(false, log_axis("times the value"), name_axis("")),
     );
     for (name, (id, p)) in names.iter().zip(&rows) {
-        let bar = |ends: [f64; 2], width: f64, colour: &str, what: &str| {
+        let bar = |ends: [f64; 2], line: Value, opacity: f64, what: &str| {
             let hover =
                 format!("{}, {what}<br>{} {}<extra></extra>", escape(id), range(ends), escape(&p.unit));
-            Scatter::new(ends.map(|x| rounded(x / p.value, 5)).to_vec(), vec![name.clone(); 2])
-                .mode(Mode::Lines)
-                .line(line(colour, width))
-                .hover_template(hover)
+            let look = json!({ "line": line, "opacity": opacity, "hovertemplate": hover });
+            scatter(ends.map(|x| rounded(x / p.value, 5)), [name, name], "lines", look)
         };
-        chart.trace(bar([p.lower, p.upper], 12.0, "#8A8A8A", "plausible range").opacity(0.35));
+        chart.trace(bar([p.lower, p.upper], line("#8A8A8A", 12.0), 0.35, "plausible range"));
         for ends in p.parts().into_iter().filter(|i| i.iter().all(|x| x.is_finite() && *x > 0.0)) {
-            chart.trace(bar(ends, 7.0, colour(0), "95 % interval"));
+            chart.trace(bar(ends, line(colour(0), 7.0), 1.0, "95 % interval"));
         }
-        let value = Scatter::new(vec![1.0], vec![name.clone()]).mode(Mode::Markers);
         let hover = format!("{}<br>{} {}<extra></extra>", escape(id), figure(p.value), escape(&p.unit));
-        chart.trace(
-            value.marker(plotly::common::Marker::new().color(colour(1)).size(8)).hover_template(hover),
-        );
+        let look = json!({ "marker": { "color": colour(1), "size": 8 }, "hovertemplate": hover });
+        chart.trace(scatter([1.0], [name], "markers", look));
     }
     chart.html()
 }
@@ -107,20 +98,19 @@ pub fn correlations(of: &IdentificationDocument) -> String {
         .iter()
         .map(|row| row.iter().map(|x| (x * 1000.0).round() / 1000.0).collect())
         .collect();
-    let scale = [(0.0, "#0072B2"), (0.5, "#F7F7F7"), (1.0, "#D55E00")];
-    let scale =
-        ColorScale::Vector(scale.iter().map(|(at, c)| ColorScaleElement(*at, (*c).to_string())).collect());
+    let rows = json!({ "autorange": true, "range": [names.len() as f64 - 0.5, -0.5] });
     let mut chart = Chart::new(
         "correlations",
         "Correlations of the fitted parameters",
         "Near +1 or −1 the data determine only a combination of two parameters.",
         160 + 30 * names.len(),
-        layout().x_axis(axis("").type_(AxisType::Category)).y_axis(
-            axis("").type_(AxisType::Category).auto_range(true).range(vec![names.len() as f64 - 0.5, -0.5]),
-        ),
+        layout(false, name_axis(""), with(name_axis(""), rows)),
     );
-    let map = HeatMap::new(names.clone(), names, z).zmin(-1.0).zmax(1.0).color_scale(scale);
-    chart.trace(map.hover_template("%{y} and %{x}: %{z:.2f}<extra></extra>"));
+    chart.trace(json!({
+        "type": "heatmap", "x": names, "y": names, "z": z, "zmin": -1.0, "zmax": 1.0,
+        "colorscale": [[0.0, "#0072B2"], [0.5, "#F7F7F7"], [1.0, "#D55E00"]],
+        "hovertemplate": "%{y} and %{x}: %{z:.2f}<extra></extra>",
+    }));
     chart.html()
 }
 
@@ -131,10 +121,7 @@ pub fn convergence(of: &IdentificationDocument) -> String {
         "Least cost after each generation or start of each round of searches",
         "",
         300,
-        layout()
-            .show_legend(of.searches.len() > 1)
-            .x_axis(axis("generation or start"))
-            .y_axis(log_axis("cost")),
+        layout(of.searches.len() > 1, axis("generation or start"), log_axis("cost")),
     );
     let mut table =
         TextTable::new("Rounds of searches, best first", 1, ["Seed", "Least cost", "Evaluations"]);
@@ -148,9 +135,10 @@ pub fn convergence(of: &IdentificationDocument) -> String {
             continue;
         }
         let y: Vec<f64> = kept.iter().map(|i| rounded(search.trace[*i], 5)).collect();
-        let trace = Scatter::new(kept, y).mode(Mode::Lines).name(format!("seed {}", search.seed));
-        let pen = line(colour(n), 1.6).dash(dash(n)).shape(plotly::common::LineShape::Hv);
-        chart.trace(trace.line(pen).hover_template("%{x}<br>%{y:.5~g}"));
+        let pen = with(line(colour(n), 1.6), json!({ "dash": dash(n), "shape": "hv" }));
+        let name = format!("seed {}", search.seed);
+        let look = json!({ "name": name, "line": pen, "hovertemplate": "%{x}<br>%{y:.5~g}" });
+        chart.trace(scatter(kept, y, "lines", look));
     }
     let effort = of.search.as_ref().map(found_text).unwrap_or_default();
     let agreement = match effort.strip_prefix("; ") {

@@ -1,11 +1,9 @@
 //! Natural frequencies from FRFs, tracked over the records.
 
-use plotly::Scatter;
-use plotly::common::{ErrorData, ErrorType, Marker, Mode};
-use plotly::layout::AxisType;
+use serde_json::json;
 
 use super::Page;
-use super::chart::{Chart, axis, colour, layout, log_axis, symbol};
+use super::chart::{Chart, axis, colour, layout, line, log_axis, name_axis, scatter, symbol};
 use super::position::{ordered, place};
 use super::text::{TextTable, cell, rounded};
 use crate::document::PeaksDocument;
@@ -14,13 +12,13 @@ use crate::terminal::{figure, percent};
 /// Formats the section.
 pub fn content(page: &Page, of: &PeaksDocument) -> String {
     let known = of.modes.iter().flat_map(|m| m.records.keys()).all(|name| page.nut_m.contains_key(name));
-    let x_axis = if known { axis("nut position (m)") } else { axis("record").type_(AxisType::Category) };
+    let x_axis = if known { axis("nut position (m)") } else { name_axis("record") };
     let mut chart = Chart::new(
         "peaks-chart",
         "Natural frequencies from the FRFs, against position",
         "Error bars: 95 % intervals. Grey: spurious peaks.",
         340,
-        layout().show_legend(true).x_axis(x_axis).y_axis(log_axis("Hz")),
+        layout(true, x_axis, log_axis("Hz")),
     );
     let header = ["Mode", "Record", "Hz", "±", "Damping", "±", "Amplitude"];
     let mut table = TextTable::new("Regular modes by record; ± is half a 95 % interval", 2, header);
@@ -36,15 +34,13 @@ pub fn content(page: &Page, of: &PeaksDocument) -> String {
             figure(mode.frequency_hz),
             if mode.regular { "" } else { ", no regularity" }
         );
-        let mark = Marker::new().color(colour(n)).size(8).symbol(symbol(n));
-        let trace = Scatter::new(x, y)
-            .mode(if mode.regular { Mode::LinesMarkers } else { Mode::Markers })
-            .marker(mark);
-        let trace = trace
-            .error_y(ErrorData::new(ErrorType::Data).array(spread))
-            .name(name)
-            .line(super::chart::line(colour(n), 1.0));
-        chart.trace(trace.show_legend(mode.regular).hover_template("%{y:.6~g} Hz"));
+        let mode_of_points = if mode.regular { "lines+markers" } else { "markers" };
+        let look = json!({
+            "name": name, "showlegend": mode.regular, "line": line(colour(n), 1.0),
+            "marker": { "color": colour(n), "size": 8, "symbol": symbol(n) },
+            "error_y": { "type": "data", "array": spread }, "hovertemplate": "%{y:.6~g} Hz",
+        });
+        chart.trace(scatter(x, y, mode_of_points, look));
         for (name, row) in rows.iter().filter(|_| mode.regular) {
             table.row([
                 mode.order.to_string(),

@@ -2,12 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use plotly::Scatter;
-use plotly::common::{Marker, MarkerSymbol, Mode};
-use plotly::layout::AxisType;
+use serde_json::{Value, json};
 
 use super::Page;
-use super::chart::{Chart, axis, colour, line, panels, y_axis};
+use super::chart::{Chart, axis, colour, line, name_axis, panels, scatter, y_axis};
 use super::text::{escape, rounded};
 use crate::document::{OrderRow, PositionRow};
 use crate::vocabulary::Role;
@@ -42,7 +40,7 @@ pub fn ordered<'p, T>(page: &Page, of: &'p BTreeMap<String, T>) -> Vec<(&'p Stri
 
 /// Returns the place of a position or record on the horizontal axis: its nut position where that is known,
 /// else its name.
-pub fn place(page: &Page, name: &String, known: bool) -> serde_json::Value {
+pub fn place(page: &Page, name: &String, known: bool) -> Value {
     page.nut_m.get(name).filter(|_| known).map_or_else(|| escape(name).into(), |nut_m| (*nut_m).into())
 }
 
@@ -55,7 +53,7 @@ fn along(
 ) -> String {
     let rows = ordered(page, positions);
     let known = rows.iter().all(|(name, _)| page.nut_m.contains_key(*name));
-    let x_axis = if known { axis("nut position (m)") } else { axis("position").type_(AxisType::Category) };
+    let x_axis = if known { axis("nut position (m)") } else { name_axis("position") };
     let value = |p: &PositionRow, order: u32, pick: &dyn Fn(&OrderRow) -> Option<f64>| {
         p.orders.iter().find(|o| o.order == order).and_then(pick)
     };
@@ -78,12 +76,12 @@ fn along(
             .filter_map(|(p, row)| Some((place(page, p, known), rounded(value(row, order, predicted)?, 6))))
             .collect();
         if !points.is_empty() {
-            let (x, y): (Vec<_>, Vec<_>) = points.into_iter().unzip();
-            let pen = line(colour(n), 1.6);
+            let (x, y): (Vec<Value>, Vec<f64>) = points.into_iter().unzip();
             let hover = format!("{name}, predicted<br>%{{y:.5~g}}<extra></extra>");
-            chart.trace(Scatter::new(x, y).mode(Mode::Lines).line(pen).y_axis(&y_axis).hover_template(hover));
+            let look = json!({ "line": line(colour(n), 1.6), "yaxis": y_axis, "hovertemplate": hover });
+            chart.trace(scatter(x, y, "lines", look));
         }
-        for (held_out, symbol) in [(false, MarkerSymbol::Circle), (true, MarkerSymbol::CircleOpen)] {
+        for (held_out, symbol) in [(false, "circle"), (true, "circle-open")] {
             let of_role = rows.iter().filter(|(_, row)| (row.role == Role::HeldOut) == held_out);
             let points: Vec<_> = of_role
                 .filter_map(|(p, row)| Some((*p, place(page, p, known), value(row, order, measured)?)))
@@ -92,12 +90,11 @@ fn along(
                 continue;
             }
             let names: Vec<String> = points.iter().map(|p| escape(p.0)).collect();
-            let (x, y): (Vec<_>, Vec<_>) = points.into_iter().map(|(_, x, y)| (x, y)).unzip();
+            let (x, y): (Vec<Value>, Vec<f64>) = points.into_iter().map(|(_, x, y)| (x, y)).unzip();
             let hover = format!("%{{text}}, {name}, measured<br>%{{y:.5~g}}<extra></extra>");
-            let mark = Marker::new().color(colour(n)).size(9).symbol(symbol);
-            let trace =
-                Scatter::new(x, y).mode(Mode::Markers).marker(mark).text_array(names).hover_template(hover);
-            chart.trace(trace.y_axis(&y_axis));
+            let mark = json!({ "color": colour(n), "size": 9, "symbol": symbol });
+            let look = json!({ "marker": mark, "text": names, "yaxis": y_axis, "hovertemplate": hover });
+            chart.trace(scatter(x, y, "markers", look));
         }
     }
     chart.html()

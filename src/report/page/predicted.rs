@@ -1,11 +1,11 @@
 //! Predictions at positions that were not measured: natural frequency against position, and FRFs, with their
 //! bands.
 
-use plotly::Scatter;
-use plotly::common::{Fill, Marker, MarkerSymbol, Mode};
-use plotly::layout::HoverMode;
+use serde_json::{Value, json};
 
-use super::chart::{Chart, Switches, axis, colour, layout, line, log_axis, panels, y_axis};
+use super::chart::{
+    Chart, Switches, axis, colour, hover_layout, line, log_axis, panels, scatter, with, y_axis,
+};
 use super::text::{TextTable, escape, paragraph, rounded};
 use crate::prediction::{
     HEADER, PredictedMode, PredictedPosition, PredictionDocument, mode_rows, stiffness_rows,
@@ -28,8 +28,11 @@ pub struct MeasuredMode {
 const ORDERS: usize = 7;
 /// Largest distance ln(measured/predicted) of a mark from its order: beyond, the model lacks the mode.
 const REACH: f64 = 0.2;
-/// Shade of the bands.
-const SHADE: &str = "rgba(0,114,178,0.22)";
+
+/// Returns the fill of a band, down to the trace before.
+fn band() -> Value {
+    json!({ "fill": "tonexty", "fillcolor": "rgba(0,114,178,0.22)" })
+}
 
 /// Formats the section of a prediction.
 pub fn content(of: &PredictionDocument, measured: &[MeasuredMode]) -> String {
@@ -94,22 +97,16 @@ fn frequencies(of: &PredictionDocument, measured: &[MeasuredMode]) -> String {
         let rows: Vec<(f64, &PredictedMode)> =
             along.iter().filter_map(|(x, p)| Some((*x, mode(p, order)?))).collect();
         let x: Vec<f64> = rows.iter().map(|r| r.0).collect();
-        let curve = |pick: &dyn Fn(&PredictedMode) -> f64| {
-            rows.iter().map(|r| rounded(pick(r.1), 6)).collect::<Vec<_>>()
-        };
-        let end = |y: Vec<_>| {
-            Scatter::new(x.clone(), y).mode(Mode::Lines).line(line(colour(0), 0.6)).y_axis(&y_axis)
-        };
         let hover = format!("order {order}, %{{x:.4~g}} m<br>%{{y:.5~g}} Hz<extra></extra>");
-        chart.trace(end(curve(&|m| m.frequency95[0])).hover_template(&hover));
-        chart.trace(
-            end(curve(&|m| m.frequency95[1])).fill(Fill::ToNextY).fill_color(SHADE).hover_template(&hover),
-        );
-        let predicted = Scatter::new(x.clone(), curve(&|m| m.mode.frequency_hz))
-            .mode(Mode::Lines)
-            .line(line(colour(0), 1.8));
-        chart.trace(predicted.y_axis(&y_axis).hover_template(&hover));
-        for (held_out, symbol) in [(false, MarkerSymbol::Circle), (true, MarkerSymbol::CircleOpen)] {
+        let curve = |pick: &dyn Fn(&PredictedMode) -> f64, width: f64| {
+            let y: Vec<f64> = rows.iter().map(|r| rounded(pick(r.1), 6)).collect();
+            let look = json!({ "line": line(colour(0), width), "yaxis": y_axis, "hovertemplate": hover });
+            scatter(&x, y, "lines", look)
+        };
+        chart.trace(curve(&|m| m.frequency95[0], 0.6));
+        chart.trace(with(curve(&|m| m.frequency95[1], 0.6), band()));
+        chart.trace(curve(&|m| m.mode.frequency_hz, 1.8));
+        for (held_out, symbol) in [(false, "circle"), (true, "circle-open")] {
             let own: Vec<&MeasuredMode> = marks
                 .iter()
                 .filter(|(of, mark)| *of == order && mark.held_out == held_out)
@@ -121,15 +118,9 @@ fn frequencies(of: &PredictionDocument, measured: &[MeasuredMode]) -> String {
             let (x, y): (Vec<f64>, Vec<f64>) = own.iter().map(|mark| (mark.nut_m, mark.frequency_hz)).unzip();
             let names: Vec<String> = own.iter().map(|mark| escape(&mark.position)).collect();
             let hover = "%{text}, measured<br>%{y:.5~g} Hz<extra></extra>";
-            let marker = Marker::new().color(colour(1)).size(9).symbol(symbol);
-            chart.trace(
-                Scatter::new(x, y)
-                    .mode(Mode::Markers)
-                    .marker(marker)
-                    .text_array(names)
-                    .hover_template(hover)
-                    .y_axis(&y_axis),
-            );
+            let mark = json!({ "color": colour(1), "size": 9, "symbol": symbol });
+            let look = json!({ "marker": mark, "text": names, "yaxis": y_axis, "hovertemplate": hover });
+            chart.trace(scatter(x, y, "markers", look));
         }
     }
     chart.html()
@@ -141,8 +132,7 @@ fn frfs(of: &PredictionDocument) -> String {
         of.ordered().into_iter().filter_map(|(name, p)| Some((name, p.frf.as_ref()?))).collect();
     let title = format!("|{}| (SI units)", of.quantity);
     let layout =
-        layout().show_legend(false).hover_mode(HoverMode::Closest).x_axis(log_axis("frequency (Hz)"));
-    let layout = layout.y_axis(log_axis(&title).tick_format("~e"));
+        hover_layout(log_axis("frequency (Hz)"), with(log_axis(&title), json!({ "tickformat": "~e" })));
     let caption = format!(
         "{}/{}. Line and band: prediction with its pointwise 95 % band, without noise.",
         of.response, of.excitation
@@ -155,18 +145,15 @@ fn frfs(of: &PredictionDocument) -> String {
     for (at, (_, frf)) in positions.iter().enumerate() {
         let hz: Vec<f64> = frf.frequency_hz.iter().map(|hz| rounded(*hz, 7)).collect();
         let curve = |y: Vec<f64>, width: f64| {
-            Scatter::new(hz.clone(), y).mode(Mode::Lines).line(line(colour(0), width))
+            let hover = "%{x:.5~g} Hz: %{y:.3~e}<extra></extra>";
+            scatter(&hz, y, "lines", json!({ "line": line(colour(0), width), "hovertemplate": hover }))
         };
-        let hover = "%{x:.5~g} Hz: %{y:.3~e}<extra></extra>";
         let end =
             |which: usize| frf.magnitude95.iter().map(|ends| rounded(ends[which], 5)).collect::<Vec<f64>>();
         let value = frf.value.iter().map(|[re, im]| rounded(re.hypot(*im), 5)).collect::<Vec<f64>>();
-        chart.trace_for(vec![Some(at)], curve(end(0), 0.5).hover_template(hover));
-        chart.trace_for(
-            vec![Some(at)],
-            curve(end(1), 0.5).fill(Fill::ToNextY).fill_color(SHADE).hover_template(hover),
-        );
-        chart.trace_for(vec![Some(at)], curve(value, 1.6).hover_template(hover));
+        for trace in [curve(end(0), 0.5), with(curve(end(1), 0.5), band()), curve(value, 1.6)] {
+            chart.trace_for(vec![Some(at)], trace);
+        }
     }
     chart.html()
 }

@@ -1,11 +1,9 @@
 //! Mode shapes along the shafts.
 
-use plotly::Scatter;
-use plotly::common::{Marker, Mode};
-use plotly::layout::HoverMode;
+use serde_json::json;
 
 use super::Page;
-use super::chart::{Chart, Switches, axis, colour, dash, layout, line};
+use super::chart::{Chart, Switches, axis, colour, dash, hover_layout, line, scatter, with};
 use super::text::{escape, rounded};
 
 /// Deflection of a shaft along its length.
@@ -48,12 +46,12 @@ pub fn content(page: &Page) -> String {
     if longest == 0 {
         return String::new();
     }
-    let layout = layout()
-        .show_legend(false)
-        .hover_mode(HoverMode::Closest)
-        .x_axis(axis("distance along the shaft (m)").anchor("y2"))
-        .y_axis(axis("axial").domain(&[0.54, 1.0]))
-        .y_axis2(axis("torsional").domain(&[0.0, 0.46]));
+    let layout = hover_layout(
+        with(axis("distance along the shaft (m)"), json!({ "anchor": "y2" })),
+        with(axis("axial"), json!({ "domain": [0.54, 1.0] })),
+    );
+    let below = with(axis("torsional"), json!({ "domain": [0.0, 0.46] }));
+    let layout = with(layout, json!({ "yaxis2": below }));
     let mut chart = Chart::new(
         "shapes-chart",
         "Axial and torsional deflection along the shafts for each undamped mode",
@@ -84,23 +82,18 @@ pub fn content(page: &Page) -> String {
                     "{label}<br>{}, %{{x:.4~g}} m: %{{y:.3f}}<extra></extra>",
                     escape(&deflection.shaft)
                 );
-                let trace = Scatter::new(x, y)
-                    .mode(Mode::Lines)
-                    .line(line(colour(n), 1.8).dash(dash(n)))
-                    .name(label.clone());
-                let trace = trace.hover_template(hover);
-                let trace = if deflection.torsional { trace.y_axis("y2") } else { trace };
+                let pen = with(line(colour(n), 1.8), json!({ "dash": dash(n) }));
+                let y_axis = if deflection.torsional { "y2" } else { "y" };
+                let look = json!({ "name": label, "line": pen, "yaxis": y_axis, "hovertemplate": hover });
+                let trace = scatter(x, y, "lines", look);
                 chart.trace_for(vec![Some(at), Some(n)], trace);
             }
             if let (Some((name, u)), Some(nut_m)) = (&mode.observed, group.nut_m) {
-                let mark =
-                    Marker::new().color(colour(n)).size(9).symbol(plotly::common::MarkerSymbol::Diamond);
+                let mark = json!({ "color": colour(n), "size": 9, "symbol": "diamond" });
                 let hover = format!("{label}<br>{}: %{{y:.3f}}<extra></extra>", escape(name));
-                let trace = Scatter::new(vec![nut_m], vec![rounded(u * scale, 4)])
-                    .mode(Mode::Markers)
-                    .marker(mark)
-                    .name(label.clone());
-                chart.trace_for(vec![Some(at), Some(n)], trace.hover_template(hover));
+                let look = json!({ "name": label, "marker": mark, "hovertemplate": hover });
+                let trace = scatter([nut_m], [rounded(u * scale, 4)], "markers", look);
+                chart.trace_for(vec![Some(at), Some(n)], trace);
             }
         }
     }

@@ -1,11 +1,11 @@
 //! A diagnosis: the verdict in a sentence, the location of the gap, and the share of it that each effect
 //! closes.
 
-use plotly::common::{ColorScale, ColorScaleElement, ErrorData, ErrorType, Marker, Mode, Orientation};
-use plotly::layout::{AxisType, BarMode};
-use plotly::{Bar, HeatMap, Scatter};
+use serde_json::{Value, json};
 
-use super::chart::{Chart, Switches, axis, colour, layout, line, log_axis};
+use super::chart::{
+    Chart, Switches, axis, bar_layout, colour, layout, line, log_axis, name_axis, percent_axis, scatter, with,
+};
 use super::curve::{self, PageCurve};
 use super::text::{TextTable, cell, escape, paragraph, rounded};
 use crate::diagnosis::{DiagnosisDocument, EffectRow, combination_text, effect_ids};
@@ -159,18 +159,14 @@ fn bands(of: &DiagnosisDocument) -> String {
         "Gap by frequency band",
         "",
         260,
-        layout()
-            .x_axis(axis("frequency band (Hz)").type_(AxisType::Category))
-            .y_axis(axis("gap").tick_format(".0%")),
+        layout(false, name_axis("frequency band (Hz)"), percent_axis("gap")),
     );
     if !bands.is_empty() {
         let (x, y): (Vec<String>, Vec<f64>) =
             bands.iter().map(|b| (band(b.from_hz, b.to_hz), rounded(b.gap, 4))).unzip();
-        chart.trace(
-            Bar::new(x, y)
-                .marker(Marker::new().color(colour(0)))
-                .hover_template("%{x} Hz: %{y:.1%}<extra></extra>"),
-        );
+        let hover = "%{x} Hz: %{y:.1%}<extra></extra>";
+        let marker = json!({ "color": colour(0) });
+        chart.trace(json!({ "type": "bar", "x": x, "y": y, "marker": marker, "hovertemplate": hover }));
     }
     chart.html()
 }
@@ -209,22 +205,20 @@ fn residual_map(of: &DiagnosisDocument) -> String {
             z[row][column] = Some(rounded(c.gap, 3));
         }
     }
-    let scale = [(0.0, "#FFF7DC"), (0.35, "#E69F00"), (0.7, "#D55E00"), (1.0, "#3B0F00")];
-    let scale =
-        ColorScale::Vector(scale.iter().map(|(at, c)| ColorScaleElement(*at, (*c).to_string())).collect());
     let mut chart = Chart::new(
         "residual-map",
         "Gap by position, channel and frequency band",
         "The darker a cell, the larger the difference between model and measurement there.",
         130 + 26 * names.len(),
-        layout()
-            .x_axis(axis("frequency band (Hz)").type_(AxisType::Category))
-            .y_axis(axis("").type_(AxisType::Category)),
+        layout(false, name_axis("frequency band (Hz)"), name_axis("")),
     );
     let x: Vec<String> = edges.iter().map(|e| band(e.0, e.1)).collect();
     let y: Vec<String> = names.iter().map(|n| escape(n)).collect();
-    let map = HeatMap::new(x, y, z).zmin(0.0).color_scale(scale).hover_on_gaps(false);
-    chart.trace(map.hover_template("%{y}, %{x} Hz: %{z:.3~g}<extra></extra>"));
+    chart.trace(json!({
+        "type": "heatmap", "x": x, "y": y, "z": z, "zmin": 0.0, "hoverongaps": false,
+        "colorscale": [[0.0, "#FFF7DC"], [0.35, "#E69F00"], [0.7, "#D55E00"], [1.0, "#3B0F00"]],
+        "hovertemplate": "%{y}, %{x} Hz: %{z:.3~g}<extra></extra>",
+    }));
     chart.html()
 }
 
@@ -237,10 +231,7 @@ fn places(of: &DiagnosisDocument) -> String {
         "The named effect comes first, at its location. The shorter the bar, the better a change at this interface alone explains the \
          measurements. Dashed line: gap of the machine as described.",
         110 + 30 * known.len(),
-        layout()
-            .show_legend(false)
-            .x_axis(axis("held-out gap").tick_format(".0%"))
-            .y_axis(axis("").type_(AxisType::Category)),
+        layout(false, percent_axis("held-out gap"), name_axis("")),
     );
     if !known.is_empty() {
         let (names, left): (Vec<String>, Vec<f64>) = known
@@ -249,16 +240,14 @@ fn places(of: &DiagnosisDocument) -> String {
             .unzip();
         let shapes: Vec<String> = known.iter().map(|(w, _)| escape(w.shape_text())).collect();
         let ends: Vec<String> = names.first().into_iter().chain(names.last()).cloned().collect();
-        let bars = Bar::new(left, names)
-            .orientation(Orientation::Horizontal)
-            .text_array(shapes)
-            .marker(Marker::new().color(colour(0)));
-        chart.trace(bars.hover_template("%{y}: %{x:.1%}, like %{text}<extra></extra>"));
+        chart.trace(json!({
+            "type": "bar", "x": left, "y": names, "orientation": "h", "text": shapes,
+            "marker": { "color": colour(0) }, "hovertemplate": "%{y}: %{x:.1%}, like %{text}<extra></extra>",
+        }));
         if let Some(now) = of.gap.held_out {
-            let now = Scatter::new(vec![now; 2], ends)
-                .mode(Mode::Lines)
-                .line(line("#8A8A8A", 2.0).dash(plotly::common::DashType::Dash));
-            chart.trace(now.hover_template("as described: %{x:.1%}<extra></extra>"));
+            let pen = with(line("#8A8A8A", 2.0), json!({ "dash": "dash" }));
+            let look = json!({ "line": pen, "hovertemplate": "as described: %{x:.1%}<extra></extra>" });
+            chart.trace(scatter([now; 2], ends, "lines", look));
         }
     }
     chart.html()
@@ -287,25 +276,23 @@ fn effects(of: &DiagnosisDocument) -> String {
         "Share of the squared held-out gap above the noise floor that an effect closes; grey bars: 95 % interval, for the named effect. Orange: in the verdict. \
          Effects that close nothing are in the table only.",
         110 + 28 * rows.len(),
-        layout()
-            .show_legend(false)
-            .x_axis(axis("share closed").tick_format(".0%"))
-            .y_axis(axis("").type_(AxisType::Category)),
+        layout(false, percent_axis("share closed"), name_axis("")),
     );
     for (effect, closed) in &rows {
         let interval = effect.closed95.filter(|interval| !is_undetermined(*interval));
         let [low, high] = interval.unwrap_or([*closed; 2]);
-        let spread = ErrorData::new(ErrorType::Data)
-            .array(vec![(high - closed).max(0.0)])
-            .array_minus(vec![(closed - low).max(0.0)])
-            .symmetric(false)
-            .color("#8A8A8A".to_string());
+        let spread = json!({
+            "type": "data", "array": [(high - closed).max(0.0)], "arrayminus": [(closed - low).max(0.0)],
+            "symmetric": false, "color": "#8A8A8A",
+        });
         // An effect with which the gap grows manyfold would hide the others.
-        let bar = Bar::new(vec![rounded(closed.max(-1.0), 4)], vec![escape(&effect.id)])
-            .orientation(Orientation::Horizontal)
-            .marker(Marker::new().color(colour(usize::from(in_verdict(of, effect)))))
-            .hover_template(format!("{}: %{{x:.1%}}<extra></extra>", escape(&effect.id)));
-        chart.trace(if interval.is_some() { bar.error_x(spread) } else { bar });
+        let bar = json!({
+            "type": "bar", "x": [rounded(closed.max(-1.0), 4)], "y": [escape(&effect.id)], "orientation": "h",
+            "marker": { "color": colour(usize::from(in_verdict(of, effect))) },
+            "hovertemplate": format!("{}: %{{x:.1%}}<extra></extra>", escape(&effect.id)),
+        });
+        let spread = interval.map_or(Value::Null, |_| json!({ "error_x": spread }));
+        chart.trace(with(bar, spread));
     }
     let header = ["Effect", "", "Gap before", "Gap after", "Closed", "95 % interval", "p"];
     let mut table = TextTable::new(
@@ -364,31 +351,24 @@ fn before_after(of: &DiagnosisDocument) -> String {
         "Held-out gap before and after adding each effect",
         "",
         130 + 34 * rows.len(),
-        layout()
-            .show_legend(true)
-            .bar_mode(BarMode::Group)
-            .x_axis(axis("held-out gap").tick_format(".0%"))
-            .y_axis(axis("").type_(AxisType::Category)),
+        bar_layout(percent_axis("held-out gap"), name_axis("")),
     );
     if !rows.is_empty() {
         for (what, n, pick) in [("after", 0, 2), ("before", 6, 1)] {
             let x: Vec<f64> = rows.iter().map(|r| rounded(if pick == 1 { r.1 } else { r.2 }, 4)).collect();
             let names: Vec<String> = rows.iter().map(|r| r.0.clone()).collect();
-            let bars = Bar::new(x, names)
-                .name(what)
-                .orientation(Orientation::Horizontal)
-                .marker(Marker::new().color(colour(n)));
-            chart.trace(bars.hover_template("%{y}: %{x:.1%}"));
+            chart.trace(json!({
+                "type": "bar", "x": x, "y": names, "name": what, "orientation": "h",
+                "marker": { "color": colour(n) }, "hovertemplate": "%{y}: %{x:.1%}",
+            }));
         }
     }
     chart.html()
 }
 
 fn delta_z(of: &DiagnosisDocument) -> String {
-    let layout = layout()
-        .show_legend(true)
-        .x_axis(log_axis("frequency (Hz)"))
-        .y_axis(axis("ΔZ (N/m or N·m/rad)").tick_format("~e"));
+    let stiffness = with(axis("ΔZ (N/m or N·m/rad)"), json!({ "tickformat": "~e" }));
+    let layout = layout(true, log_axis("frequency (Hz)"), stiffness);
     let options: Vec<String> = of.delta_z.iter().map(|d| d.interface.clone()).collect();
     let mut chart = Chart::new(
         "delta-z",
@@ -403,8 +383,9 @@ fn delta_z(of: &DiagnosisDocument) -> String {
         for (what, n, part) in [("real part", 0, &delta.real), ("imaginary part", 1, &delta.imag)] {
             let (x, y): (Vec<f64>, Vec<f64>) =
                 delta.frequency_hz.iter().zip(part).map(|(f, z)| (rounded(*f, 6), rounded(*z, 5))).unzip();
-            let trace = Scatter::new(x, y).mode(Mode::Lines).name(what).line(line(colour(n), 1.6));
-            chart.trace_for(vec![Some(at)], trace.hover_template("%{x:.6~g} Hz<br>%{y:.4~g}"));
+            let hover = "%{x:.6~g} Hz<br>%{y:.4~g}";
+            let look = json!({ "name": what, "line": line(colour(n), 1.6), "hovertemplate": hover });
+            chart.trace_for(vec![Some(at)], scatter(x, y, "lines", look));
         }
     }
     chart.html()
