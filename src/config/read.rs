@@ -307,17 +307,16 @@ fn parse<T: DeserializeOwned>(path: &str, text: &str, overrides: Overrides<'_>) 
     for given in overrides {
         set(&mut table, given)?;
     }
-    let message = |error: &toml::de::Error| error.message().replace('\n', "; ");
-    table.try_into().map_err(|error: toml::de::Error| {
+    // Read again as text: a second deserializer, of tables, would be compiled for every section.
+    let read = |table: &toml::Table| toml::from_str(&table.to_string());
+    read(&table).map_err(|error| {
         // The faulty override is the first that fails alone.
         let alone = |given: &&String| {
-            let table = toml::from_str(text)
-                .ok()
-                .and_then(|mut table: toml::Table| set(&mut table, given).ok().map(|()| table));
-            table.is_none_or(|table| table.try_into::<T>().is_err())
+            let mut table: toml::Table = toml::from_str(text).unwrap_or_default();
+            set(&mut table, given).is_err() || read(&table).is_err()
         };
         let given = overrides.iter().find(alone).cloned().unwrap_or_else(|| overrides.join(" "));
-        refused(&given, message(&error))
+        refused(&given, error.message().replace('\n', "; "))
     })
 }
 
