@@ -14,8 +14,7 @@ use long_work::Control;
 use machine::ParameterValues;
 use numeric::random::latin_hypercube;
 use optimizer::{
-    Cost, LeastSquares, Polished, SearchSettings, Strategy, least_squares, least_squares_within, search,
-    simplex,
+    Cost, LeastSquares, Polished, SearchSettings, least_squares, least_squares_within, search, simplex,
 };
 
 /// Coarse simplex: edge length in the unit cube, and relative spread of the costs at which it stops.
@@ -77,7 +76,7 @@ pub trait Problem: Sync {
     /// Returns the gain at the given coordinates.
     fn gain_at(&self, place: &Place) -> f64;
     /// Searches from new spread starts.
-    fn round(&self, seed: u64, strategy: Strategy, control: &Control) -> Round;
+    fn round(&self, seed: u64, control: &Control) -> Round;
     /// Refines the end of a round on all data. Returns also the number of evaluations.
     fn refined(&self, end: &Basin, control: &Control) -> (Basin, u64);
     /// Returns χ² per degree of freedom, at least 1, of a cost of the rounds.
@@ -202,9 +201,8 @@ impl Problem for ModeObjective<'_> {
     }
     /// Runs a differential evolution, a coarse simplex from its best member, then least squares. A cost that
     /// is no sum of squares gets a second simplex instead.
-    fn round(&self, seed: u64, strategy: Strategy, control: &Control) -> Round {
-        let settings = SearchSettings { strategy, ..SearchSettings::for_dimension(self.free.len(), seed) };
-        let found = search(self, settings, control);
+    fn round(&self, seed: u64, control: &Control) -> Round {
+        let found = search(self, SearchSettings::for_dimension(self.free.len(), seed), control);
         let (place, cost, spent) = simplex(self, (&found.place, found.cost), COARSE_SIMPLEX, control);
         let (end, last) = if self.is_likelihood() {
             let last = self.squares(None, |squares| {
@@ -279,7 +277,7 @@ impl Problem for FrfObjective<'_> {
     /// Runs least squares from a Latin hypercube of starts: first on coarse lines, where all lines have one
     /// weight and tolerances are held, so that valleys are wide and a step is cheap; then, from the best of
     /// them, on thinned lines with the weights of the data.
-    fn round(&self, seed: u64, _strategy: Strategy, control: &Control) -> Round {
+    fn round(&self, seed: u64, control: &Control) -> Round {
         let (coarse, thin) = (self.coarse(), self.thin());
         let starts =
             latin_hypercube(Self::STARTS, self.own_count, &mut Xoshiro256PlusPlus::seed_from_u64(seed));

@@ -97,9 +97,7 @@ pub(super) fn searched<P: Problem>(
             .map(|round| {
                 (
                     seed(round),
-                    control.cached(&format!("round {}", seed(round)), || {
-                        problem.round(seed(round), plan.strategy, control)
-                    }),
+                    control.cached(&format!("round {}", seed(round)), || problem.round(seed(round), control)),
                 )
             })
             .collect();
@@ -168,8 +166,7 @@ pub fn frf_search_minima(objective: &FrfObjective<'_>, seed: u64, control: &Cont
     if objective.own_count == 0 {
         return Vec::new();
     }
-    let strategy = IdentificationSettings::default().strategy;
-    let round = control.cached(&format!("round {seed}"), || objective.round(seed, strategy, control));
+    let round = control.cached(&format!("round {seed}"), || objective.round(seed, control));
     let mut candidates = Vec::new();
     gather(objective, &mut candidates, round.ends.iter());
     candidates.truncate(MINIMA);
@@ -179,7 +176,7 @@ pub fn frf_search_minima(objective: &FrfObjective<'_>, seed: u64, control: &Cont
 /// Searches once for the least cost of modes from spread starts, as [`identify`](crate::identify) does.
 /// Returns coordinates and cost.
 pub fn mode_search_end(objective: &ModeObjective<'_>, seed: u64, control: &Control) -> Option<(Place, f64)> {
-    let round = objective.round(seed, IdentificationSettings::default().strategy, control);
+    let round = objective.round(seed, control);
     round.ends.into_iter().map(|end| (end.place, end.cost)).min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
@@ -295,7 +292,7 @@ mod tests {
     use super::*;
     use machine::ParameterValues;
     use nalgebra::DMatrix;
-    use optimizer::{LeastSquares, Strategy};
+    use optimizer::LeastSquares;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
     /// Centre of a minimum, its costs on thinned lines and on all, and its share of rounds: every how many
@@ -322,7 +319,7 @@ mod tests {
         const STARTS: usize = 1;
         const STARTS_PER_FIND: usize = 6;
 
-        fn round(&self, seed: u64, _: Strategy, _: &Control) -> Round {
+        fn round(&self, seed: u64, _: &Control) -> Round {
             let round = seed / 1_000_003;
             let ([x, y], coarse, _, _) = self.0.iter().find(|well| round.is_multiple_of(well.3)).unwrap();
             let place = Place(vec![x + 1e-3 * (round as f64).sin(), y + 0.3 * (round as f64).cos()]);

@@ -2,7 +2,7 @@
 
 use super::place::Place;
 use crate::objective::{FrfSettings, ModeSettings};
-use optimizer::{SearchResult, Strategy};
+use optimizer::SearchResult;
 
 /// Number of times that the best minimum has to be found: with this number a deeper minimum that attracts as
 /// many starts is missed with a probability below 1 %, e⁻⁵.
@@ -24,8 +24,6 @@ pub struct IdentificationSettings {
     pub seed: u64,
     /// Number of spread starts that have to end in the best minimum before the search ends.
     pub repeats: usize,
-    /// Strategy of the differential evolution.
-    pub strategy: Strategy,
     /// Unit-cube coordinates of a nearby solution: least squares starts there and replaces the search.
     /// They hold the free parameters and tolerances. Gain, nut positions and channels restart at their
     /// defaults.
@@ -45,7 +43,6 @@ impl Default for IdentificationSettings {
             frozen: Vec::new(),
             seed: 1,
             repeats: REPEATS,
-            strategy: Strategy::CurrentToPbest,
             near: None,
             profile: true,
             bootstrap: 0,

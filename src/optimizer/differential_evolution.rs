@@ -14,31 +14,18 @@ use serde::{Deserialize, Serialize};
 
 use numeric::random::{latin_hypercube, normal};
 
-/// How a trial is formed from the population.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Strategy {
-    /// rand/1/bin: a random member plus one scaled difference. Storn and Price, J. Global Optim. 11 (1997)
-    /// 341–359.
-    Rand1Bin,
-    /// best/1/bin with dithered scale: the best member plus one scaled difference.
-    Best1Bin,
-    /// current-to-pbest/1/bin with an archive and success-history adaptation of scale and crossover: Tanabe
-    /// and Fukunaga, IEEE CEC 2013, 71–78 (SHADE).
-    CurrentToPbest,
-}
-
 /// Length of the success history (SHADE's H).
 const HISTORY: usize = 6;
-/// Scale F and crossover CR of the non-adaptive strategies.
-const FIXED: (f64, f64) = (0.7, 0.9);
 
-/// Differential evolution on the unit cube.
+/// Differential evolution on the unit cube: current-to-pbest/1/bin with an archive and success-history
+/// adaptation of scale and crossover.
 ///
 /// Trials of a generation are drawn sequentially and evaluated in bulk; selection follows after the whole
 /// generation. A search that is serialised between generations and restored continues with identical results.
+///
+/// # Source  Tanabe and Fukunaga, IEEE CEC 2013, 71–78 (SHADE)
 #[derive(Serialize, Deserialize)]
 pub struct DifferentialEvolution {
-    strategy: Strategy,
     dimension: usize,
     size: usize,
     spread: f64,
@@ -70,9 +57,8 @@ pub struct Trial {
 impl DifferentialEvolution {
     /// Creates a search with `size` members in `dimension` coordinates. It has converged when the costs of
     /// all members lie within `spread` of the best, relative to it.
-    pub fn new(strategy: Strategy, dimension: usize, size: usize, spread: f64, seed: u64) -> Self {
+    pub fn new(dimension: usize, size: usize, spread: f64, seed: u64) -> Self {
         DifferentialEvolution {
-            strategy,
             dimension,
             size: size.max(6),
             spread,
@@ -119,21 +105,14 @@ impl DifferentialEvolution {
 
     /// Draws scale and crossover of one trial.
     fn controls(&mut self) -> (f64, f64) {
-        match self.strategy {
-            Strategy::Rand1Bin => FIXED,
-            Strategy::Best1Bin => (self.generator.random_range(0.5..1.0), FIXED.1),
-            Strategy::CurrentToPbest => {
-                let (scale_mean, crossover_mean) = self.history[self.generator.random_range(0..HISTORY)];
-                let crossover = (crossover_mean + 0.1 * normal(&mut self.generator)).clamp(0.0, 1.0);
-                let mut scale = 0.0;
-                while scale <= 0.0 {
-                    // Cauchy distribution.
-                    scale = scale_mean
-                        + 0.1 * (std::f64::consts::PI * (self.generator.random::<f64>() - 0.5)).tan();
-                }
-                (scale.min(1.0), crossover)
-            }
+        let (scale_mean, crossover_mean) = self.history[self.generator.random_range(0..HISTORY)];
+        let crossover = (crossover_mean + 0.1 * normal(&mut self.generator)).clamp(0.0, 1.0);
+        let mut scale = 0.0;
+        while scale <= 0.0 {
+            // Cauchy distribution.
+            scale = scale_mean + 0.1 * (std::f64::consts::PI * (self.generator.random::<f64>() - 0.5)).tan();
         }
+        (scale.min(1.0), crossover)
     }
 
     /// Draws a member other than those given.
@@ -149,45 +128,24 @@ impl DifferentialEvolution {
     /// Forms a trial for the member `target`; `ranking` lists the members from best to worst.
     fn trial(&mut self, target: usize, ranking: &[usize], scale: f64, crossover: f64) -> Vec<f64> {
         let a = self.other_than(&[target]);
-        let b = self.other_than(&[target, a]);
-        let mutant: Vec<f64> = match self.strategy {
-            Strategy::Rand1Bin | Strategy::Best1Bin => {
-                let base = if self.strategy == Strategy::Best1Bin {
-                    ranking[0]
-                } else {
-                    self.other_than(&[target, a, b])
-                };
-                (0..self.dimension)
-                    .map(|d| self.members[base].0[d] + scale * (self.members[a].0[d] - self.members[b].0[d]))
-                    .collect()
-            }
-            Strategy::CurrentToPbest => {
-                let share = self
-                    .generator
-                    .random_range(2.0 / self.size as f64..=0.2_f64.max(2.0 / self.size as f64 + 1e-9));
-                let count = ((share * self.size as f64).round() as usize).clamp(1, self.size);
-                let leader = ranking[self.generator.random_range(0..count)];
-                let second = self.generator.random_range(0..self.size + self.archive.len());
-                let here = &self.members[target].0;
-                let minus = if second < self.size {
-                    &self.members[second].0
-                } else {
-                    &self.archive[second - self.size]
-                };
-                let plus = &self.members[a].0;
-                (0..self.dimension)
-                    .map(|d| {
-                        here[d] + scale * (self.members[leader].0[d] - here[d]) + scale * (plus[d] - minus[d])
-                    })
-                    .collect()
-            }
-        };
+        // A draw without use: the sequence of random numbers is that of earlier results.
+        self.other_than(&[target, a]);
+        let least = 2.0 / self.size as f64;
+        let share = self.generator.random_range(least..=0.2_f64.max(least + 1e-9));
+        let count = ((share * self.size as f64).round() as usize).clamp(1, self.size);
+        let leader = ranking[self.generator.random_range(0..count)];
+        let second = self.generator.random_range(0..self.size + self.archive.len());
         let forced = self.generator.random_range(0..self.dimension);
-        let here = &self.members[target].0;
+        let (here, leader, plus) = (&self.members[target].0, &self.members[leader].0, &self.members[a].0);
+        let minus = match second.checked_sub(self.size) {
+            None => &self.members[second].0,
+            Some(archived) => &self.archive[archived],
+        };
         let mut place = Vec::with_capacity(self.dimension);
         for d in 0..self.dimension {
             let cross = self.generator.random::<f64>() < crossover || d == forced;
-            let x = if cross { mutant[d] } else { here[d] };
+            let mutant = here[d] + scale * (leader[d] - here[d]) + scale * (plus[d] - minus[d]);
+            let x = if cross { mutant } else { here[d] };
             // A violated bound is replaced by the midpoint between the member and the bound.
             place.push(if x < 0.0 {
                 0.5 * here[d]
@@ -203,7 +161,7 @@ impl DifferentialEvolution {
     /// Updates the success history by weighted means of the successful controls, after SHADE.
     fn learn(&mut self, successes: &[(f64, f64, f64)]) {
         let total: f64 = successes.iter().map(|s| s.2).sum();
-        if self.strategy != Strategy::CurrentToPbest || !(total > 0.0) {
+        if !(total > 0.0) {
             return;
         }
         let crossover = successes.iter().map(|s| s.1 * s.2).sum::<f64>() / total;
@@ -331,34 +289,30 @@ mod tests {
         }
     }
 
-    fn run(strategy: Strategy, seed: u64) -> (Vec<f64>, f64) {
-        let solver = DifferentialEvolution::new(strategy, 4, 40, 1e-12, seed);
+    fn run(seed: u64) -> (Vec<f64>, f64) {
+        let solver = DifferentialEvolution::new(4, 40, 1e-12, seed);
         let result = Executor::new(Rastrigin, solver).configure(|s| s.max_iters(600)).run().unwrap();
         (result.state.best_individual.clone().unwrap(), result.state.best_cost)
     }
 
     #[test]
-    fn every_strategy_finds_the_lowest_of_many_minima() {
-        for strategy in [Strategy::Rand1Bin, Strategy::Best1Bin, Strategy::CurrentToPbest] {
-            let (place, cost) = run(strategy, 1);
-            assert!(cost < 1e-6, "{strategy:?}: {cost}");
-            assert!(place.iter().all(|x| (x - 0.3).abs() < 1e-3), "{strategy:?}: {place:?}");
-        }
+    fn the_lowest_of_many_minima_is_found() {
+        let (place, cost) = run(1);
+        assert!(cost < 1e-6, "{cost}");
+        assert!(place.iter().all(|x| (x - 0.3).abs() < 1e-3), "{place:?}");
     }
 
     #[test]
     fn a_restored_search_continues_with_identical_results() {
-        for strategy in [Strategy::Rand1Bin, Strategy::Best1Bin, Strategy::CurrentToPbest] {
-            let run = |solver: DifferentialEvolution, generations| {
-                Executor::new(Rastrigin, solver).configure(|s| s.max_iters(generations)).run().unwrap()
-            };
-            let whole = run(DifferentialEvolution::new(strategy, 4, 40, 1e-12, 5), 60).solver;
-            let half = run(DifferentialEvolution::new(strategy, 4, 40, 1e-12, 5), 23).solver;
-            let text = serde_json::to_string(&half).unwrap();
-            let rest = run(serde_json::from_str(&text).unwrap(), 37).solver;
-            assert_eq!(rest.population(), whole.population());
-            assert_eq!((rest.trace(), rest.evaluations()), (whole.trace(), whole.evaluations()));
-        }
+        let run = |solver: DifferentialEvolution, generations| {
+            Executor::new(Rastrigin, solver).configure(|s| s.max_iters(generations)).run().unwrap()
+        };
+        let whole = run(DifferentialEvolution::new(4, 40, 1e-12, 5), 60).solver;
+        let half = run(DifferentialEvolution::new(4, 40, 1e-12, 5), 23).solver;
+        let text = serde_json::to_string(&half).unwrap();
+        let rest = run(serde_json::from_str(&text).unwrap(), 37).solver;
+        assert_eq!(rest.population(), whole.population());
+        assert_eq!((rest.trace(), rest.evaluations()), (whole.trace(), whole.evaluations()));
     }
 
     /// Rastrigin's function that returns no exact cost above the limit.
@@ -378,8 +332,8 @@ mod tests {
         let run = |solver: DifferentialEvolution| {
             Executor::new(Bounded, solver).configure(|s| s.max_iters(80)).run().unwrap().solver
         };
-        let bounded = run(DifferentialEvolution::new(Strategy::CurrentToPbest, 4, 40, 1e-12, 9));
-        let solver = DifferentialEvolution::new(Strategy::CurrentToPbest, 4, 40, 1e-12, 9);
+        let bounded = run(DifferentialEvolution::new(4, 40, 1e-12, 9));
+        let solver = DifferentialEvolution::new(4, 40, 1e-12, 9);
         let whole = Executor::new(Rastrigin, solver).configure(|s| s.max_iters(80)).run().unwrap().solver;
         assert_eq!(bounded.population(), whole.population());
     }
@@ -388,7 +342,7 @@ mod tests {
     fn the_same_seed_gives_the_same_bits_on_one_and_on_two_threads() {
         let on = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| run(Strategy::CurrentToPbest, 7))
+            pool.install(|| run(7))
         };
         assert_eq!(on(1), on(2));
     }

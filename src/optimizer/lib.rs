@@ -11,7 +11,7 @@ mod least_squares;
 mod polish;
 mod search;
 
-pub use differential_evolution::{DifferentialEvolution, Strategy, Trial};
+pub use differential_evolution::{DifferentialEvolution, Trial};
 pub use gauss_newton::{
     Coordinate, GaussNewton, GaussNewtonError, GaussNewtonFit, PredictionFunction, nonzero_columns,
 };

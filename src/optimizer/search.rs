@@ -7,14 +7,12 @@ use argmin::core::{CostFunction, Error, Executor};
 use serde::{Deserialize, Serialize};
 
 use super::differential_evolution::Trial;
-use super::{Cost, DifferentialEvolution, Strategy};
+use super::{Cost, DifferentialEvolution};
 use long_work::{Control, Progress};
 
 /// Settings of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SearchSettings {
-    /// How trials are formed.
-    pub strategy: Strategy,
     /// Size of the population.
     pub population: usize,
     /// Maximum number of generations.
@@ -28,13 +26,7 @@ pub struct SearchSettings {
 impl SearchSettings {
     /// Returns settings suited to `dimension` unknowns.
     pub fn for_dimension(dimension: usize, seed: u64) -> Self {
-        SearchSettings {
-            strategy: Strategy::CurrentToPbest,
-            population: (6 * dimension).max(24),
-            generations: 400,
-            spread: 1e-3,
-            seed,
-        }
+        SearchSettings { population: (6 * dimension).max(24), generations: 400, spread: 1e-3, seed }
     }
 }
 
@@ -85,13 +77,7 @@ pub fn search<C: Cost>(cost: &C, settings: SearchSettings, control: &Control) ->
     let solver = control
         .last_state(&piece)
         .unwrap_or_else(|| {
-            DifferentialEvolution::new(
-                settings.strategy,
-                cost.dimension(),
-                settings.population,
-                settings.spread,
-                settings.seed,
-            )
+            DifferentialEvolution::new(cost.dimension(), settings.population, settings.spread, settings.seed)
         })
         .with_stop_flag(Arc::clone(control.stop()))
         .with_watcher(move |solver: &DifferentialEvolution| {

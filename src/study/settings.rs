@@ -7,7 +7,6 @@ use dynamics::model::RodModel;
 use identification::objective::{FrfSettings, ModeSettings, Objective};
 use identification::{IdentificationSettings, REPEATS};
 use measurement::MeasurementSet;
-use optimizer::Strategy;
 use report::vocabulary::ObjectiveKind;
 
 /// Numbers of masses per rod of the lumped model.
@@ -131,7 +130,6 @@ impl Settings {
             frozen: self.freeze.clone(),
             seed: self.seed,
             repeats: self.repeats,
-            strategy: Strategy::CurrentToPbest,
             frf: self.fits_frfs(set).then_some(frf),
             near: None,
             profile: true,

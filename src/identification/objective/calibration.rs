@@ -1,6 +1,6 @@
 //! Nuisance parameters of the measurement: gain and delay of channels, nut positions.
 
-use super::frf::SPAN;
+use super::frf::{FrfChannel, SPAN};
 use super::{Excitation, FrfObjective};
 use crate::Place;
 use dynamics::model::Reals;
@@ -24,11 +24,9 @@ impl FrfObjective<'_> {
     /// Returns the objective with known gains and delays of channels.
     #[must_use]
     pub fn calibrated(mut self, known: &[Channel]) -> Self {
-        for ((response, excitation), own) in self.channels.iter().zip(&mut self.calibration) {
-            if let Some(channel) =
-                known.iter().find(|c| (c.response, c.excitation) == (*response, *excitation))
-            {
-                *own = (channel.log_gain, channel.delay_s);
+        for own in &mut self.channels {
+            if let Some(channel) = known.iter().find(|c| (c.response, c.excitation) == own.points) {
+                own.calibration = (channel.log_gain, channel.delay_s);
             }
         }
         self
@@ -36,8 +34,9 @@ impl FrfObjective<'_> {
 
     /// Returns gain and delay of each channel at given coordinates.
     pub fn channels_at(&self, place: &Place) -> Vec<Channel> {
-        let of = |((response, excitation), (log_gain, delay_s)): (&(usize, Excitation), (f64, f64))| {
-            Channel { response: *response, excitation: *excitation, log_gain, delay_s }
+        let of = |(own, (log_gain, delay_s)): (&FrfChannel, (f64, f64))| {
+            let (response, excitation) = own.points;
+            Channel { response, excitation, log_gain, delay_s }
         };
         self.channels.iter().zip(self.decode(place).channels).map(of).collect()
     }

@@ -27,6 +27,19 @@ pub(super) struct FrfScratch {
     pub(super) encoders: Vec<EncoderScratch>,
 }
 
+/// A pair of response and excitation.
+#[derive(Clone)]
+pub(super) struct FrfChannel {
+    /// Response (point) and excitation.
+    pub(super) points: (usize, Excitation),
+    structure: Arc<Structure>,
+    /// The closed loop, where the excitation is the command.
+    closed: Option<Arc<ClosedLoop>>,
+    /// ln(gain) and delay (s), where they are not coordinates.
+    pub(super) calibration: (f64, f64),
+    pool: Arc<Mutex<Vec<FrfScratch>>>,
+}
+
 /// Misfit between predicted and measured FRFs as a function of free parameters, an unknown gain and nuisance
 /// parameters.
 ///
@@ -35,15 +48,9 @@ pub(super) struct FrfScratch {
 /// from the coherence, see [`Frf::component_sd`](measurement::Frf::component_sd).
 pub struct FrfObjective<'m> {
     pub(super) machine: &'m Machine,
-    structures: Vec<Arc<Structure>>,
-    /// Response (point) and excitation of each structure.
-    pub(super) channels: Vec<(usize, Excitation)>,
-    /// The closed loop of each structure whose excitation is the command.
-    pub(super) closed: Vec<Option<Arc<ClosedLoop>>>,
+    pub(super) channels: Vec<FrfChannel>,
     /// Whether the drive, and so a closed-loop FRF, depends on each parameter.
     pub(super) of_drive: Vec<bool>,
-    /// ln(gain) and delay (s) of each channel, where they are not coordinates.
-    pub(super) calibration: Vec<(f64, f64)>,
     pub(super) settings: FrfSettings,
     pub(super) records: Vec<FrfRecord>,
     pub(super) gain: Gain,
@@ -54,7 +61,6 @@ pub struct FrfObjective<'m> {
     /// Number of free parameters that are not tolerances: those the global search varies.
     pub own_count: usize,
     pub(super) base: ParameterValues,
-    pools: Vec<Mutex<Vec<FrfScratch>>>,
     /// The objectives of a global search: on thinned lines, and on these with equal weights and tolerances
     /// held.
     pub(super) thin: OnceLock<Box<FrfObjective<'m>>>,
@@ -78,9 +84,7 @@ impl<'m> FrfObjective<'m> {
                 "{path}: the selection to fit contains no FRF; name other positions or records"
             )));
         }
-        let of_drive = loop_parameters(machine, fit.set(), fit.frfs());
-        let free = free_parameters(machine, frozen, &of_drive, |rule| rule != FitRule::Never)?;
-        Self::for_frfs(machine, fit.set(), fit.frfs(), settings, free)
+        Self::for_frfs(machine, (fit.set(), fit.frfs()), settings, Some(frozen))
     }
 
     /// As [`FrfObjective::new`] for held-out FRFs: for their likelihood with a fit to other data, or for
@@ -97,9 +101,7 @@ impl<'m> FrfObjective<'m> {
         if held_out.frfs().is_empty() {
             return Err(ObjectiveError::Data(format!("{}: no FRF is held out", held_out.set().path)));
         }
-        let of_drive = loop_parameters(machine, held_out.set(), held_out.frfs());
-        let free = free_parameters(machine, frozen, &of_drive, |rule| rule != FitRule::Never)?;
-        Self::for_frfs(machine, held_out.set(), held_out.frfs(), settings, free)
+        Self::for_frfs(machine, (held_out.set(), held_out.frfs()), settings, Some(frozen))
     }
 
     /// Builds the objective of the held-out FRFs, to predict them.
@@ -110,19 +112,21 @@ impl<'m> FrfObjective<'m> {
         held_out: &HoldOutSet<'_>,
         settings: FrfSettings,
     ) -> Result<Self, ObjectiveError> {
-        Self::for_frfs(machine, held_out.set(), held_out.frfs(), settings, Vec::new())
+        Self::for_frfs(machine, (held_out.set(), held_out.frfs()), settings, None)
     }
 
+    /// Without parameters to freeze none is free.
     fn for_frfs(
         machine: &'m Machine,
-        set: &MeasurementSet,
-        frfs: &[usize],
+        (set, frfs): (&MeasurementSet, &[usize]),
         settings: FrfSettings,
-        free: Vec<usize>,
+        frozen: Option<&[String]>,
     ) -> Result<Self, ObjectiveError> {
-        let mut structures: Vec<Arc<Structure>> = Vec::new();
-        let mut channels: Vec<(usize, Excitation)> = Vec::new();
-        let mut closed: Vec<Option<Arc<ClosedLoop>>> = Vec::new();
+        let of_drive = loop_parameters(machine, set, frfs);
+        let free =
+            frozen.map(|frozen| free_parameters(machine, frozen, &of_drive, |rule| rule != FitRule::Never));
+        let free = free.transpose()?.unwrap_or_default();
+        let mut channels: Vec<FrfChannel> = Vec::new();
         let mut records = Vec::new();
         let mut nuts_m: Vec<f64> = Vec::new();
         let mut groups: Vec<(Option<usize>, Option<&String>)> = Vec::new();
@@ -132,14 +136,18 @@ impl<'m> FrfObjective<'m> {
             let excitation = Excitation::named(machine, &frf.source, &frf.excitation)?;
             let operating = operating(set, frf);
             machine.check_operating(&frf.source, &operating)?;
-            let structure = match channels.iter().position(|c| *c == (response, excitation)) {
+            let structure = match channels.iter().position(|c| c.points == (response, excitation)) {
                 Some(at) => at,
                 None => {
-                    let (structure, of_loop) =
+                    let (structure, closed) =
                         excitation.structure(machine, &frf.source, response, settings.rods)?;
-                    structures.push(Arc::new(structure));
-                    channels.push((response, excitation));
-                    closed.push(of_loop.map(Arc::new));
+                    channels.push(FrfChannel {
+                        points: (response, excitation),
+                        structure: Arc::new(structure),
+                        closed: closed.map(Arc::new),
+                        calibration: (0.0, 0.0),
+                        pool: Arc::default(),
+                    });
                     channels.len() - 1
                 }
             };
@@ -170,27 +178,19 @@ impl<'m> FrfObjective<'m> {
             records.push(record);
         }
         check_overlap(set, &records)?;
-        let pools = structures.iter().map(|_| Mutex::new(Vec::new())).collect();
         let nuts = if settings.nut_sd_m > 0.0 { nuts_m.len() } else { 0 };
-        let base = machine.start();
         let own_count = free.iter().filter(|i| !machine.parameters[**i].is_tolerance()).count();
-        let calibration = vec![(0.0, 0.0); channels.len()];
-        let gain = set.gain;
         let empty = FrfObjective {
             machine,
-            structures,
             channels,
-            closed,
             of_drive: machine.closed_loop_parameters(),
-            calibration,
             settings,
             records: Vec::new(),
-            gain,
+            gain: set.gain,
             nuts,
             free,
             own_count,
-            base,
-            pools,
+            base: machine.start(),
             thin: OnceLock::new(),
             coarse: OnceLock::new(),
         };
@@ -218,7 +218,7 @@ impl<'m> FrfObjective<'m> {
             let places = cases.each_ref().map(|here| (&here.parameters[..], here.operating(record)));
             keep_rods(
                 Arc::make_mut(&mut record.lines),
-                (self.machine, &self.structures[record.structure]),
+                (self.machine, &self.channels[record.structure].structure),
                 places,
             );
         }
@@ -280,7 +280,7 @@ impl<'m> FrfObjective<'m> {
             let at = self.nuts + 2 * index;
             match place.len() > first + at && self.free_channels() > 0 {
                 true => (span(at, self.settings.channel_sd.0), span(at + 1, self.settings.channel_sd.1)),
-                false => self.calibration[index],
+                false => self.channels[index].calibration,
             }
         };
         Decoded {
@@ -299,11 +299,7 @@ impl<'m> FrfObjective<'m> {
 
     /// Returns the number of channels with fitted gain and delay.
     pub(super) fn free_channels(&self) -> usize {
-        if self.settings.channel_sd.0.max(self.settings.channel_sd.1) > 0.0 {
-            self.structures.len()
-        } else {
-            0
-        }
+        if self.settings.channel_sd.0.max(self.settings.channel_sd.1) > 0.0 { self.channels.len() } else { 0 }
     }
 
     /// Returns the loops of a channel at given values; `None` for an FRF of force.
@@ -320,21 +316,22 @@ impl<'m> FrfObjective<'m> {
             values: &here.parameters,
             operating,
         };
-        Loops::new(self.closed[channel].as_deref(), &at, encoders, columns)
+        Loops::new(self.channels[channel].closed.as_deref(), &at, encoders, columns)
     }
 
-    pub(super) fn borrow(&self, structure: usize) -> FrfScratch {
-        let pooled = self.pools[structure].lock().ok().and_then(|mut pool| pool.pop());
+    pub(super) fn borrow(&self, channel: usize) -> FrfScratch {
+        let FrfChannel { structure, closed, pool, .. } = &self.channels[channel];
+        let pooled = pool.lock().ok().and_then(|mut pool| pool.pop());
         pooled.unwrap_or_else(|| FrfScratch {
-            network: self.structures[structure].empty_model(),
-            work: self.structures[structure].workspace(),
+            network: structure.empty_model(),
+            work: structure.workspace(),
             row: Vec::new(),
-            encoders: self.closed[structure].as_ref().map(|closed| closed.scratch()).unwrap_or_default(),
+            encoders: closed.as_ref().map(|closed| closed.scratch()).unwrap_or_default(),
         })
     }
 
-    pub(super) fn give_back(&self, structure: usize, scratch: FrfScratch) {
-        if let Ok(mut pool) = self.pools[structure].lock() {
+    pub(super) fn give_back(&self, channel: usize, scratch: FrfScratch) {
+        if let Ok(mut pool) = self.channels[channel].pool.lock() {
             pool.push(scratch);
         }
     }
@@ -374,20 +371,12 @@ impl<'m> FrfObjective<'m> {
         for (record, counts) in records.iter_mut().zip(counts) {
             record.weight.iter_mut().zip(counts).for_each(|(w, c)| *w *= c);
         }
-        let pools = self.structures.iter().map(|_| Mutex::new(Vec::new())).collect();
-        let (structures, channels, calibration) =
-            (self.structures.clone(), self.channels.clone(), self.calibration.clone());
-        let (free, base) = (self.free.clone(), self.base.clone());
         FrfObjective {
-            structures,
-            channels,
-            closed: self.closed.clone(),
+            channels: self.channels.clone(),
             of_drive: self.of_drive.clone(),
-            calibration,
             records,
-            free,
-            base,
-            pools,
+            free: self.free.clone(),
+            base: self.base.clone(),
             thin: OnceLock::new(),
             coarse: OnceLock::new(),
             ..*self

@@ -65,8 +65,8 @@ impl FrfObjective<'_> {
     }
 
     pub(super) fn as_stated(&self, parameters: &ParameterValues, gain: f64) -> Decoded {
-        let (parameters, channels) = (parameters.clone(), self.calibration.clone());
-        Decoded { parameters, log_gain: gain.ln(), nut_shift_m: Vec::new(), channels }
+        let channels = self.channels.iter().map(|channel| channel.calibration).collect();
+        Decoded { parameters: parameters.clone(), log_gain: gain.ln(), nut_shift_m: Vec::new(), channels }
     }
 
     /// Returns the residuals of all records at coordinates of free parameters, gain, nut positions and
