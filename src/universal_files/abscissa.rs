@@ -1,7 +1,7 @@
 //! Abscissa values, stored or implied.
 
 use crate::place::FilePlace;
-use crate::warning::Warning;
+use crate::warning::{Warning, WarningKind};
 
 /// Abscissa values of a record.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,13 +84,13 @@ impl Abscissa {
             }
         }
         if let Tally { count: count @ 1.., index, value } = negative {
-            warnings.push(Warning::NegativeAbscissa { place, index, value, count });
+            warnings.push(WarningKind::NegativeAbscissa { index, value, count }.at(place));
         }
         if let Tally { count: count @ 1.., index, value } = repeated {
-            warnings.push(Warning::RepeatedAbscissa { place, index, value, count });
+            warnings.push(WarningKind::RepeatedAbscissa { index, value, count }.at(place));
         }
         if let Tally { count: count @ 1.., index, value } = falling {
-            warnings.push(Warning::FallingAbscissa { place, index, value, count });
+            warnings.push(WarningKind::FallingAbscissa { index, value, count }.at(place));
         }
     }
 }

@@ -13,7 +13,7 @@ use crate::place::FilePlace;
 use crate::point::{Points, numbers_per_value};
 use crate::record::{Ordinate, RecordHeader};
 use crate::source::{ByteSource, LINE_LIMIT, SourceLine};
-use crate::warning::Warning;
+use crate::warning::WarningKind;
 
 /// End of the data.
 enum NumberEnd {
@@ -126,17 +126,17 @@ pub(crate) fn read_values<R: Read + Seek>(
     let ScanProgress { points, letter_d, bare, first_line, short_line, extra, .. } = progress;
     let place = header.place;
     let (declared, found) = (header.count as u64, points.taken() as u64);
-    header.warnings.extend(letter_d.map(|place| Warning::ExponentLetter { place }));
-    header.warnings.extend(bare.map(|place| Warning::ExponentBare { place }));
+    header.warnings.extend(letter_d.map(|place| WarningKind::ExponentLetter.at(place)));
+    header.warnings.extend(bare.map(|place| WarningKind::ExponentBare.at(place)));
     match end {
         NumberEnd::Full => {
             if declared == 0 {
-                header.warnings.push(Warning::NoValues { place });
+                header.warnings.push(WarningKind::NoValues.at(place));
             }
-            header.warnings.extend(extra.map(|(place, extra)| Warning::PaddedLine { place, extra }));
+            header.warnings.extend(extra.map(|(place, extra)| WarningKind::PaddedLine { extra }.at(place)));
             read_closing(source, header, declared)?;
         }
-        NumberEnd::File => header.warnings.push(Warning::Truncated { place, declared, found }),
+        NumberEnd::File => header.warnings.push(WarningKind::Truncated { declared, found }.at(place)),
         NumberEnd::Sentinel(sentinel) => {
             let needed = numbers_per_value(header);
             let numbers = points.numbers();
@@ -153,12 +153,9 @@ pub(crate) fn read_values<R: Read + Seek>(
                 source.seek(sentinel)?;
                 return Err(fault);
             }
-            header.warnings.push(Warning::ValueCount {
-                place,
-                declared,
-                found,
-                evidence: SizeEvidence::NextSentinel,
-            });
+            header.warnings.push(
+                WarningKind::ValueCount { declared, found, evidence: SizeEvidence::NextSentinel }.at(place),
+            );
         }
     }
     header.count = points.taken();
@@ -181,14 +178,14 @@ fn read_lines<R: Read + Seek>(
                 return Ok(NumberEnd::Sentinel(place));
             }
             if !std::mem::replace(&mut sentinel_seen, true) {
-                header.warnings.push(Warning::SentinelInData { place });
+                header.warnings.push(WarningKind::SentinelInData.at(place));
             }
             progress.points.push(-1.0, bytes_left);
             continue;
         }
         if all_blank(line.text) {
             if !std::mem::replace(&mut blank_seen, true) {
-                header.warnings.push(Warning::BlankLine { place });
+                header.warnings.push(WarningKind::BlankLine.at(place));
             }
             continue;
         }
@@ -274,26 +271,26 @@ fn read_closing<R: Read + Seek>(
     loop {
         let place = source.place();
         let Some(line) = source.line()? else {
-            header.warnings.push(Warning::MissingClosing { place });
+            header.warnings.push(WarningKind::MissingClosing.at(place));
             return Ok(());
         };
         if is_sentinel(line.text) {
             return Ok(());
         }
         if is_loose_sentinel(line.text) {
-            header.warnings.push(Warning::SentinelColumns { place });
+            header.warnings.push(WarningKind::SentinelColumns.at(place));
             return Ok(());
         }
         if !all_blank(line.text) {
             if !line.ended {
-                header.warnings.push(Warning::MissingClosing { place });
+                header.warnings.push(WarningKind::MissingClosing.at(place));
                 return Ok(());
             }
             let found = excerpt(line.text);
             return Err(UniversalError::DataGoOn { place, declared, found });
         }
         if !std::mem::replace(&mut blank_seen, true) {
-            header.warnings.push(Warning::BlankLine { place });
+            header.warnings.push(WarningKind::BlankLine.at(place));
         }
     }
 }
@@ -317,7 +314,7 @@ pub(crate) fn skip_values<R: Read + Seek>(
     }
     source.seek(start)?;
     if !source.skip_dataset()? {
-        header.warnings.push(Warning::MissingClosing { place: source.place() });
+        header.warnings.push(WarningKind::MissingClosing.at(source.place()));
     }
     Ok(())
 }

@@ -5,7 +5,7 @@ use crate::field::is_unused;
 use crate::kind::{data_type, function_type};
 use crate::place::FilePlace;
 use crate::record::{NodeLocation, RecordAxis, RecordHeader};
-use crate::warning::Warning;
+use crate::warning::{Warning, WarningKind};
 
 /// Warns of an axis in use without unit. A coherence has no unit.
 pub(crate) fn unit(
@@ -21,7 +21,8 @@ pub(crate) fn unit(
         AxisName::Denominator | AxisName::Z => axis.data_type != data_type::UNKNOWN,
     };
     if used && axis.unit().is_none() {
-        warnings.push(Warning::BlankUnit { place, axis: name, units_in_force: header.units.is_some() });
+        warnings
+            .push(WarningKind::BlankUnit { axis: name, units_in_force: header.units.is_some() }.at(place));
     }
 }
 
@@ -30,7 +31,7 @@ pub(crate) fn unit(
 pub(crate) fn location(location: &NodeLocation, place: FilePlace, warnings: &mut Vec<Warning>) {
     let NodeLocation { entity, node, direction } = location;
     if direction.unsigned_abs() > 6 {
-        warnings.push(Warning::UnknownDirection { place, direction: *direction });
+        warnings.push(WarningKind::UnknownDirection { direction: *direction }.at(place));
     }
     if is_unused(entity) {
         return;
@@ -38,12 +39,10 @@ pub(crate) fn location(location: &NodeLocation, place: FilePlace, warnings: &mut
     if let Some((named_node, named_direction)) = encoded_location(entity)
         && (named_direction != *direction || named_node.is_some_and(|named| named != *node))
     {
-        warnings.push(Warning::EntityConflict {
-            place,
-            entity: entity.clone(),
-            node: *node,
-            direction: *direction,
-        });
+        warnings.push(
+            WarningKind::EntityConflict { entity: entity.clone(), node: *node, direction: *direction }
+                .at(place),
+        );
     }
 }
 

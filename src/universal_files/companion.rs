@@ -10,7 +10,7 @@ use crate::number::{Scan, scan};
 use crate::place::FilePlace;
 use crate::source::ByteSource;
 use crate::units::Units;
-use crate::warning::Warning;
+use crate::warning::{Warning, WarningKind};
 
 /// Largest number of bytes kept in fixed-size items per byte of the file (1); lists may reserve twice as
 /// much.
@@ -100,7 +100,7 @@ pub(crate) fn read_file_header<R: Read + Seek>(
             Ok(line.text.trim().to_owned())
         }
         Err(UniversalError::ShortHeader { place, dataset, missing }) => {
-            let warning = Warning::ShortDataset { place, dataset, missing };
+            let warning = WarningKind::ShortDataset { dataset, missing }.at(place);
             if warnings.last() != Some(&warning) {
                 warnings.push(warning);
             }
@@ -196,7 +196,7 @@ pub(crate) fn read_nodes<R: Read + Seek>(
         let second = if dataset == 15 { None } else { Some(header_line(source, dataset, 1, warnings)?) };
         overflown = overflown.or_else(|| second.as_ref()?.overflown(&LONG_POSITION));
         if let Some(field) = overflown.filter(|_| accepts_missing) {
-            warnings.push(Warning::Overflown { place: line.place, field, taken: "the node is left out" });
+            warnings.push(WarningKind::Overflown { field, taken: "the node is left out" }.at(line.place));
             continue;
         }
         let label = line.integer(0, 10, "node label")?;

@@ -4,7 +4,7 @@ use crate::error::UniversalError;
 use crate::number::{self, Scan, is_overflown};
 use crate::place::FilePlace;
 use crate::source::SourceLine;
-use crate::warning::Warning;
+use crate::warning::{Warning, WarningKind};
 
 /// A header line as text.
 #[derive(Debug)]
@@ -26,7 +26,7 @@ impl HeaderLine {
             Err(_) => (line.text.iter().map(|&byte| char::from(byte)).collect(), "Latin-1"),
         };
         if !text.is_ascii() {
-            warnings.push(Warning::NonAscii { place: line.place, read_as });
+            warnings.push(WarningKind::NonAscii { read_as }.at(line.place));
         }
         let length = text.trim_end_matches([' ', '\t', '\r', '\0']).len();
         let mut text = text;
@@ -68,7 +68,7 @@ impl HeaderLine {
         if !is_overflown(self.columns(from, to).as_bytes()) {
             return self.integer(from, to, field);
         }
-        warnings.push(Warning::Overflown { place: self.place, field, taken: "taken as 0" });
+        warnings.push(WarningKind::Overflown { field, taken: "taken as 0" }.at(self.place));
         Ok(0)
     }
 
@@ -96,13 +96,13 @@ impl HeaderLine {
     /// Warns of blank numeric fields found so far.
     pub fn report_blanks(&self, warnings: &mut Vec<Warning>) {
         if let Some(field) = self.blank {
-            warnings.push(Warning::BlankField { place: self.place, field });
+            warnings.push(WarningKind::BlankField { field }.at(self.place));
         }
     }
 
     /// Warns that the line is split at its blanks.
     pub fn report_columns(&self, warnings: &mut Vec<Warning>) {
-        warnings.push(Warning::HeaderColumns { place: self.place });
+        warnings.push(WarningKind::HeaderColumns.at(self.place));
     }
 }
 

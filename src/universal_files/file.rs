@@ -8,7 +8,7 @@ use crate::error::UniversalError;
 use crate::reader::{Dataset, UniversalReader};
 use crate::record::{RecordHeader, UniversalRecord};
 use crate::units::Units;
-use crate::warning::Warning;
+use crate::warning::{Warning, WarningKind};
 
 /// Number of refused parts at which the reading of a file ends: it is no measured file.
 const LEAST_REFUSED_TO_STOP: usize = 1000;
@@ -141,7 +141,7 @@ fn collect<R: Read + Seek, F>(
                 skipped.entry(found.number).and_modify(|first| first.times += 1).or_insert(found);
             }
             Err(UniversalError::EndsInHeader { place, .. }) if !file.functions.is_empty() => {
-                cut = Some(Warning::EndsInHeader { place })
+                cut = Some(WarningKind::EndsInHeader.at(place))
             }
             Err(fault) => refused(fault)?,
         }

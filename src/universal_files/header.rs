@@ -13,7 +13,7 @@ use crate::place::FilePlace;
 use crate::record::{NodeLocation, RecordAxis, RecordHeader};
 use crate::source::{ByteSource, LINE_LIMIT};
 use crate::units::Units;
-use crate::warning::Warning;
+use crate::warning::{Warning, WarningKind};
 
 /// Number of header lines after the first.
 const LINES: usize = 11;
@@ -127,7 +127,7 @@ fn first_line(
         }
     }
     if lines != LINES as i64 {
-        warnings.push(Warning::HeaderLines { place: line.place, found: lines });
+        warnings.push(WarningKind::HeaderLines { found: lines }.at(line.place));
     }
     let order = match order {
         1 => ByteOrder::Little,

@@ -8,7 +8,7 @@ use crate::kind::OrdinateType;
 use crate::place::FilePlace;
 use crate::record::RecordHeader;
 use crate::source::ByteSource;
-use crate::warning::Warning;
+use crate::warning::WarningKind;
 
 /// Storage of one value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -187,31 +187,29 @@ fn report(
     let bytes = extent.layout.stride() * extent.count;
     let cut = matches!(fit, LayoutFit::Open) && extent.count < declared;
     if byte_count != Some(bytes) && !cut {
-        header.warnings.push(Warning::ByteCount { place, found: byte_count, used: bytes, evidence });
+        header.warnings.push(WarningKind::ByteCount { found: byte_count, used: bytes, evidence }.at(place));
     }
     if extent.layout.ordinate != header.ordinate_type {
-        header.warnings.push(Warning::Precision {
-            place,
-            declared: header.ordinate_type,
-            used: extent.layout.ordinate,
-            evidence,
-        });
+        header.warnings.push(
+            WarningKind::Precision { declared: header.ordinate_type, used: extent.layout.ordinate, evidence }
+                .at(place),
+        );
         header.ordinate_type = extent.layout.ordinate;
     }
     if extent.layout.abscissa_bytes == 8 {
-        header.warnings.push(Warning::WideAbscissa { place, evidence });
+        header.warnings.push(WarningKind::WideAbscissa { evidence }.at(place));
     }
     if cut {
-        header.warnings.push(Warning::Truncated { place, declared, found: extent.count });
+        header.warnings.push(WarningKind::Truncated { declared, found: extent.count }.at(place));
     } else if extent.count != declared {
-        header.warnings.push(Warning::ValueCount { place, declared, found: extent.count, evidence });
+        header.warnings.push(WarningKind::ValueCount { declared, found: extent.count, evidence }.at(place));
     }
     if extent.count == 0 {
-        header.warnings.push(Warning::NoValues { place });
+        header.warnings.push(WarningKind::NoValues.at(place));
     }
     if let LayoutFit::Closed(stray @ 1..) = *fit {
         let place = FilePlace { byte: start + bytes, line: None };
-        header.warnings.push(Warning::StrayLineEnd { place, bytes: stray as u64 });
+        header.warnings.push(WarningKind::StrayLineEnd { bytes: stray as u64 }.at(place));
     }
     header.count = extent.count as usize;
 }

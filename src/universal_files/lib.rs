@@ -49,6 +49,6 @@ pub use place::FilePlace;
 pub use reader::{Dataset, UniversalReader};
 pub use record::{NodeLocation, Ordinate, RecordAxis, RecordHeader, UniversalRecord};
 pub use units::Units;
-pub use warning::Warning;
+pub use warning::{Warning, WarningKind};
 pub use write::{UniversalWriter, Written};
 pub use write_error::WriteError;

@@ -16,7 +16,7 @@ use crate::place::FilePlace;
 use crate::record::{RecordHeader, UniversalRecord};
 use crate::source::ByteSource;
 use crate::units::Units;
-use crate::warning::Warning;
+use crate::warning::{Warning, WarningKind};
 
 /// Byte-order mark that some programs write before text in UTF-8.
 const BYTE_ORDER_MARK: [u8; 3] = [0xEF, 0xBB, 0xBF];
@@ -129,7 +129,8 @@ impl<R: Read + Seek> UniversalReader<R> {
 
     /// Returns the tolerated faults outside records so far.
     pub fn warnings(&self) -> Vec<Warning> {
-        let further = (self.further > 0).then_some(Warning::Further { count: self.further });
+        let further = (self.further > 0)
+            .then_some(Warning { place: None, kind: WarningKind::Further { count: self.further } });
         self.warnings.iter().cloned().chain(further).collect()
     }
 

@@ -1,7 +1,7 @@
 //! Dataset 164: the units of a file.
 
 use crate::place::FilePlace;
-use crate::warning::Warning;
+use crate::warning::{Warning, WarningKind};
 
 /// Units of the datasets that follow: value in SI = value in the file / factor.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,13 +82,9 @@ impl Units {
             [("length", self.length_factor, length), ("force", self.force_factor, force)]
         {
             if (found / expected - 1.0).abs() > FACTOR_TOLERANCE {
-                warnings.push(Warning::UnitsConflict {
-                    place: self.place,
-                    code: self.code,
-                    factor,
-                    found,
-                    expected,
-                });
+                warnings.push(
+                    WarningKind::UnitsConflict { code: self.code, factor, found, expected }.at(self.place),
+                );
             }
         }
     }

@@ -8,7 +8,7 @@ use crate::frame::{Frame, all_blank, dataset_number, is_loose_sentinel, is_senti
 use crate::place::FilePlace;
 use crate::reader::UniversalReader;
 use crate::record::RecordHeader;
-use crate::warning::Warning;
+use crate::warning::{Warning, WarningKind};
 
 /// Largest number of faults between datasets that are listed one by one.
 const WARNING_LIMIT: usize = 100;
@@ -33,7 +33,7 @@ impl<R: Read + Seek> UniversalReader<R> {
                 self.source.pass(stray);
                 self.source.line()?;
             }
-            None => header.warnings.push(Warning::MissingClosing { place }),
+            None => header.warnings.push(WarningKind::MissingClosing.at(place)),
         }
         Ok(())
     }
@@ -44,21 +44,21 @@ impl<R: Read + Seek> UniversalReader<R> {
         loop {
             let place = self.source.place();
             let Some(line) = self.source.line()? else {
-                self.warn([Warning::MissingClosing { place }]);
+                self.warn([WarningKind::MissingClosing.at(place)]);
                 break;
             };
             if is_sentinel(line.text) {
                 break;
             }
             if is_loose_sentinel(line.text) {
-                self.warn([Warning::SentinelColumns { place }]);
+                self.warn([WarningKind::SentinelColumns.at(place)]);
                 break;
             }
             if !all_blank(line.text) {
                 stray.get_or_insert((place, 0)).1 += 1;
             }
         }
-        self.warn(stray.map(|(place, lines)| Warning::StrayText { place, lines }));
+        self.warn(stray.map(|(place, lines)| WarningKind::StrayText { lines }.at(place)));
         self.closed = true;
         Ok(())
     }
@@ -75,7 +75,7 @@ impl<R: Read + Seek> UniversalReader<R> {
             self.source.skip_dataset()?
         };
         if !found {
-            self.warn([Warning::MissingClosing { place: self.source.place() }]);
+            self.warn([WarningKind::MissingClosing.at(self.source.place())]);
         }
         self.closed = true;
         Ok(())
@@ -102,10 +102,10 @@ impl<R: Read + Seek> UniversalReader<R> {
             stray.get_or_insert((place, 0)).1 += 1;
             (opened, self.closed) = (false, false);
         };
-        self.warn(stray.map(|(place, lines)| Warning::StrayText { place, lines }));
+        self.warn(stray.map(|(place, lines)| WarningKind::StrayText { lines }.at(place)));
         if let (Some(frame), false) = (&frame, opened) {
             let place = frame.line.place;
-            self.warn([Warning::MissingOpening { place }]);
+            self.warn([WarningKind::MissingOpening.at(place)]);
         }
         self.closed = false;
         Ok(frame)

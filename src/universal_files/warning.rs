@@ -10,12 +10,20 @@ use crate::place::FilePlace;
 ///
 /// `Error` is derived only for its `Display`: a warning never stops the reading.
 #[derive(Debug, Clone, PartialEq, Error)]
-pub enum Warning {
+#[error("{}{kind}", place.map_or_else(String::new, |place| format!("{place}: ")))]
+pub struct Warning {
+    /// Start of the dataset, the line, or the first of several places; `None` for faults at several.
+    pub place: Option<FilePlace>,
+    /// The fault.
+    pub kind: WarningKind,
+}
+
+/// What a warning is about.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum WarningKind {
     /// The byte count in the first line of a 58b is not the size of the payload.
-    #[error("{place}: the first line states {} payload bytes; used {used}, by {evidence}", count_or_none(*found))]
+    #[error("the first line states {} payload bytes; used {used}, by {evidence}", count_or_none(*found))]
     ByteCount {
-        /// Start of the dataset.
-        place: FilePlace,
         /// Count in the first line; `None` where it is blank or not a number.
         found: Option<u64>,
         /// Bytes used.
@@ -24,12 +32,8 @@ pub enum Warning {
         evidence: SizeEvidence,
     },
     /// The payload has the size of the other precision.
-    #[error(
-        "{place}: declared {declared}, but the payload has the size of {used}; read as {used}, by {evidence}"
-    )]
+    #[error("declared {declared}, but the payload has the size of {used}; read as {used}, by {evidence}")]
     Precision {
-        /// Start of the dataset.
-        place: FilePlace,
         /// Type in the header.
         declared: OrdinateType,
         /// Type read.
@@ -38,18 +42,14 @@ pub enum Warning {
         evidence: SizeEvidence,
     },
     /// Uneven double payload with an abscissa of 8 bytes, where the format has 4.
-    #[error("{place}: the abscissa is stored in 8 bytes where the format has 4; read as 8, by {evidence}")]
+    #[error("the abscissa is stored in 8 bytes where the format has 4; read as 8, by {evidence}")]
     WideAbscissa {
-        /// Start of the dataset.
-        place: FilePlace,
         /// Evidence for the choice.
         evidence: SizeEvidence,
     },
     /// The number of values in the header is not the number of values there are.
-    #[error("{place}: declares {declared} values, holds {found}; used {found}, by {evidence}")]
+    #[error("declares {declared} values, holds {found}; used {found}, by {evidence}")]
     ValueCount {
-        /// Start of the dataset.
-        place: FilePlace,
         /// Count in the header.
         declared: u64,
         /// Values used.
@@ -59,153 +59,101 @@ pub enum Warning {
     },
     /// The file ends inside the data.
     #[error(
-        "{place}: the file ends inside the data: {found} of {declared} values; the copy is incomplete, get the whole file"
+        "the file ends inside the data: {found} of {declared} values; the copy is incomplete, get the whole file"
     )]
     Truncated {
-        /// Start of the dataset.
-        place: FilePlace,
         /// Count in the header.
         declared: u64,
         /// Whole values read.
         found: u64,
     },
     /// The file ends inside a header; that record is missing.
-    #[error("{place}: the file ends inside the header of a dataset, which is dropped; get the whole file")]
-    EndsInHeader {
-        /// Place of the end of the file.
-        place: FilePlace,
-    },
+    #[error("the file ends inside the header of a dataset, which is dropped; get the whole file")]
+    EndsInHeader,
     /// A dataset ends before its last line.
-    #[error("{place}: dataset {dataset} ends {missing} lines too early; they are taken as blank")]
+    #[error("dataset {dataset} ends {missing} lines too early; they are taken as blank")]
     ShortDataset {
-        /// Place of the end.
-        place: FilePlace,
         /// Dataset.
         dataset: u32,
         /// Lines missing.
         missing: usize,
     },
     /// The record declares no values and holds none.
-    #[error("{place}: the record declares no values and holds none")]
-    NoValues {
-        /// Start of the dataset.
-        place: FilePlace,
-    },
+    #[error("the record declares no values and holds none")]
+    NoValues,
     /// More numbers in the last line than the count requires.
-    #[error("{place}: {extra} more numbers in the last line than values declared (padding); dropped")]
+    #[error("{extra} more numbers in the last line than values declared (padding); dropped")]
     PaddedLine {
-        /// The line.
-        place: FilePlace,
         /// Numbers dropped.
         extra: usize,
     },
     /// A Fortran `D` exponent in function data.
-    #[error("{place}: exponents are written with D (first one here); read as E")]
-    ExponentLetter {
-        /// First such number.
-        place: FilePlace,
-    },
+    #[error("exponents are written with D (first one here); read as E")]
+    ExponentLetter,
     /// An exponent of three digits without its letter, such as `1.0-105`.
-    #[error("{place}: an exponent has no letter, like 1.0-105 (first one here); read as 1.0E-105")]
-    ExponentBare {
-        /// First such number.
-        place: FilePlace,
-    },
+    #[error("an exponent has no letter, like 1.0-105 (first one here); read as 1.0E-105")]
+    ExponentBare,
     /// CR or LF between a binary payload and the closing sentinel.
-    #[error("{place}: {bytes} stray line-end bytes between the binary payload and the closing -1; skipped")]
+    #[error("{bytes} stray line-end bytes between the binary payload and the closing -1; skipped")]
     StrayLineEnd {
-        /// Place of the first.
-        place: FilePlace,
         /// Number of bytes.
         bytes: u64,
     },
     /// Blank lines among the data.
-    #[error("{place}: blank line among the data; skipped")]
-    BlankLine {
-        /// First of them.
-        place: FilePlace,
-    },
+    #[error("blank line among the data; skipped")]
+    BlankLine,
     /// Text between datasets.
-    #[error("{place}: {lines} lines outside any dataset; skipped")]
+    #[error("{lines} lines outside any dataset; skipped")]
     StrayText {
-        /// First of them.
-        place: FilePlace,
         /// Number of lines.
         lines: u64,
     },
     /// A dataset has no closing sentinel before the end of the file.
-    #[error("{place}: the dataset has no closing -1")]
-    MissingClosing {
-        /// Expected place.
-        place: FilePlace,
-    },
+    #[error("the dataset has no closing -1")]
+    MissingClosing,
     /// A dataset number follows a closing sentinel without an opening one.
-    #[error("{place}: dataset number without an opening -1; read as a dataset")]
-    MissingOpening {
-        /// The dataset number's line.
-        place: FilePlace,
-    },
+    #[error("dataset number without an opening -1; read as a dataset")]
+    MissingOpening,
     /// A sentinel outside columns 5 and 6.
-    #[error("{place}: -1 outside columns 5 and 6; taken as the end of the dataset")]
-    SentinelColumns {
-        /// The line.
-        place: FilePlace,
-    },
+    #[error("-1 outside columns 5 and 6; taken as the end of the dataset")]
+    SentinelColumns,
     /// A line `    -1` among the data that does not end the dataset.
-    #[error(
-        "{place}: a line -1 among the data without a dataset end after it (first one here); read as the value -1"
-    )]
-    SentinelInData {
-        /// First such line.
-        place: FilePlace,
-    },
+    #[error("a line -1 among the data without a dataset end after it (first one here); read as the value -1")]
+    SentinelInData,
     /// The first line of a 58b states another number of header lines than 11.
-    #[error("{place}: states that {found} header lines follow; used 11")]
+    #[error("states that {found} header lines follow; used 11")]
     HeaderLines {
-        /// The line.
-        place: FilePlace,
         /// Number found.
         found: i64,
     },
     /// A header line is not in the columns of the format.
-    #[error("{place}: header line not in the columns of the format; split at its blanks")]
-    HeaderColumns {
-        /// The line.
-        place: FilePlace,
-    },
+    #[error("header line not in the columns of the format; split at its blanks")]
+    HeaderColumns,
     /// Numeric fields of a header line are blank.
-    #[error("{place}: blank numeric fields in the header line (first: {field}); read as 0")]
+    #[error("blank numeric fields in the header line (first: {field}); read as 0")]
     BlankField {
-        /// The line.
-        place: FilePlace,
         /// First blank field.
         field: &'static str,
     },
     /// A field filled with asterisks, since it is too narrow for its number.
-    #[error("{place}: {field} is asterisks, since its field is too narrow; {taken}")]
+    #[error("{field} is asterisks, since its field is too narrow; {taken}")]
     Overflown {
-        /// The line.
-        place: FilePlace,
         /// The field.
         field: &'static str,
         /// What is taken instead.
         taken: &'static str,
     },
     /// Bytes beyond ASCII in a header line.
-    #[error("{place}: characters beyond ASCII in the header; read as {read_as}")]
+    #[error("characters beyond ASCII in the header; read as {read_as}")]
     NonAscii {
-        /// The line.
-        place: FilePlace,
         /// Encoding used.
         read_as: &'static str,
     },
     /// An entity name that encodes another node or direction than the node and direction fields.
     #[error(
-        "{place}: entity name `{entity}` contradicts node {node}, direction {direction}; used node and direction, kept the name"
+        "entity name `{entity}` contradicts node {node}, direction {direction}; used node and direction, kept the name"
     )]
     EntityConflict {
-        /// The line.
-        place: FilePlace,
         /// The name.
         entity: String,
         /// Node field.
@@ -214,28 +162,22 @@ pub enum Warning {
         direction: i64,
     },
     /// A direction code that the format does not have.
-    #[error("{place}: direction {direction} is not one of 0, ±1…±6; kept")]
+    #[error("direction {direction} is not one of 0, ±1…±6; kept")]
     UnknownDirection {
-        /// The line.
-        place: FilePlace,
         /// The code.
         direction: i64,
     },
     /// A unit field is blank.
-    #[error("{place}: the {axis} has no unit; {}", if *units_in_force { "dataset 164 is in force" } else { "no dataset 164 either: state the unit" })]
+    #[error("the {axis} has no unit; {}", if *units_in_force { "dataset 164 is in force" } else { "no dataset 164 either: state the unit" })]
     BlankUnit {
-        /// The line.
-        place: FilePlace,
         /// Axis.
         axis: AxisName,
         /// Whether a dataset 164 precedes the record.
         units_in_force: bool,
     },
     /// Negative abscissa values.
-    #[error("{place}: {count} negative abscissa values, first {value} at index {index}")]
+    #[error("{count} negative abscissa values, first {value} at index {index}")]
     NegativeAbscissa {
-        /// Start of the dataset.
-        place: FilePlace,
         /// First of them, from 0.
         index: usize,
         /// Its value.
@@ -244,10 +186,8 @@ pub enum Warning {
         count: usize,
     },
     /// Abscissa values that repeat the one before.
-    #[error("{place}: {count} abscissa values repeat the one before, first {value} at index {index}")]
+    #[error("{count} abscissa values repeat the one before, first {value} at index {index}")]
     RepeatedAbscissa {
-        /// Start of the dataset.
-        place: FilePlace,
         /// First of them, from 0.
         index: usize,
         /// Its value.
@@ -256,10 +196,8 @@ pub enum Warning {
         count: usize,
     },
     /// Abscissa values below the one before.
-    #[error("{place}: {count} abscissa values are below the one before, first {value} at index {index}")]
+    #[error("{count} abscissa values are below the one before, first {value} at index {index}")]
     FallingAbscissa {
-        /// Start of the dataset.
-        place: FilePlace,
         /// First of them, from 0.
         index: usize,
         /// Its value.
@@ -268,10 +206,8 @@ pub enum Warning {
         count: usize,
     },
     /// The factors of a dataset 164 are not those of its units code.
-    #[error("{place}: units code {code}, but {factor} factor {found} instead of {expected}; used the factor")]
+    #[error("units code {code}, but {factor} factor {found} instead of {expected}; used the factor")]
     UnitsConflict {
-        /// Start of the dataset.
-        place: FilePlace,
         /// Code.
         code: i64,
         /// Length or force.
@@ -287,6 +223,13 @@ pub enum Warning {
         /// Number of faults.
         count: u64,
     },
+}
+
+impl WarningKind {
+    /// Returns the warning of this fault at a place.
+    pub(crate) fn at(self, place: FilePlace) -> Warning {
+        Warning { place: Some(place), kind: self }
+    }
 }
 
 fn count_or_none(count: Option<u64>) -> String {

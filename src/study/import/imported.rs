@@ -12,7 +12,7 @@ use measurement::import::{
     set_files,
 };
 use universal_files::function_type::FREQUENCY_RESPONSE;
-use universal_files::{UniversalRecord, Warning, read_sound, read_where};
+use universal_files::{UniversalRecord, WarningKind, read_sound, read_where};
 
 /// An imported measurement set.
 #[derive(Debug, Clone)]
@@ -123,11 +123,14 @@ fn universal(
     })?;
     let mut notes: Vec<String> =
         refused.iter().map(|fault| format!("{source}: {fault}; this part is left out")).collect();
-    let cut = |f: &UniversalRecord| f.header.warnings.iter().any(|w| matches!(w, Warning::Truncated { .. }));
+    let cut = |f: &UniversalRecord| {
+        f.header.warnings.iter().any(|w| matches!(w.kind, WarningKind::Truncated { .. }))
+    };
     if !request.accept_truncated
         && let Some(record) = file.functions.iter().find(|f| cut(f))
     {
-        let truncated = record.header.warnings.iter().find(|w| matches!(w, Warning::Truncated { .. }));
+        let truncated =
+            record.header.warnings.iter().find(|w| matches!(w.kind, WarningKind::Truncated { .. }));
         let text = truncated.map_or_else(String::new, ToString::to_string);
         let remedy = "accept the values that it holds (accept_truncated)";
         if request.strict

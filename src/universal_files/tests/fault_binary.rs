@@ -10,7 +10,7 @@ fn type_and_count_override_a_wrong_byte_count() {
     assert_eq!(complex(&record)[3], Complex64::new(7.0, 8.0));
     warned!(
         record,
-        Warning::ByteCount { found: Some(32), used: 64, evidence: SizeEvidence::TypeAndCount, .. }
+        WarningKind::ByteCount { found: Some(32), used: 64, evidence: SizeEvidence::TypeAndCount }
     );
     assert_eq!(record.header.warnings.len(), 1);
 }
@@ -22,11 +22,15 @@ fn the_size_decides_the_precision() {
     assert_eq!(record.header.ordinate_type, OrdinateType::ComplexDouble);
     warned!(
         record,
-        Warning::Precision { declared: OrdinateType::ComplexSingle, used: OrdinateType::ComplexDouble, .. }
+        WarningKind::Precision {
+            declared: OrdinateType::ComplexSingle,
+            used: OrdinateType::ComplexDouble,
+            ..
+        }
     );
     let record = Sample::binary(4, 4, 1, 16, singles(&[1.0, 2.0, 3.0, 4.0])).record();
     assert_eq!(real(&record), [1.0, 2.0, 3.0, 4.0]);
-    warned!(record, Warning::Precision { used: OrdinateType::RealSingle, .. });
+    warned!(record, WarningKind::Precision { used: OrdinateType::RealSingle, .. });
 }
 
 #[test]
@@ -44,24 +48,24 @@ fn the_size_decides_the_width_of_an_uneven_abscissa() {
     let record = Sample::binary(6, 2, 0, 48, doubles(&[0.5, 1.0, 2.0, 1.5, 3.0, 4.0])).record();
     assert_eq!(record.abscissa, Abscissa::Uneven(vec![0.5, 1.5]));
     assert_eq!(complex(&record)[1], Complex64::new(3.0, 4.0));
-    warned!(record, Warning::WideAbscissa { .. });
+    warned!(record, WarningKind::WideAbscissa { .. });
 }
 
 #[test]
 fn the_byte_count_overrides_a_wrong_count() {
     let record = Sample::binary(4, 99, 1, 64, doubles(&VALUES)).record();
     assert_eq!(real(&record), VALUES);
-    warned!(record, Warning::ValueCount { declared: 99, found: 8, evidence: SizeEvidence::HeaderBytes, .. });
+    warned!(record, WarningKind::ValueCount { declared: 99, found: 8, evidence: SizeEvidence::HeaderBytes });
 }
 
 #[test]
 fn the_next_sentinel_decides_where_both_are_wrong() {
     let record = Sample::binary(4, 99, 1, 1234, doubles(&VALUES)).record();
     assert_eq!(real(&record), VALUES);
-    warned!(record, Warning::ValueCount { declared: 99, found: 8, evidence: SizeEvidence::NextSentinel, .. });
+    warned!(record, WarningKind::ValueCount { declared: 99, found: 8, evidence: SizeEvidence::NextSentinel });
     warned!(
         record,
-        Warning::ByteCount { found: Some(1234), used: 64, evidence: SizeEvidence::NextSentinel, .. }
+        WarningKind::ByteCount { found: Some(1234), used: 64, evidence: SizeEvidence::NextSentinel }
     );
 }
 
@@ -90,9 +94,9 @@ fn line_ends_after_the_payload_are_skipped() {
     data.extend(b"\r\n");
     let record = Sample::binary(4, 8, 1, 64, data.clone()).record();
     assert_eq!(real(&record), VALUES);
-    warned!(record, Warning::StrayLineEnd { bytes: 2, .. });
+    warned!(record, WarningKind::StrayLineEnd { bytes: 2 });
     let record = Sample::binary(4, 8, 1, 66, data).record();
-    warned!(record, Warning::ByteCount { found: Some(66), used: 64, .. });
+    warned!(record, WarningKind::ByteCount { found: Some(66), used: 64, .. });
 }
 
 #[test]
@@ -113,12 +117,12 @@ fn a_file_truncated_in_the_payload_keeps_whole_values_if_the_header_is_consisten
     };
     let record = truncated(64).record();
     assert_eq!(real(&record), &VALUES[..5]);
-    warned!(record, Warning::Truncated { declared: 8, found: 5, .. });
+    warned!(record, WarningKind::Truncated { declared: 8, found: 5 });
     assert!(matches!(truncated(32).refusal(), UniversalError::PayloadSize { .. }));
     let record = Sample { closing: String::new(), ..Sample::binary(4, 8, 1, 32, doubles(&VALUES)) }.record();
     assert_eq!(real(&record), VALUES);
-    warned!(record, Warning::ByteCount { evidence: SizeEvidence::EndOfFile, .. });
-    warned!(record, Warning::MissingClosing { .. });
+    warned!(record, WarningKind::ByteCount { evidence: SizeEvidence::EndOfFile, .. });
+    warned!(record, WarningKind::MissingClosing);
 }
 
 #[test]
@@ -160,11 +164,11 @@ fn a_first_line_out_of_columns_is_split_at_blanks() {
     sample.first = "58b 1 2 11 64 0 0 0 0\n".into();
     let record = sample.record();
     assert_eq!(real(&record), VALUES);
-    warned!(record, Warning::HeaderColumns { .. });
+    warned!(record, WarningKind::HeaderColumns);
     sample.first = "    58b     1     2          12\n".into();
     let record = sample.record();
-    warned!(record, Warning::HeaderLines { found: 12, .. });
-    warned!(record, Warning::ByteCount { found: None, used: 64, .. });
+    warned!(record, WarningKind::HeaderLines { found: 12 });
+    warned!(record, WarningKind::ByteCount { found: None, used: 64, .. });
     sample.first = "    58b\n".into();
     assert!(matches!(sample.refusal(), UniversalError::Field { .. }));
 }

@@ -41,13 +41,13 @@ fn text_between_datasets_gives_a_warning() {
     let sample = Sample::default().bytes();
     let file = read(&joined(&[b"made by hand\nyesterday\n", &sample, b"remark\n", &sample])).unwrap();
     assert_eq!(file.functions.len(), 2);
-    let lines: Vec<u64> = file
-        .warnings
-        .iter()
-        .filter_map(
-            |warning| if let Warning::StrayText { lines, .. } = warning { Some(*lines) } else { None },
-        )
-        .collect();
+    let lines: Vec<u64> =
+        file.warnings
+            .iter()
+            .filter_map(|warning| {
+                if let WarningKind::StrayText { lines } = &warning.kind { Some(*lines) } else { None }
+            })
+            .collect();
     assert_eq!(lines, [2, 1]);
 }
 
@@ -56,7 +56,7 @@ fn a_single_sentinel_between_datasets_is_enough() {
     let sample = Sample::default().bytes();
     let file = read(&joined(&[&sample, &sample[7..]])).unwrap();
     assert_eq!(file.functions.len(), 2);
-    assert!(matches!(file.warnings[..], [Warning::MissingOpening { .. }]));
+    assert!(matches!(file.warnings[..], [Warning { kind: WarningKind::MissingOpening, .. }]));
 }
 
 #[test]
@@ -128,9 +128,11 @@ impl ReplaceLineEnds for Vec<u8> {
 fn every_message_names_a_place() {
     let place = FilePlace { byte: 80, line: Some(2) };
     let messages = [
-        Warning::ByteCount { place, found: None, used: 16, evidence: SizeEvidence::TypeAndCount }.to_string(),
-        Warning::Truncated { place, declared: 4, found: 2 }.to_string(),
-        Warning::BlankUnit { place, axis: AxisName::Denominator, units_in_force: false }.to_string(),
+        WarningKind::ByteCount { found: None, used: 16, evidence: SizeEvidence::TypeAndCount }
+            .at(place)
+            .to_string(),
+        WarningKind::Truncated { declared: 4, found: 2 }.at(place).to_string(),
+        WarningKind::BlankUnit { axis: AxisName::Denominator, units_in_force: false }.at(place).to_string(),
         UniversalError::PayloadSize { place, count: 1, expected: 8, header_bytes: None, distance: 7 }
             .to_string(),
     ];

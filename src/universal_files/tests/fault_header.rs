@@ -12,9 +12,9 @@ fn blank_fields_are_zero() {
     };
     let record = sample.record();
     assert_eq!(record.header.reference, NodeLocation::default());
-    warned!(record, Warning::BlankField { field: "reference node", .. });
-    warned!(record, Warning::BlankField { field: "z axis value", .. });
-    warned!(record, Warning::BlankField { field: "specific data type", place } if place.line == Some(13));
+    warned!(record, WarningKind::BlankField { field: "reference node" });
+    warned!(record, WarningKind::BlankField { field: "z axis value" });
+    warned!(record, WarningKind::BlankField { field: "specific data type" }, line 13);
 }
 
 #[test]
@@ -31,7 +31,7 @@ fn headers_out_of_columns_are_split_at_blanks() {
             .header
             .warnings
             .iter()
-            .filter(|warning| matches!(warning, Warning::HeaderColumns { .. }))
+            .filter(|warning| matches!(warning.kind, WarningKind::HeaderColumns))
             .count(),
         3
     );
@@ -86,14 +86,14 @@ fn characters_beyond_ascii_keep_their_columns() {
     let (before, after) = text.split_once("        12    0    0    0 Acceleration         m/s^2\n").unwrap();
     let record = only(&[before.as_bytes(), &latin, after.as_bytes()].concat());
     assert_eq!(record.header.ordinate, RecordAxis::new(12, "Schwingstärke", "m/s²"));
-    warned!(record, Warning::NonAscii { read_as: "Latin-1", place } if place.line == Some(11));
+    warned!(record, WarningKind::NonAscii { read_as: "Latin-1" }, line 11);
     let record = Sample {
         ordinate: "        12    0    0    0 Schwingstärke        m/s²\n".into(),
         ..Sample::default()
     }
     .record();
     assert_eq!(record.header.ordinate, RecordAxis::new(12, "Schwingstärke", "m/s²"));
-    warned!(record, Warning::NonAscii { read_as: "UTF-8", .. });
+    warned!(record, WarningKind::NonAscii { read_as: "UTF-8" });
 }
 
 #[test]
@@ -102,10 +102,10 @@ fn contradicting_entity_names_give_a_warning_and_are_kept() {
     let record = Sample { locations: locations.into(), ..Sample::default() }.record();
     assert_eq!(record.header.reference, NodeLocation { entity: "2:-X".into(), node: 2, direction: 1 });
     assert_eq!(record.header.warnings.len(), 1);
-    warned!(record, Warning::EntityConflict { entity, node: 2, direction: 1, .. } if entity == "2:-X");
+    warned!(record, WarningKind::EntityConflict { entity, node: 2, direction: 1 } if entity == "2:-X");
     let record =
         Sample { locations: locations.replace("1   3 2:-X", "1   9 NONE"), ..Sample::default() }.record();
-    warned!(record, Warning::UnknownDirection { direction: 9, .. });
+    warned!(record, WarningKind::UnknownDirection { direction: 9 });
 }
 
 #[test]
@@ -114,10 +114,10 @@ fn blank_units_give_a_warning_with_the_units_in_force() {
         ordinate: "        12    0    0    0 NONE                 NONE\n".into(),
         ..Sample::default()
     };
-    warned!(blank.record(), Warning::BlankUnit { axis: AxisName::Ordinate, units_in_force: false, place } if place.line == Some(11));
+    warned!(blank.record(), WarningKind::BlankUnit { axis: AxisName::Ordinate, units_in_force: false }, line 11);
     let units = b"    -1\n   164\n         5mm (milli newton)            2\n  1.0D+03  1.0D+03  1.0D+00\n  2.7315D+02\n    -1\n";
     let record = only(&[units, blank.bytes().as_slice()].concat());
-    warned!(record, Warning::BlankUnit { axis: AxisName::Ordinate, units_in_force: true, .. });
+    warned!(record, WarningKind::BlankUnit { axis: AxisName::Ordinate, units_in_force: true });
     let units = record.header.units.as_ref().unwrap();
     assert_eq!(
         (units.code, units.length_m(1500.0), units.force_n(500.0), units.temperature_offset),
@@ -151,7 +151,10 @@ fn factors_that_contradict_their_code_give_a_warning_and_invalid_ones_are_refuse
     };
     let file = read(units("1.0D+03").as_bytes()).unwrap();
     assert!(
-        matches!(file.warnings[..], [Warning::UnitsConflict { code: 1, factor: "length", .. }]),
+        matches!(
+            file.warnings[..],
+            [Warning { kind: WarningKind::UnitsConflict { code: 1, factor: "length", .. }, .. }]
+        ),
         "{:?}",
         file.warnings
     );
@@ -188,7 +191,10 @@ fn a_file_header_with_missing_lines_is_tolerated() {
     let file = read(&bytes).unwrap();
     assert_eq!((file.headers[0].description.as_str(), file.headers[0].written.as_str()), ("hammer test", ""));
     assert!(
-        matches!(file.warnings[..], [Warning::ShortDataset { dataset: 151, missing: 5, .. }]),
+        matches!(
+            file.warnings[..],
+            [Warning { kind: WarningKind::ShortDataset { dataset: 151, missing: 5 }, .. }]
+        ),
         "{:?}",
         file.warnings
     );

@@ -8,15 +8,15 @@ fn the_padding_of_the_last_line_is_dropped() {
         Sample::data("  1.00000E+00  2.00000E+00  3.00000E+00\n  4.00000E+00  0.00000E+00  0.00000E+00\n")
             .record();
     assert_eq!(real(&record), [1.0, 2.0, 3.0, 4.0]);
-    warned!(record, Warning::PaddedLine { extra: 2, place } if place.line == Some(15));
+    warned!(record, WarningKind::PaddedLine { extra: 2 }, line 15);
 }
 
 #[test]
 fn fortran_exponents_are_read() {
     let record = Sample::data("  1.00000D+00  2.00000d-01\n  3.0-105  -4.00000+100\n").record();
     assert_eq!(real(&record), [1.0, 0.2, 3e-105, -4e100]);
-    warned!(record, Warning::ExponentLetter { place } if place.line == Some(14));
-    warned!(record, Warning::ExponentBare { place } if place.line == Some(15));
+    warned!(record, WarningKind::ExponentLetter, line 14);
+    warned!(record, WarningKind::ExponentBare, line 15);
 }
 
 #[test]
@@ -36,7 +36,7 @@ fn line_ends_of_every_kind_are_read() {
 fn blank_lines_among_the_data_are_skipped() {
     let record = Sample::data("\n  1.00000E+00  2.00000E+00\n\r\n  3.00000E+00  4.00000E+00\n").record();
     assert_eq!(real(&record), [1.0, 2.0, 3.0, 4.0]);
-    warned!(record, Warning::BlankLine { place } if place.line == Some(14));
+    warned!(record, WarningKind::BlankLine, line 14);
     let record = Sample::data("  1.0 2.0\n  3.0 4.0\n\n\n").record();
     assert_eq!(record.header.warnings.len(), 1);
 }
@@ -45,7 +45,7 @@ fn blank_lines_among_the_data_are_skipped() {
 fn a_sentinel_among_the_data_is_a_value() {
     let record = Sample::data("  1.0\n    -1\n  3.0\n  4.0\n").record();
     assert_eq!(real(&record), [1.0, -1.0, 3.0, 4.0]);
-    warned!(record, Warning::SentinelInData { place } if place.line == Some(15));
+    warned!(record, WarningKind::SentinelInData, line 15);
     let record = Sample::data("    -1.00000E+00\n    -1.00000E+00  2.0\n    -1 3.0\n").record();
     assert_eq!(real(&record), [-1.0, -1.0, 2.0, -1.0]);
 }
@@ -56,7 +56,7 @@ fn fewer_values_than_declared_give_a_warning() {
     assert_eq!((record.header.count, record.abscissa.len()), (4, 4));
     warned!(
         record,
-        Warning::ValueCount { declared: 2_508_876, found: 4, evidence: SizeEvidence::NextSentinel, .. }
+        WarningKind::ValueCount { declared: 2_508_876, found: 4, evidence: SizeEvidence::NextSentinel }
     );
 }
 
@@ -198,17 +198,17 @@ fn a_file_truncated_in_the_data_keeps_whole_values() {
         Sample { closing: String::new(), ..Sample::data("  1.00000E+00  2.00000E+00\n  3.00000E+0") };
     let record = sample.record();
     assert_eq!(real(&record), [1.0, 2.0]);
-    warned!(record, Warning::Truncated { declared: 4, found: 2, .. });
+    warned!(record, WarningKind::Truncated { declared: 4, found: 2 });
     let record = Sample { closing: String::new(), ..Sample::default() }.record();
     assert_eq!(real(&record), [1.0, 2.0, 3.0, 4.0]);
-    warned!(record, Warning::MissingClosing { .. });
+    warned!(record, WarningKind::MissingClosing);
 }
 
 #[test]
 fn a_record_without_values_gives_a_warning() {
     let record = Sample { form: form(2, 0, 1), ..Sample::data("") }.record();
     assert!(record.ordinate.is_empty());
-    warned!(record, Warning::NoValues { .. });
+    warned!(record, WarningKind::NoValues);
 }
 
 #[test]
@@ -216,12 +216,12 @@ fn unusual_abscissas_give_warnings() {
     let sample = |data: &str| Sample { form: form(2, 4, 0), ..Sample::data(data) }.record();
     let record = sample("  -1.0 1 -0.5 2 -0.5 3 -0.75 4\n");
     assert_eq!(record.abscissa.values(), [-1.0, -0.5, -0.5, -0.75]);
-    warned!(record, Warning::NegativeAbscissa { count: 4, index: 0, .. });
-    warned!(record, Warning::RepeatedAbscissa { count: 1, index: 2, .. });
-    warned!(record, Warning::FallingAbscissa { count: 1, index: 3, .. });
+    warned!(record, WarningKind::NegativeAbscissa { count: 4, index: 0, .. });
+    warned!(record, WarningKind::RepeatedAbscissa { count: 1, index: 2, .. });
+    warned!(record, WarningKind::FallingAbscissa { count: 1, index: 3, .. });
     let record =
         Sample { form: form(2, 4, 1).replace("5.00000E-01", "0.00000E+00"), ..Sample::default() }.record();
-    warned!(record, Warning::RepeatedAbscissa { count: 3, index: 1, .. });
+    warned!(record, WarningKind::RepeatedAbscissa { count: 3, index: 1, .. });
 }
 
 #[test]
@@ -233,5 +233,5 @@ fn an_endless_line_is_refused() {
 #[test]
 fn a_sentinel_in_other_columns_ends_the_data() {
     let record = Sample { closing: "-1\n".into(), ..Sample::default() }.record();
-    warned!(record, Warning::SentinelColumns { place } if place.line == Some(16));
+    warned!(record, WarningKind::SentinelColumns, line 16);
 }

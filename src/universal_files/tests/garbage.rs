@@ -48,11 +48,9 @@ fn every_truncated_file_gives_true_values_or_a_refusal() {
         for (record, truth) in file.functions.iter().zip(&truth) {
             let values = complex(record);
             assert_eq!(values, &truth[..values.len()], "{end}");
-            let reported = record
-                .header
-                .warnings
-                .iter()
-                .any(|warning| matches!(warning, Warning::Truncated { .. } | Warning::ValueCount { .. }));
+            let reported = record.header.warnings.iter().any(|warning| {
+                matches!(warning.kind, WarningKind::Truncated { .. } | WarningKind::ValueCount { .. })
+            });
             assert_eq!(reported, values.len() < truth.len(), "{end}");
         }
     }

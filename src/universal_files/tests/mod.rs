@@ -131,8 +131,15 @@ fn singles(values: &[f32]) -> Vec<u8> {
 
 /// Asserts that a warning of the record matches.
 macro_rules! warned {
-    ($record:expr, $pattern:pat $(if $guard:expr)?) => {
-        assert!($record.header.warnings.iter().any(|warning| matches!(warning, $pattern $(if $guard)?)), "{:?}", $record.header.warnings)
+    ($record:expr, $kind:pat $(if $guard:expr)? $(, line $line:expr)?) => {
+        assert!(
+            $record.header.warnings.iter().any(|warning| {
+                matches!(&warning.kind, $kind $(if $guard)?)
+                    $(&& warning.place.is_some_and(|place| place.line == Some($line)))?
+            }),
+            "{:?}",
+            $record.header.warnings
+        )
     };
 }
 use warned;

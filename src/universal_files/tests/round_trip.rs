@@ -51,7 +51,7 @@ fn all_variants_are_read_back_unchanged() {
                     .header
                     .warnings
                     .iter()
-                    .filter(|warning| !matches!(warning, Warning::NonAscii { .. }))
+                    .filter(|warning| !matches!(warning.kind, WarningKind::NonAscii { .. }))
                     .count();
                 assert_eq!(faults, usize::from(wide), "{name}: {:?}", back.header.warnings);
                 let bare = |header: &RecordHeader| RecordHeader {

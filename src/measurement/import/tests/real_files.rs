@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use num_complex::Complex64;
 use universal_files::{
-    Ordinate, Skipped, UniversalFile, UniversalReader, UniversalRecord, Warning, data_type, function_type,
-    read, read_headers,
+    Ordinate, Skipped, UniversalFile, UniversalReader, UniversalRecord, Warning, WarningKind, data_type,
+    function_type, read, read_headers,
 };
 
 /// Returns real ordinate values.
@@ -51,7 +51,7 @@ fn published_beam_measurement_is_three_accelerances() {
             header
                 .warnings
                 .iter()
-                .all(|warning| matches!(warning, Warning::BlankUnit { units_in_force: false, .. }))
+                .all(|warning| matches!(warning.kind, WarningKind::BlankUnit { units_in_force: false, .. }))
         );
         let values = complex(record);
         assert_eq!(values.len(), 1001);
@@ -79,12 +79,10 @@ fn all_real_files_are_read_and_their_faults_reported() {
 
     let vibration = file("MPSTD#Set001_2024_10_08_10_27_07.uff");
     assert_eq!(counts(&vibration), [222_400; 4]);
-    assert!(
-        vibration
-            .functions
-            .iter()
-            .all(|record| matches!(record.header.warnings[..], [Warning::StrayLineEnd { bytes: 2, .. }]))
-    );
+    assert!(vibration.functions.iter().all(|record| matches!(
+        record.header.warnings[..],
+        [Warning { kind: WarningKind::StrayLineEnd { bytes: 2 }, .. }]
+    )));
 
     let (text, binary) = (file("Sample_UFF58_ascii.uff"), file("Sample_UFF58b_bin.uff"));
     for (text, binary) in real(&text.functions[0]).iter().zip(real(&binary.functions[0])) {
@@ -94,8 +92,9 @@ fn all_real_files_are_read_and_their_faults_reported() {
     assert_eq!(counts(&file("binary8byte.uff")), [250]);
 
     let truncated = &file("dataset_milestone_in_header.uff").functions[0];
-    let is_cut =
-        |warning: &Warning| matches!(warning, Warning::ValueCount { declared: 2_508_876, found: 42, .. });
+    let is_cut = |warning: &Warning| {
+        matches!(warning.kind, WarningKind::ValueCount { declared: 2_508_876, found: 42, .. })
+    };
     assert!(truncated.header.warnings.iter().any(is_cut), "{:?}", truncated.header.warnings);
     let latin = &file("non_ascii_header.uff").functions[0];
     assert_eq!(latin.header.ordinate.unit(), Some("(1/N)*(m/s²)"));
