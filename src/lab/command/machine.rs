@@ -6,23 +6,6 @@ use crate::simulation::{MissingEffect, ServoMachineRequest, write_servo_machine}
 use cli::message::shown;
 use cli::outcome::{CommandResult, Outcome, print_out};
 
-/// Effects that the machine has and the model of `configs/hybrid-axis.toml` lacks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum MissingEffectName {
-    /// Thermal expansion of the screw
-    Growth,
-    /// Lead error, periodic with the revolution of the screw
-    LeadError,
-    /// Torque ripple of the motor
-    Ripple,
-    /// Presliding: friction that is elastic before it slides
-    Presliding,
-    /// Mass on the table
-    Inertia,
-    /// Lag between position and velocity loop
-    ServoLag,
-}
-
 /// Arguments of `machine`.
 #[derive(Debug, clap::Args)]
 pub struct MachineArguments {
@@ -31,7 +14,7 @@ pub struct MachineArguments {
     pub out: PathBuf,
     /// Effects that the model lacks, comma-separated; growth, lead-error, ripple and presliding by default
     #[arg(long, value_enum, value_name = "NAMES", value_delimiter = ',', conflicts_with = "nothing")]
-    pub with: Option<Vec<MissingEffectName>>,
+    pub with: Option<Vec<MissingEffect>>,
     /// Simulate no effect that the model lacks
     #[arg(long)]
     pub nothing: bool,
@@ -40,26 +23,10 @@ pub struct MachineArguments {
     pub seed: u64,
 }
 
-impl MissingEffectName {
-    fn effect(self) -> MissingEffect {
-        match self {
-            MissingEffectName::Growth => MissingEffect::ThermalExpansion,
-            MissingEffectName::LeadError => MissingEffect::LeadError,
-            MissingEffectName::Ripple => MissingEffect::Ripple,
-            MissingEffectName::Presliding => MissingEffect::Presliding,
-            MissingEffectName::Inertia => MissingEffect::Inertia,
-            MissingEffectName::ServoLag => MissingEffect::ServoLag,
-        }
-    }
-}
-
 /// Runs the command.
 pub fn run(given: &MachineArguments) -> CommandResult {
-    let effects = match &given.with {
-        _ if given.nothing => Vec::new(),
-        Some(names) => names.iter().map(|name| name.effect()).collect(),
-        None => MissingEffect::COMMON.to_vec(),
-    };
+    let common = if given.nothing { Vec::new() } else { MissingEffect::COMMON.to_vec() };
+    let effects = given.with.clone().unwrap_or(common);
     let request = ServoMachineRequest { out: given.out.clone(), effects, seed: given.seed };
     let sets = write_servo_machine(&request).map_err(shown)?;
     let (sines, circles) = (sets.sines.display(), sets.circles.display());

@@ -2,7 +2,7 @@
 
 use super::figure::{FigureSource, first_hz, read_published};
 use crate::document::published::PublishedFigure;
-use crate::simulation::{GainCycle, GainRequest, GainRow, gain_study, mode_energy};
+use crate::simulation::{GainCycle, GainRequest, gain_study, mode_energy};
 use dynamics::model::RodModel;
 use dynamics::motion::SimulationSettings;
 use identification::objective::Excitation;
@@ -122,7 +122,7 @@ fn bode_peaks(axis: &Machine) -> StudyResult<f64> {
 }
 
 /// Finds the gain of the position loop with the minimum cost, for the slide and the cycle of `lab gain`.
-fn best_gain(axis: &Machine, request: &GainRequest) -> StudyResult<GainRow> {
+fn best_gain(axis: &Machine, request: &GainRequest) -> StudyResult<report::loops::GainStudyRow> {
     let course = request.travel.course(1e-3, false)?;
     let cycle = GainCycle {
         course: &course,

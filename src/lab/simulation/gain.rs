@@ -1,6 +1,6 @@
 //! Cycles with different gains of the position loop.
 
-use super::gain_study::{GainCycle, GainRow, gain_study};
+use super::gain_study::{GainCycle, gain_study};
 use dynamics::motion::SimulationSettings;
 use report::loops::{GainStudyDocument, GainStudyRow};
 use study::simulation::TravelProfile;
@@ -97,43 +97,32 @@ pub fn gain(study: &Study, request: &GainRequest) -> StudyResult<GainStudyDocume
     Ok(GainStudyDocument {
         stamp: study.stamp("gain", 0, complete, warnings),
         response: request.response.clone(),
-        rows: found
-            .iter()
-            .map(|r| GainStudyRow {
-                gain_per_s: r.gain_per_s,
-                gain_per_min: 60.0 * r.gain_per_s,
-                time_s: r.time_s,
-                static_error: r.static_error,
-                settled: r.settled,
-                energy_j: r.energy_j,
-                cost: r.cost,
-            })
-            .collect(),
         optimum_per_s: best.map(|r| r.gain_per_s),
+        rows: found,
     })
 }
 
 /// Lists gains as a controller has them.
-fn listed<'r>(rows: impl Iterator<Item = &'r GainRow>) -> String {
-    rows.map(|r| format!("{:.0}", 60.0 * r.gain_per_s)).collect::<Vec<_>>().join(", ")
+fn listed<'r>(rows: impl Iterator<Item = &'r GainStudyRow>) -> String {
+    rows.map(|r| format!("{:.0}", r.gain_per_min)).collect::<Vec<_>>().join(", ")
 }
 
 /// Lists what the figures of a study do not mean: gains without result, and gains that the encoder cannot
 /// distinguish from the optimum.
-fn gain_warnings(found: &[GainRow], rest_s: f64, step: f64) -> Vec<String> {
+fn gain_warnings(found: &[GainStudyRow], rest_s: f64, step: f64) -> Vec<String> {
     let mut warnings = Vec::new();
-    let unstable = listed(found.iter().filter(|r| !r.stable));
+    let unstable = listed(found.iter().filter(|r| r.energy_j.is_none()));
     if !unstable.is_empty() {
         warnings.push(format!("at {unstable} 1/min the loops are unstable: these gains have no results"));
     }
-    let moving = listed(found.iter().filter(|r| r.stable && !r.settled));
+    let moving = listed(found.iter().filter(|r| r.energy_j.is_some() && !r.settled));
     if !moving.is_empty() {
         warnings.push(format!(
             "not settled: at {moving} 1/min the axis is not at rest {rest_s} s after the travel, so that these gains have no static error and \
              no cost; lengthen the rest (rest_s)"
         ));
     }
-    let cost = |r: &GainRow| r.cost.unwrap_or(f64::INFINITY);
+    let cost = |r: &GainStudyRow| r.cost.unwrap_or(f64::INFINITY);
     let (best, worst) = (
         found.iter().filter(|r| r.cost.is_some()).min_by(|a, b| cost(a).total_cmp(&cost(b))),
         found.iter().filter(|r| r.cost.is_some()).filter_map(|r| r.static_error).reduce(f64::max),

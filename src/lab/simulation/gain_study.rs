@@ -5,29 +5,7 @@ use rayon::prelude::*;
 use dynamics::motion::{Course, LinearLoops, MotionError, SimulationSettings, Trace, TraceSample, simulate};
 use machine::{Machine, Value};
 use numeric::parallel::OrFirstError;
-
-/// Results for one gain.
-#[derive(Debug, Clone, PartialEq)]
-pub struct GainRow {
-    /// k_v (1/s).
-    pub gain_per_s: f64,
-    /// Time from the start of the travel to 99 % of it (s); `None` if it is not reached.
-    pub time_s: Option<f64>,
-    /// Mean |command − position| over the last fifth of the rest (m or rad); `None` if the axis does not come
-    /// to rest.
-    pub static_error: Option<f64>,
-    /// Energy supplied while the drive drives (J).
-    pub energy_j: Option<f64>,
-    /// Cost C; `None` if the gain is unstable, or the axis does not arrive or come to rest.
-    pub cost: Option<f64>,
-    /// Whether the loops are stable, both linear and in the simulated motion; other figures are absent
-    /// otherwise.
-    pub stable: bool,
-    /// Whether the axis comes to rest: over the last fifth of the rest the encoder's reading is constant
-    /// within one step, and equals the command within one step where the velocity loop integrates. Otherwise
-    /// the integral still winds up, and the static error is not final.
-    pub settled: bool,
-}
+use report::loops::GainStudyRow;
 
 /// A cycle of which the figures are evaluated.
 #[derive(Debug, Clone, Copy)]
@@ -69,8 +47,8 @@ pub fn gain_study(
     cycle: &GainCycle<'_>,
     settings: &SimulationSettings,
     go_on: &(dyn Fn() -> bool + Sync),
-) -> Result<Vec<GainRow>, MotionError> {
-    let row = |gain_per_s: &f64| -> Result<GainRow, MotionError> {
+) -> Result<Vec<GainStudyRow>, MotionError> {
+    let row = |gain_per_s: &f64| -> Result<GainStudyRow, MotionError> {
         let mut machine = machine.clone();
         let drive = machine.drive.as_mut().ok_or(MotionError::NoDrive)?;
         drive.position.gain_per_s = Value::number(*gain_per_s);
@@ -78,13 +56,13 @@ pub fn gain_study(
             step: drive.position.encoder.step.at(values, &settings.operating),
             integrates: drive.velocity.integral_time_s.at(values, &settings.operating).is_finite(),
         };
-        let none = GainRow {
+        let none = GainStudyRow {
             gain_per_s: *gain_per_s,
+            gain_per_min: 60.0 * gain_per_s,
             time_s: None,
             static_error: None,
             energy_j: None,
             cost: None,
-            stable: false,
             settled: false,
         };
         if LinearLoops::new(&machine, values, settings)?.unstable().is_some() {
@@ -97,8 +75,8 @@ pub fn gain_study(
         Ok(of(none, &trace, cycle, at, rest))
     };
     let mut rows = gains_per_s.par_iter().map(row).or_first_error()?;
-    let counts = |r: &&GainRow| r.time_s.is_some() && r.settled;
-    let largest = |rows: &[GainRow], of: fn(&GainRow) -> Option<f64>| {
+    let counts = |r: &&GainStudyRow| r.time_s.is_some() && r.settled;
+    let largest = |rows: &[GainStudyRow], of: fn(&GainStudyRow) -> Option<f64>| {
         rows.iter().filter(counts).filter_map(of).reduce(f64::max)
     };
     let (e, energy, tau) =
@@ -140,12 +118,12 @@ impl Rest {
 }
 
 fn of(
-    none: GainRow,
+    none: GainStudyRow,
     trace: &Trace,
     cycle: &GainCycle<'_>,
     point: Option<(usize, f64)>,
     rest: Rest,
-) -> GainRow {
+) -> GainStudyRow {
     let course = cycle.course;
     let (first, last) = (course.command[0], course.command[course.command.len() - 1]);
     let zero = point.map_or(0.0, |(at, travel)| trace.samples[0].points[at] * travel);
@@ -157,11 +135,10 @@ fn of(
     let errors: Vec<f64> = resting().map(|s| (s.command - position(s)).abs()).collect();
     let settled =
         trace.complete && rest.holds(&resting().map(|s| (s.command, s.position)).collect::<Vec<_>>());
-    GainRow {
+    GainStudyRow {
         time_s: passed.map(|s| s.time_s - cycle.rest_s),
         static_error: settled.then(|| errors.iter().sum::<f64>() / errors.len() as f64),
         energy_j: trace.complete.then_some(trace.energy.driving_j),
-        stable: trace.complete,
         settled,
         ..none
     }

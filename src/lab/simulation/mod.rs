@@ -11,7 +11,7 @@ mod servo_machine;
 pub use circle::{CircleRequest, circle};
 pub use contour::{Circle, contour_error};
 pub use gain::{GainRequest, gain};
-pub use gain_study::{GainCycle, GainRow, gain_study};
+pub use gain_study::{GainCycle, gain_study};
 pub use matrices::{MatricesRequest, matrices};
 pub(crate) use sensitivity::mode_energy;
 pub use sensitivity::{SensitivityRequest, sensitivity};

@@ -7,9 +7,10 @@ use report::OutputFolder;
 use study::{StudyError, StudyResult};
 
 /// Effects that the reference simulator has and the model of `configs/hybrid-axis.toml` lacks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum MissingEffect {
     /// Thermal expansion of the screw.
+    #[value(name = "growth")]
     ThermalExpansion,
     /// Lead error, periodic with the revolution of the screw.
     LeadError,
@@ -17,9 +18,9 @@ pub enum MissingEffect {
     Ripple,
     /// Presliding: friction that is elastic before it slides.
     Presliding,
-    /// Mass on the table: a force error in proportion to acceleration.
+    /// Mass on the table.
     Inertia,
-    /// First-order lag between position and velocity loop: a travel error in proportion to acceleration.
+    /// Lag between position and velocity loop.
     ServoLag,
 }
 
@@ -34,9 +35,9 @@ impl MissingEffect {
 }
 
 /// Mass on the table (kg), such as a workpiece with its fixture: 18 % of the inertia at the motor, which
-/// equals 1,350 kg.
+/// equals 1,350 kg. Its force error is in proportion to acceleration.
 const EXTRA_KG: f64 = 240.0;
-/// Lag τ between position and velocity loop (s). In samples of 1 ms its mean age is T/(e^{T/τ} − 1) = 4.2 ms,
+/// First-order lag τ between position and velocity loop (s). In samples of 1 ms its mean age is T/(e^{T/τ} − 1) = 4.2 ms,
 /// which moves the table by 4.2 ms·a/k_v: with k_v = 120 1/s by 35 µm per m/s², as in Tab. 3 and 4 of the
 /// paper.
 const LAG_S: f64 = 4.7e-3;
