@@ -217,7 +217,7 @@ fn recover_machines_on_an_undescribed_guide() {
         let (machine, set) = read(&simulated, folder.path());
         let found = identified(&machine, &set);
         let values = compare_with_truth(&simulated, &machine, &found);
-        let depends = found.estimates.iter().filter(|e| e.depends_on_discrepancy).count();
+        let depends = found.estimates.iter().filter(|e| e.depends).count();
         let missed: Vec<String> = values
             .iter()
             .filter(|t| t.missed)
@@ -416,7 +416,7 @@ fn ways_to_count_discrepancy_in_intervals_are_compared() {
             let holds = |(low, high): (f64, f64)| (low..=high).contains(&parameter.to_unit(*truth));
             all.extend(ways.map(|(way, interval)| (way, kind, holds(interval), interval.1 - interval.0)));
             let estimate = &found.estimates[index];
-            depend += usize::from(estimate.depends_on_discrepancy);
+            depend += usize::from(estimate.depends);
             called += usize::from(estimate.identifiable == Some(true));
             missed += usize::from(estimate.identifiable == Some(true) && !holds(ways[0].1));
         }

@@ -212,6 +212,11 @@ fn frf_alone() -> Vec<Data> {
     vec![Data::Frf]
 }
 
+/// Returns a point that an effect adds.
+fn added_point(file: PointFile) -> Result<PointPatch, MachineError> {
+    Ok(PointPatch { role: Role::Effect, ..point(file)? })
+}
+
 fn point(file: PointFile) -> Result<PointPatch, MachineError> {
     let motion = file.motion;
     let (right, wrong, wrong_key) = match motion {
@@ -361,7 +366,7 @@ impl EffectFile {
         let named =
             |error: MachineError| MachineError { part: format!("effect {id}, {}", error.part), ..error };
         let mut patch = Patch {
-            points: self.point.into_iter().map(point).collect::<Result<_, _>>().map_err(named)?,
+            points: self.point.into_iter().map(added_point).collect::<Result<_, _>>().map_err(named)?,
             joints: self.joint.into_iter().map(joint).collect::<Result<_, _>>().map_err(named)?,
             rescales: self
                 .rescale

@@ -243,7 +243,7 @@ pub fn interfaces(nominal: &Hypothesis) -> Vec<Hypothesis> {
     let grounded: Vec<Across> = machine
         .points
         .iter()
-        .filter(|p| !p.fixed && p.role == Role::Described)
+        .filter(|p| !p.fixed && matches!(p.role, Role::Described | Role::Effect))
         .map(|p| (p.name.clone(), vec![(p.name.clone(), 1.0)], p.motion))
         .collect();
     let mut across: Vec<Across> = Vec::new();

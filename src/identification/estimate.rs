@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::bootstrap::bootstraps;
 use super::combination::{Combination, combinations};
+use super::doubt::Doubt;
 use super::place::Place;
 use super::problem::{Basin, POLISH, Problem, Surroundings};
 use super::profile::{CHI_SQUARE_95, ProfileStart, Profiler, Profiles, Region, joined};
@@ -96,10 +97,11 @@ pub(super) fn estimate<P: Problem>(
     }
     let bootstraps = bootstraps(problem, &place, (plan.bootstrap, plan.seed), control);
     let mut warnings = shortage(problem.observations(), best.len());
-    let kind = (has_intervals, misfit * correlation_factor);
-    let (estimates, at_bounds) =
-        parameter_estimates(machine, &free, &place, &problem.values(&place), &regions, &whole, kind);
+    let (estimates, at_bounds, mut doubts) =
+        parameter_estimates(machine, &free, &place, &problem.values(&place), &regions, has_intervals);
     warnings.extend(at_bounds);
+    let excess = misfit * correlation_factor;
+    doubts.extend((has_intervals && excess > EXCESS).then_some(Doubt::Misfit(excess)));
     let gain_column = problem.gain_column();
     let gain_interval = |at: usize| gain_interval(&regions[free.len()], place[at]);
     let (gain_interval95, gain_identifiable) =
@@ -111,8 +113,11 @@ pub(super) fn estimate<P: Problem>(
     let complete = !control.stopped() && found.rounds.iter().all(|r| r.found.complete);
     let agree =
         (complete && plan.near.is_none() && found.effort.required > 1).then(|| found.effort.is_enough());
-    warnings.extend((agree == Some(false)).then(|| seldom_found(found.effort)));
-    Ok(Identification {
+    if agree == Some(false) {
+        warnings.push(seldom_found(found.effort));
+        doubts.push(Doubt::Search(found.effort.found, found.effort.starts));
+    }
+    let mut found = Identification {
         estimates,
         gain_interval95,
         gain_identifiable,
@@ -133,7 +138,9 @@ pub(super) fn estimate<P: Problem>(
         complete,
         warnings,
         ..without_fit(problem, machine, place)
-    })
+    };
+    found.doubt(doubts);
+    Ok(found)
 }
 
 /// Returns the interval of an estimated gain for the region of its coordinate, and whether the gain is
@@ -318,18 +325,8 @@ const EXCESS: f64 = 4.0;
 /// Evaluates the objective at the start values, without a fit.
 fn at_start<P: Problem>(problem: &P, machine: &Machine) -> Identification {
     let place = problem.start_near(&Place(Vec::new()));
-    let nothing = certainty(&DMatrix::zeros(0, 0), 1.0);
     Identification {
-        estimates: parameter_estimates(
-            machine,
-            &[],
-            &place,
-            &problem.values(&place),
-            &[],
-            &nothing,
-            (false, 1.0),
-        )
-        .0,
+        estimates: parameter_estimates(machine, &[], &place, &problem.values(&place), &[], false).0,
         cost: problem.cost(&place),
         chi_square: problem.squares(None, |squares| squares.chi_square(&place)),
         correlation_factor: problem.correlation_factor(&place),
@@ -347,6 +344,7 @@ fn without_fit<P: Problem>(problem: &P, machine: &Machine, place: Place) -> Iden
     Identification {
         machine: machine.clone(),
         estimates: Vec::new(),
+        doubts: Vec::new(),
         tolerances: Vec::new(),
         channels: Vec::new(),
         basins: Vec::new(),
@@ -427,17 +425,16 @@ fn shortage(observations: usize, unknowns: usize) -> Vec<String> {
         .collect()
 }
 
-/// Returns the estimates of all parameters, and warnings for those at an end of their range.
+/// Returns the estimates of all parameters, with warnings and doubts for those at an end of their range.
 fn parameter_estimates(
     machine: &Machine,
     free: &[usize],
     place: &Place,
     values: &ParameterValues,
     regions: &[Region],
-    certainty: &Certainty,
-    (has_intervals, excess): (bool, f64),
-) -> (Vec<Estimate>, Vec<String>) {
-    let mut warnings = Vec::new();
+    has_intervals: bool,
+) -> (Vec<Estimate>, Vec<String>, Vec<Doubt>) {
+    let (mut warnings, mut doubts) = (Vec::new(), Vec::new());
     let mut estimates: Vec<Estimate> = (0..machine.parameters.len())
         .map(|parameter| Estimate::without_interval(parameter, values[parameter], None))
         .collect();
@@ -458,13 +455,14 @@ fn parameter_estimates(
                 .map(|(low, high)| (end(*low), end(*high)))
                 .collect(),
             identifiable: has_intervals.then_some(narrow && !at_bound),
-            depends_on_discrepancy: false,
+            depends: false,
             at_bound,
         };
-        estimates[parameter] = estimate.with_discrepancy(excess > EXCESS);
+        estimates[parameter] = estimate;
         if at_bound {
             let which = if u < 0.5 { ("lower", description.lower) } else { ("upper", description.upper) };
-            let remedy = if narrow && 2.0 * 1.96 * certainty.sd[column] <= widest {
+            let remedy = if narrow {
+                doubts.push(Doubt::End(description.id.clone(), which.0));
                 "the data drive it there; check its range and the model"
             } else {
                 "the data do not determine it; run plan to find a measurement that does"
@@ -475,5 +473,5 @@ fn parameter_estimates(
             ));
         }
     }
-    (estimates, warnings)
+    (estimates, warnings, doubts)
 }

@@ -3,6 +3,7 @@
 
 mod bootstrap;
 mod combination;
+mod doubt;
 mod estimate;
 mod measurement_plan;
 pub mod motion;
@@ -23,6 +24,7 @@ pub mod validation;
 
 pub use bootstrap::{Bootstrap, Drawn};
 pub use combination::{Combination, CombinationKind};
+pub use doubt::Doubt;
 pub use measurement_plan::{Choice, FrfPlan, PlanDesign, PlannedMeasurement};
 pub use place::{Place, Tail};
 pub use plan_discrimination::{Discrimination, RivalMachine};

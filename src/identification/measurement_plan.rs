@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
+use super::tolerance::nut_columns;
 use super::uncertainty::{RANGE_SD, certainty, narrow_width};
 use crate::objective::{
     FrfObjective, FrfSettings, ModeObjective, ModeSettings, ModeSquares, ObjectiveError, VISIBLE,
@@ -23,8 +24,7 @@ pub struct PlannedMeasurement {
     pub channel: (String, String),
     /// Operating state.
     pub state: State,
-    /// Information JᵀJ that it adds, in the unit intervals of the free parameters and, last, of an unknown
-    /// gain.
+    /// Information JᵀJ that it adds, in the unit intervals of the columns of the design.
     pub information: DMatrix<f64>,
 }
 
@@ -48,11 +48,13 @@ pub struct Choice {
 pub struct PlanDesign {
     /// Candidate measurements.
     pub candidates: Vec<PlannedMeasurement>,
-    /// Indices of the parameters, column by column.
+    /// Indices of the parameters to determine: the first columns.
     pub free: Vec<usize>,
-    /// Prior information on each of them (`sd` of the machine's parameters).
-    pub prior_information: Vec<f64>,
-    /// Width of the widest 95 % interval with which each of them is identifiable, in its unit interval.
+    /// Indices of all parameters, column by column: those to determine, then tolerances.
+    columns: Vec<usize>,
+    /// Prior information on each column: tolerances, and `sd` of the machine's parameters.
+    prior_information: Vec<f64>,
+    /// Width of the widest 95 % interval with which each parameter is identifiable, in its unit interval.
     pub narrow_widths: Vec<f64>,
     /// Numbers to predict: derivatives of their logarithms with respect to the unit intervals of the
     /// parameters. Empty: the parameters alone count.
@@ -74,6 +76,9 @@ impl PlanDesign {
     /// Plans FRFs of the given channels at all positions of a set and in the given states, predicted by the
     /// machine with the given parameter values.
     ///
+    /// The tolerances of machine, nut positions and channels are nuisance parameters, as in an
+    /// identification.
+    ///
     /// # Errors  as [`FrfObjective::new`]; the machine has no such state.
     pub fn of_frfs(
         machine: &Machine,
@@ -84,32 +89,47 @@ impl PlanDesign {
         settings: FrfSettings,
         frozen: &[String],
     ) -> Result<Self, ObjectiveError> {
-        let (made, in_states) = planned_frfs(machine, values, set, among, plan)?;
+        let (machine, values) = with_tolerances(machine, values, set)?;
+        let settings = settings.with_tolerances(&set.tolerance);
+        let (made, in_states) = planned_frfs(&machine, &values, set, among, plan)?;
         let mut design = PlanDesign::empty();
         let Ok((all, _)) = made.split(None, &[]) else { return Ok(design) };
-        let mut found = Vec::new();
+        let (mut found, mut gain) = (Vec::new(), 0);
         for (index, (_, machine)) in (0..made.frfs.len()).zip(in_states.iter().cycle()) {
             let fit = all.with_frfs(|at| at == index);
             let objective = FrfObjective::new(machine, &fit, settings, frozen)?;
-            let place = coordinates_of(machine, &objective.free, values, objective.estimates_gain());
-            let prior = prior_information(machine, &objective.free, values);
-            let normal = objective.normal(&place);
-            found.push((
-                NormalEquations { information: without_prior(normal.information, &prior), ..normal },
-                objective.free.clone(),
-            ));
+            let place = objective.extended(&coordinates_of(machine, &objective.free, &values, false));
+            let prior = prior_information(machine, &objective.free, &values);
+            let information = without_prior(objective.normal(&place).information, &prior);
+            gain = usize::from(objective.estimates_gain());
+            found.push((objective.without_nuts(information), objective.free.clone()));
         }
         // A state may leave a parameter without effect, which is then no coordinate of its objective.
-        design.free = union(found.iter().map(|(_, free)| &free[..]));
-        design.state_parameters(machine, values);
-        for ((frf, (normal, free)), (state, _)) in made.frfs.iter().zip(found).zip(in_states.iter().cycle()) {
+        design.columns = union(found.iter().map(|(_, free)| &free[..]));
+        // Each channel has a gain and a delay of its own, unless both are exact.
+        let calibration = found.first().map_or(0, |(own, free)| own.nrows() - free.len() - gain);
+        design.state_parameters(&machine, &values);
+        let places = (0..made.frfs.len()).zip(in_states.iter().cycle());
+        for ((index, (state, _)), (information, free)) in places.zip(found) {
+            let frf = &made.frfs[index];
+            let channel = (frf.response.clone(), frf.excitation.clone());
+            let nth = among.0.iter().position(|other| *other == channel).unwrap_or(0);
+            let of_free = free.iter().map(|index| design.columns.partition_point(|other| other < index));
+            let first = design.columns.len();
+            let own = first + gain + calibration * nth;
+            let columns: Vec<usize> =
+                of_free.chain(first..first + gain).chain(own..own + calibration).collect();
             design.candidates.push(PlannedMeasurement {
                 position: frf.position,
-                channel: (frf.response.clone(), frf.excitation.clone()),
+                channel,
                 state: *state,
-                information: embedded(&normal, &free, &design.free).information,
+                information: spread(&information, &columns, first + gain + calibration * among.0.len()),
             });
         }
+        design.prior_information.extend(std::iter::repeat_n(0.0, gain));
+        design
+            .prior_information
+            .extend(std::iter::repeat_n(FrfObjective::NUISANCE_INFORMATION, calibration * among.0.len()));
         Ok(design)
     }
 
@@ -153,13 +173,23 @@ impl PlanDesign {
             table.positions.push(visible.enumerate().map(observed).collect());
         }
         made.modes = Some(table);
+        let (toleranced, values) = with_tolerances(machine, values, set)?;
+        let (machine, values) = (&toleranced, &values);
         let mut design = PlanDesign::empty();
         let Ok((all, _)) = made.split(None, &[]) else { return Ok(design) };
         for position in 0..set.positions.len() {
             let fit = all.with_positions(|at| at == position);
-            let objective = ModeObjective::new(machine, &fit, settings, frozen)?;
+            let own = ModeObjective::new(machine, &fit, settings, frozen)?.free;
+            let objective = ModeObjective::with_all_free(machine, &fit, settings, frozen, &own)?;
             let place = objective.extended(&coordinates_of(machine, &objective.free, values, false));
-            design.free.clone_from(&objective.free);
+            let nuts = nut_columns(
+                &fit,
+                &|fit| ModeObjective::new(machine, fit, settings, frozen),
+                values,
+                objective.gain(&place),
+            )?;
+            let objective = objective.correlated(&nuts);
+            design.columns.clone_from(&objective.free);
             design.state_parameters(machine, values);
             let information = without_prior(
                 ModeSquares::new(&objective, None).normal(&place).information,
@@ -175,9 +205,10 @@ impl PlanDesign {
         Ok(design)
     }
 
-    /// Notes prior information and narrow widths of the free parameters.
+    /// Notes which columns are parameters of the description, prior information on all, and narrow widths.
     fn state_parameters(&mut self, machine: &Machine, values: &ParameterValues) {
-        self.prior_information = prior_information(machine, &self.free, values);
+        self.free = self.columns.iter().copied().filter(|i| !machine.parameters[*i].is_tolerance()).collect();
+        self.prior_information = prior_information(machine, &self.columns, values);
         self.narrow_widths =
             self.free.iter().map(|i| narrow_width(&machine.parameters, values, *i)).collect();
     }
@@ -239,6 +270,7 @@ impl PlanDesign {
         PlanDesign {
             candidates: Vec::new(),
             free: Vec::new(),
+            columns: Vec::new(),
             prior_information: Vec::new(),
             narrow_widths: Vec::new(),
             predicted: Vec::new(),
@@ -268,13 +300,8 @@ pub(super) fn embedded(normal: &NormalEquations, own: &[usize], all: &[usize]) -
         .collect();
     let mut whole = NormalEquations::zero(all.len() + gains);
     whole.chi_square = normal.chi_square;
-    for (row, i) in columns.iter().enumerate() {
-        whole.gradient[*i] = normal.gradient[row];
-        columns
-            .iter()
-            .enumerate()
-            .for_each(|(column, j)| whole.information[(*i, *j)] = normal.information[(row, column)]);
-    }
+    columns.iter().enumerate().for_each(|(row, i)| whole.gradient[*i] = normal.gradient[row]);
+    whole.information = spread(&normal.information, &columns, all.len() + gains);
     whole
 }
 
@@ -287,6 +314,27 @@ pub(super) fn prior_information(machine: &Machine, free: &[usize], values: &Para
             .map_or(0.0, |prior| (parameter.unit_slope(values[*i]) * prior.slope(values[*i])).powi(2))
     };
     free.iter().map(of).collect()
+}
+
+/// Returns the machine with its tolerances as parameters, and their stated values after those given.
+fn with_tolerances(
+    machine: &Machine,
+    values: &ParameterValues,
+    set: &MeasurementSet,
+) -> Result<(Machine, ParameterValues), ObjectiveError> {
+    let toleranced = machine.with_tolerances(&set.nuts_m())?;
+    let stated = toleranced.parameters.iter().skip(values.len()).map(|p| p.start);
+    let values = ParameterValues(values.iter().copied().chain(stated).collect());
+    Ok((toleranced, values))
+}
+
+/// Returns information on some columns as information on `size` columns.
+fn spread(information: &DMatrix<f64>, columns: &[usize], size: usize) -> DMatrix<f64> {
+    let mut whole = DMatrix::zeros(size, size);
+    for (row, i) in columns.iter().enumerate() {
+        columns.iter().enumerate().for_each(|(column, j)| whole[(*i, *j)] = information[(row, column)]);
+    }
+    whole
 }
 
 /// Subtracts the prior information from that of a measurement: the prior counts once per plan, not once per
@@ -437,6 +485,7 @@ mod tests {
         PlanDesign {
             candidates: informations.iter().enumerate().map(candidate).collect(),
             free: vec![0, 1],
+            columns: vec![0, 1],
             prior_information: vec![0.0, 0.0],
             narrow_widths: vec![0.05, 0.05],
             predicted: Vec::new(),

@@ -2,6 +2,7 @@
 
 use super::bootstrap::Bootstrap;
 use super::combination::Combination;
+use super::doubt::Doubt;
 use super::place::Place;
 use super::posterior::Posterior;
 use super::problem::Basin;
@@ -31,6 +32,8 @@ pub struct Identification {
     pub machine: Machine,
     /// Estimates of all parameters of the machine as described, in its order.
     pub estimates: Vec<Estimate>,
+    /// Reasons to doubt that the fit is that of the machine.
+    pub doubts: Vec<Doubt>,
     /// Values of all parameters of the machine as fitted.
     pub values: ParameterValues,
     /// Fitted nuisance parameters; empty where they are held fixed.
@@ -97,6 +100,15 @@ pub struct Identification {
 }
 
 impl Identification {
+    /// Notes further doubts: no value is identifiable then.
+    pub(super) fn doubt(&mut self, doubts: impl IntoIterator<Item = Doubt>) {
+        self.doubts.extend(doubts);
+        if !self.doubts.is_empty() {
+            self.estimates.iter_mut().for_each(Estimate::doubt);
+            self.gain_identifiable = self.gain_identifiable.filter(|is| !is);
+        }
+    }
+
     /// Returns χ² per degree of freedom; 1 without degrees of freedom.
     pub(super) fn misfit(&self) -> f64 {
         if self.degrees_of_freedom > 0 { self.chi_square / self.degrees_of_freedom as f64 } else { 1.0 }

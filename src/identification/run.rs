@@ -1,11 +1,14 @@
 //! Identification from modes or whole FRFs: estimates, and predictions for held-out positions.
 
+use super::doubt::Doubt;
 use super::estimate::{Wider, estimate};
 use super::place::Place;
 use super::posterior::{of_frfs, of_modes};
 use super::result::{Identification, derived_estimates};
 use super::settings::IdentificationSettings;
-use super::tolerance::{estimates as tolerance_estimates, mode_columns as tolerance_columns};
+use super::tolerance::{
+    ToleranceEstimate, estimates as tolerance_estimates, mode_columns as tolerance_columns,
+};
 use crate::objective::{FrfObjective, ModeObjective, ObjectiveError, free_parameters, loop_parameters};
 use long_work::Control;
 use machine::{FitRule, Machine};
@@ -55,6 +58,8 @@ pub fn identify(
                     .iter()
                     .filter_map(|t| t.warning("if it is right, run diagnose to find a missing effect")),
             );
+            let moved: Vec<Doubt> = found.tolerances.iter().filter_map(ToleranceEstimate::doubt).collect();
+            found.doubt(moved);
             let validation =
                 FrfObjective::held_out(&fitted, held_out, settings.as_stated())?.calibrated(&found.channels);
             found.fitted_frfs = objective.gaps_at(&found.place);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::objective::{Channel, Excitation, FrfObjective, FrfSettings, ModeObjective, ObjectiveError};
 use crate::uncertainty::certainty;
-use crate::{IdentificationSettings, Place};
+use crate::{Doubt, IdentificationSettings, Place};
 use machine::{Machine, Mechanism, ParameterValues, Prior};
 use measurement::{ChannelTolerance, FitSet, MeasurementSet};
 use optimizer::LeastSquares;
@@ -28,8 +28,10 @@ pub struct ToleranceEstimate {
     pub sd: f64,
 }
 
-/// Deviation of an estimate, in standard deviations of its prior, above which it is a finding (1).
+/// Move of an estimate, in standard deviations of such moves, above which it is a finding (1).
 const FINDING: f64 = 3.0;
+/// Least share of the variance of a prior by which the data must reduce it, for a move to say something (1).
+const LEAST_REDUCTION: f64 = 0.1;
 
 impl ToleranceEstimate {
     /// Returns the deviation of the estimate from the stated value, in standard deviations of the prior.
@@ -37,11 +39,38 @@ impl ToleranceEstimate {
         self.prior.deviation(self.mean, self.value)
     }
 
-    /// Warns of an estimate more than three standard deviations from its prior mean; `advice` says what
-    /// follows.
+    /// Returns the move of the estimate from the stated value, in standard deviations of the moves of numbers
+    /// that are stated rightly.
+    ///
+    /// The estimate of a number that the data hardly determine stays near the stated value, so that a small
+    /// move says much: for a normal prior of the variance 1 its variance is 1 − s², with s² the variance that
+    /// the data leave. A log-normal number near zero may be determined there and not elsewhere, so that its
+    /// moves count as they are.
+    ///
+    /// # Source  conflict of prior and data: Evans and Moshonov, Bayesian Analysis 1 (2006) 893–914.
+    fn standardised_move(&self) -> f64 {
+        match self.prior {
+            Prior::Normal(sd) => {
+                self.deviation() / (1.0 - (self.sd / sd).powi(2)).max(LEAST_REDUCTION).sqrt()
+            }
+            Prior::LogNormal(_) => self.deviation(),
+        }
+    }
+
+    /// Whether the estimate moved farther than that of a number that is stated rightly does.
+    pub fn is_finding(&self) -> bool {
+        self.standardised_move().abs() > FINDING
+    }
+
+    /// Returns the doubt that such a move casts on the fit.
+    pub(super) fn doubt(&self) -> Option<Doubt> {
+        let moved = self.standardised_move().abs();
+        self.is_finding().then(|| Doubt::Tolerance(self.name.clone(), self.deviation(), moved))
+    }
+
+    /// Warns of such an estimate; `advice` says what follows.
     pub fn warning(&self, advice: &str) -> Option<String> {
-        let deviation = self.deviation();
-        (deviation.abs() > FINDING).then(|| {
+        self.is_finding().then(|| {
             let estimate = match (self.mechanism.is_dimensionless(), self.mean) {
                 (true, 0.0) => format!("the fit changes {} by {:+.2} %", self.name, 100.0 * self.value),
                 (true, mean) => {
@@ -52,9 +81,14 @@ impl ToleranceEstimate {
                     self.name, self.value, self.unit
                 ),
             };
-            let times = deviation.abs();
+            let (times, moved) = (self.deviation().abs(), self.standardised_move().abs());
+            // What the data determine alone may move by its own tolerance.
+            let moves = match moved > 1.2 * times {
+                true => format!(", {moved:.1} of such moves"),
+                false => String::new(),
+            };
             format!(
-                "{estimate}, {times:.1} standard deviations: check this number of the description; {advice}"
+                "{estimate}, {times:.1} standard deviations{moves}: check this number of the description; {advice}"
             )
         })
     }
@@ -179,10 +213,6 @@ pub fn mode_columns(
     let own = objective.parameters(place);
     let tolerance_starts = toleranced.parameters.iter().skip(own.len()).map(|p| p.start);
     let values = ParameterValues(own.iter().copied().chain(tolerance_starts).collect());
-    let column = |up: Vec<f64>, down: Vec<f64>| -> Vec<f64> {
-        let change = up.iter().zip(&down).map(|(a, b)| (a - b) / (2.0 * STEP));
-        change.map(|x| if x.abs() < MAX_CHANGE { x } else { 0.0 }).collect()
-    };
     let mut columns = Vec::new();
     let described = ModeObjective::new(&toleranced, fit, plan.settings, &plan.frozen)?;
     for (index, parameter) in toleranced.parameters.iter().enumerate().skip(own.len()) {
@@ -192,25 +222,43 @@ pub fn mode_columns(
             other[index] = prior.value(parameter.start, by).clamp(parameter.lower, parameter.upper);
             described.residuals(&described.predict(&other), gain)
         };
-        columns.push(column(moved(STEP), moved(-STEP)));
+        columns.push(change(&moved(STEP), &moved(-STEP)));
     }
-    for position in fit
-        .positions()
-        .iter()
-        .filter(|p| fit.set().positions[**p].nut_m.is_some() && fit.set().tolerance.nut_m > 0.0)
-    {
+    let made = |fit: &FitSet<'_>| ModeObjective::new(machine, fit, plan.settings, &plan.frozen);
+    columns.extend(nut_columns(fit, &made, &own, gain)?);
+    Ok(columns)
+}
+
+/// Computes the change of the weighted residuals of modes by one standard deviation of each nut position, of
+/// the objective that `made` builds, at given values and gain.
+///
+/// # Errors  those of `made`.
+pub(super) fn nut_columns<'m>(
+    fit: &FitSet<'_>,
+    made: &dyn Fn(&FitSet<'_>) -> Result<ModeObjective<'m>, ObjectiveError>,
+    values: &ParameterValues,
+    gain: f64,
+) -> Result<Vec<Vec<f64>>, ObjectiveError> {
+    let nut_sd_m = fit.set().tolerance.nut_m;
+    let has_nut = |p: &&usize| fit.set().positions[**p].nut_m.is_some() && nut_sd_m > 0.0;
+    let of_position = |position: &usize| {
         let moved = |by: f64| -> Result<Vec<f64>, ObjectiveError> {
             let mut set = fit.set().clone();
             if let Some(nut_m) = &mut set.positions[*position].nut_m {
-                *nut_m += by * fit.set().tolerance.nut_m;
+                *nut_m += by * nut_sd_m;
             }
-            let fit = fit.in_version(&set);
-            let there = ModeObjective::new(machine, &fit, plan.settings, &plan.frozen)?;
-            Ok(there.residuals(&there.predict(&own), gain))
+            let there = made(&fit.in_version(&set))?;
+            Ok(there.residuals(&there.predict(values), gain))
         };
-        columns.push(column(moved(STEP)?, moved(-STEP)?));
-    }
-    Ok(columns)
+        Ok(change(&moved(STEP)?, &moved(-STEP)?))
+    };
+    fit.positions().iter().filter(has_nut).map(of_position).collect()
+}
+
+/// Returns the change of residuals by one standard deviation, from those at [`STEP`] above and below.
+fn change(up: &[f64], down: &[f64]) -> Vec<f64> {
+    let change = up.iter().zip(down).map(|(a, b)| (a - b) / (2.0 * STEP));
+    change.map(|x| if x.abs() < MAX_CHANGE { x } else { 0.0 }).collect()
 }
 
 /// Returns gain and delay of every channel found among estimated tolerances.

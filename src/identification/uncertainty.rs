@@ -17,11 +17,10 @@ pub struct Estimate {
     /// reject.
     pub intervals95: Vec<(f64, f64)>,
     /// Whether it is identifiable from the data: its interval is narrow, and it does not lie at a bound.
-    /// `None` for a parameter that was not fitted, and for one that depends on the discrepancy.
+    /// `None` for a parameter that was not fitted, and for one that depends on a doubt.
     pub identifiable: Option<bool>,
-    /// Whether it would be identifiable, but the misfit exceeds the noise so far that its value depends on
-    /// what the model lacks.
-    pub depends_on_discrepancy: bool,
+    /// Whether it would be identifiable, but for doubts about the fit: it depends on what they name.
+    pub depends: bool,
     /// Whether it lies at an end of its plausible range.
     pub at_bound: bool,
 }
@@ -31,25 +30,13 @@ impl Estimate {
     /// `identifiable`, one that the data do not determine.
     pub fn without_interval(parameter: usize, value: f64, identifiable: Option<bool>) -> Self {
         let (interval95, intervals95) = (None, Vec::new());
-        Estimate {
-            parameter,
-            value,
-            interval95,
-            intervals95,
-            identifiable,
-            depends_on_discrepancy: false,
-            at_bound: false,
-        }
+        Estimate { parameter, value, interval95, intervals95, identifiable, depends: false, at_bound: false }
     }
 
-    /// Returns the estimate with what a misfit beyond noise and tolerances leaves of it: an identifiable
-    /// parameter depends on what the model lacks.
-    #[must_use]
-    pub(crate) fn with_discrepancy(self, is_large: bool) -> Self {
-        if is_large && self.identifiable == Some(true) {
-            Estimate { identifiable: None, depends_on_discrepancy: true, ..self }
-        } else {
-            self
+    /// Notes doubts about the fit: an identifiable parameter then depends on what they name.
+    pub(crate) fn doubt(&mut self) {
+        if self.identifiable == Some(true) {
+            (self.identifiable, self.depends) = (None, true);
         }
     }
 }
@@ -225,13 +212,12 @@ mod tests {
     }
 
     #[test]
-    fn an_identifiable_parameter_depends_on_a_large_discrepancy() {
-        let of = |identifiable| Estimate::without_interval(0, 1.0, Some(identifiable));
-        let found = of(true).with_discrepancy(true);
-        assert_eq!((found.identifiable, found.depends_on_discrepancy), (None, true));
-        assert_eq!(
-            (of(false).with_discrepancy(true), of(true).with_discrepancy(false)),
-            (of(false), of(true))
-        );
+    fn an_identifiable_parameter_depends_on_doubts() {
+        let doubted = |identifiable| {
+            let mut estimate = Estimate::without_interval(0, 1.0, Some(identifiable));
+            estimate.doubt();
+            (estimate.identifiable, estimate.depends)
+        };
+        assert_eq!((doubted(true), doubted(false)), ((None, true), (Some(false), false)));
     }
 }

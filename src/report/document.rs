@@ -469,6 +469,10 @@ pub struct FrfsDocument {
     /// Whether the control loops of the drive are closed.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub closed_loop: bool,
+    /// Whether the machine has the tolerances that an identification expects, at the medians of their priors;
+    /// otherwise it is exactly as described.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub with_tolerances: bool,
     /// Frequencies (Hz).
     pub frequency_hz: Vec<f64>,
     /// Real and imaginary part at each frequency (SI units of `quantity`), by position.

@@ -21,12 +21,15 @@ pub struct ParameterRow {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub intervals95: Vec<[f64; 2]>,
     /// Whether the parameter is identifiable from the data; absent for one that was not fitted, or that
-    /// depends on the discrepancy.
+    /// depends on what `depends_on` lists.
     pub identifiable: Option<bool>,
-    /// Whether the parameter would be identifiable, but the misfit exceeds the noise so far that its value
-    /// depends on what the model lacks.
+    /// Whether the parameter would be identifiable, but the fit is not that of the machine: its value depends
+    /// on what `depends_on` lists.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub depends_on_discrepancy: bool,
+    /// What shows that the fit is not that of the machine.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub depends_on: Vec<String>,
     /// Whether the parameter was fitted; otherwise it kept its start value.
     pub fitted: bool,
     /// Physical meaning of the parameter.

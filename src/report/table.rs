@@ -16,8 +16,18 @@ use super::vocabulary::PriorKind;
 /// text.
 const DESCRIBED_WIDTH: usize = 110;
 
-/// What «depends» in a table of parameters means.
-const DEPENDS: &str = " depends: the misfit exceeds the noise so far that the value depends on what the model lacks; run diagnose to find it";
+/// Says what «depends» in a table of parameters means, and on what the values depend.
+pub fn dependence(parameters: &BTreeMap<String, ParameterRow>) -> Option<String> {
+    let row = parameters.values().find(|row| row.depends_on_discrepancy)?;
+    let on = if row.depends_on.is_empty() {
+        "a misfit beyond the noise".into()
+    } else {
+        row.depends_on.join("; ")
+    };
+    Some(format!(
+        "depends: the interval is narrow, but the fit is not that of the machine as described. The value depends on {on}. Run diagnose to find what the description lacks"
+    ))
+}
 
 /// Cells of a parameter: value, interval, and whether the data identify it.
 pub fn parameter_cells(row: &ParameterRow) -> [String; 3] {
@@ -58,8 +68,7 @@ pub fn parameters_table(parameters: &BTreeMap<String, ParameterRow>) -> String {
         let published = is_published.then(|| row.published.map_or_else(|| "–".into(), figure));
         out.add_row(cells.into_iter().chain(published).chain(is_wide.then(|| row.description.clone())));
     }
-    let depends = parameters.values().any(|row| row.depends_on_discrepancy);
-    let note = if depends { wrapped(DEPENDS) } else { String::new() };
+    let note = dependence(parameters).map_or(String::new(), |text| wrapped(&format!(" {text}")));
     let described = parameters.iter().filter(|(_, row)| !is_wide && !row.description.is_empty());
     let list: Vec<String> = described.map(|(id, row)| format!("{id}: {}", row.description)).collect();
     let list = if list.is_empty() { String::new() } else { wrapped(&format!(" {}", list.join("; "))) };

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use crate::Study;
 use identification::objective::{FrfGap, GAIN_RANGE, MISSING, PositionPrediction};
 use identification::{
-    Combination, CombinationKind, Coordinate, Drawn, Estimate, Identification, Posterior, ToleranceEstimate,
+    Combination, CombinationKind, Coordinate, Doubt, Drawn, Estimate, Identification, Posterior,
+    ToleranceEstimate,
 };
 use machine::{Machine, Prior};
 use measurement::{Frf, MeasurementSet, NoiseSource};
@@ -33,11 +34,15 @@ pub(crate) fn parameters(
             let published = printed.and_then(|values| values.get(id).copied());
             (
                 id.clone(),
-                ParameterRow { published, ..parameter_row(machine, e, found.free.contains(&e.parameter)) },
+                ParameterRow {
+                    published,
+                    ..parameter_row(machine, (e, &found.doubts), found.free.contains(&e.parameter))
+                },
             )
         })
         .collect();
     if found.gain.count > 0 {
+        let depends = found.gain_interval95.is_some() && found.gain_identifiable.is_none();
         let row = ParameterRow {
             value: found.gain.gain,
             unit: "1".into(),
@@ -46,7 +51,8 @@ pub(crate) fn parameters(
             interval95: found.gain_interval95.map(|(a, b)| [a, b]),
             intervals95: Vec::new(),
             identifiable: found.gain_identifiable,
-            depends_on_discrepancy: false,
+            depends_on_discrepancy: depends,
+            depends_on: found.doubts.iter().filter(|_| depends).map(Doubt::to_string).collect(),
             fitted: found.gain_interval95.is_some(),
             description: "gain of the measuring chain: measured over predicted amplitude".into(),
             published: None,
@@ -57,7 +63,11 @@ pub(crate) fn parameters(
 }
 
 /// Returns the row of one parameter.
-pub(crate) fn parameter_row(machine: &Machine, estimate: &Estimate, fitted: bool) -> ParameterRow {
+pub(crate) fn parameter_row(
+    machine: &Machine,
+    (estimate, doubts): (&Estimate, &[Doubt]),
+    fitted: bool,
+) -> ParameterRow {
     let p = &machine.parameters[estimate.parameter];
     let parts = || estimate.intervals95.iter().map(|(a, b)| [*a, *b]).collect();
     ParameterRow {
@@ -68,7 +78,8 @@ pub(crate) fn parameter_row(machine: &Machine, estimate: &Estimate, fitted: bool
         interval95: estimate.interval95.map(|(a, b)| [a, b]),
         intervals95: if estimate.intervals95.len() > 1 { parts() } else { Vec::new() },
         identifiable: estimate.identifiable,
-        depends_on_discrepancy: estimate.depends_on_discrepancy,
+        depends_on_discrepancy: estimate.depends,
+        depends_on: doubts.iter().filter(|_| estimate.depends).map(Doubt::to_string).collect(),
         fitted,
         description: machine.description_of(estimate.parameter),
         published: None,

@@ -47,6 +47,10 @@ pub struct FrfArguments {
     /// Close the loops of the drive, which hold the machine
     #[arg(long)]
     pub closed_loop: bool,
+    /// Add what identify expects beyond the description: journals, nut lengths and losses, at the medians of
+    /// their priors. By default the machine is exactly as described, which identify takes for an unusual one
+    #[arg(long, conflicts_with = "result")]
+    pub with_tolerances: bool,
     /// Quantity to compute
     #[arg(long, value_parser = one_of(&QUANTITIES), default_value = "receptance")]
     pub quantity: Quantity,
@@ -76,6 +80,7 @@ pub fn run(given: &FrfArguments) -> CommandResult {
         response: given.response.clone(),
         excitation: given.excitation.clone(),
         closed_loop: given.closed_loop,
+        with_tolerances: given.with_tolerances,
         quantity: given.quantity,
     };
     let folder = prepare(&given.output)?;

@@ -5,6 +5,7 @@ use super::discrepancy::systematic_share;
 use super::force_fit::{ForceFit, channels};
 use super::marginal::{ToleranceSize, marginal};
 use super::small_print::tolerances;
+use crate::Doubt;
 use crate::uncertainty::Estimate;
 use dynamics::inverse_dynamics::{MotionSignal, Rigid, prediction, recorded};
 use machine::Machine;
@@ -21,6 +22,8 @@ pub struct TolerantFit {
     /// Share of the squared residual, parameters and tolerances fitted, that smooth functions of speed and
     /// acceleration explain.
     pub systematic_share: f64,
+    /// Reasons to doubt that the fit is that of the machine.
+    pub doubts: Vec<Doubt>,
 }
 
 /// Share of the squared residual above which its systematic part exceeds the rest, its noise.
@@ -30,22 +33,31 @@ const IMPLAUSIBLE: f64 = 2.0;
 /// The same for kinds whose prior has a known standard deviation.
 const IMPLAUSIBLE_DEVIATION: f64 = 4.0;
 
+/// Share of the squared force above which a machine that leaves it unexplained is not that of the records.
+const UNEXPLAINED_SHARE: f64 = 0.5;
+
 impl ToleranceSize {
     /// Whether the tolerance is larger than small print can be.
-    pub fn is_implausible(&self) -> bool {
+    fn is_implausible(&self) -> bool {
         self.value.abs() > if self.kind.is_sized() { IMPLAUSIBLE } else { IMPLAUSIBLE_DEVIATION }
     }
 }
 
 impl TolerantFit {
-    /// Whether the systematic part of the residual exceeds the rest.
-    pub fn is_systematic(&self) -> bool {
-        self.systematic_share > DISCREPANCY_SHARE
-    }
-
-    /// Whether the misfit exceeds the noise so far that the parameters depend on what the machine lacks.
-    fn depends_on_discrepancy(&self) -> bool {
-        self.is_systematic() || self.sizes.iter().any(ToleranceSize::is_implausible)
+    /// Notes what casts doubt on the fit, and that its values depend on it.
+    fn doubt(&mut self, motions: &[&MotionSignal]) {
+        let large = self.sizes.iter().filter(|size| size.is_implausible());
+        self.doubts = large.map(|size| Doubt::SmallPrint(size.kind.name(), size.value.abs())).collect();
+        if self.systematic_share > DISCREPANCY_SHARE {
+            self.doubts.push(Doubt::Systematic(self.systematic_share));
+        }
+        let unexplained = self.fit.squares / recorded(motions).norm_squared();
+        if unexplained > UNEXPLAINED_SHARE {
+            self.doubts.push(Doubt::Unexplained(unexplained));
+        }
+        if !self.doubts.is_empty() {
+            self.estimates.iter_mut().for_each(Estimate::doubt);
+        }
     }
 }
 
@@ -67,7 +79,7 @@ pub fn estimate_with_tolerances(
         marginal(&fit.derivatives.select_columns(&inside), &fit.residual, &small_print, &channels)
     else {
         let estimates = fit.estimates_with(machine, &free, &inside, None);
-        return TolerantFit { fit, estimates, sizes: Vec::new(), systematic_share: 0.0 };
+        return TolerantFit { fit, estimates, sizes: Vec::new(), systematic_share: 0.0, doubts: Vec::new() };
     };
     let mut corrected = fit;
     for (at, change) in inside.iter().zip(found.change.iter()) {
@@ -80,8 +92,8 @@ pub fn estimate_with_tolerances(
     corrected.evaluations += 1;
     let estimates = corrected.estimates_with(machine, &free, &inside, Some(&found.half_widths));
     let systematic_share = systematic_share(&found, motions, &channels);
-    let mut fit = TolerantFit { fit: corrected, estimates: Vec::new(), sizes: found.sizes, systematic_share };
-    let depends = fit.depends_on_discrepancy();
-    fit.estimates = estimates.into_iter().map(|estimate| estimate.with_discrepancy(depends)).collect();
+    let (sizes, doubts) = (found.sizes, Vec::new());
+    let mut fit = TolerantFit { fit: corrected, estimates, sizes, systematic_share, doubts };
+    fit.doubt(motions);
     fit
 }

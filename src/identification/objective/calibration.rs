@@ -1,5 +1,7 @@
 //! Nuisance parameters of the measurement: gain and delay of channels, nut positions.
 
+use nalgebra::DMatrix;
+
 use super::frf::{FrfChannel, SPAN};
 use super::{Excitation, FrfObjective};
 use crate::Place;
@@ -82,5 +84,23 @@ impl FrfObjective<'_> {
     pub fn has_priors(&self) -> bool {
         self.nuts + self.free_channels() > 0
             || self.free.iter().any(|i| self.machine.parameters[*i].prior.is_some())
+    }
+
+    /// Prior information on the coordinate of a nut position, or of a channel's gain or delay.
+    pub const NUISANCE_INFORMATION: f64 = SPAN * SPAN;
+
+    /// Returns information on all coordinates as that on the others, with nut positions free within their
+    /// tolerances.
+    ///
+    /// # Source  Schur complement: Golub and Van Loan, Matrix Computations, 4th ed. (2013), 3.2.11.
+    pub fn without_nuts(&self, information: DMatrix<f64>) -> DMatrix<f64> {
+        let nuts: Vec<usize> = self.nut_coordinates().collect();
+        let kept: Vec<usize> = (0..information.nrows()).filter(|at| !nuts.contains(at)).collect();
+        let of = |rows: &[usize], columns: &[usize]| information.select_rows(rows).select_columns(columns);
+        let own = of(&kept, &kept);
+        match of(&nuts, &nuts).cholesky() {
+            Some(cholesky) => &own - of(&kept, &nuts) * cholesky.solve(&of(&nuts, &kept)),
+            None => own,
+        }
     }
 }

@@ -267,10 +267,12 @@ impl Machine {
             .then_some(median)
     }
 
-    /// Returns the point with the largest inertia of a kind.
+    /// Returns the point with the largest inertia of a kind that the description states. What an effect adds,
+    /// such as a bed, is none of it.
     pub(super) fn largest(&self, motion: PointMotion) -> Option<usize> {
         let size = |at: &usize| size(&self.points[*at].inertia, self);
-        let own = (0..self.points.len()).filter(|at| self.points[*at].motion == motion && size(at) > 0.0);
+        let is_own = |at: &usize| self.points[*at].motion == motion && self.points[*at].role != Role::Effect;
+        let own = (0..self.points.len()).filter(|at| is_own(at) && size(at) > 0.0);
         own.max_by(|a, b| size(a).total_cmp(&size(b)))
     }
 

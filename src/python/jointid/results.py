@@ -31,7 +31,7 @@ class Parameter:
     """An identified parameter, in `unit`.
 
     `interval95` is the 95 % interval (None where none was computed), `intervals95` its parts where the data accept several ranges. `identifiable` is None
-    for a parameter that was not fitted, or whose value depends on what the model lacks (`depends_on_discrepancy`).
+    for a parameter that was not fitted, or whose value depends on what `depends_on` lists (`depends_on_discrepancy`).
     """
 
     value: float
@@ -42,6 +42,7 @@ class Parameter:
     identifiable: bool | None
     fitted: bool
     depends_on_discrepancy: bool = False
+    depends_on: tuple[str, ...] = ()
     intervals95: tuple[Interval, ...] = ()
     description: str = ""
 
@@ -56,6 +57,7 @@ class Parameter:
             identifiable=row.get("identifiable"),
             fitted=row["fitted"],
             depends_on_discrepancy=row.get("depends_on_discrepancy", False),
+            depends_on=tuple(row.get("depends_on", ())),
             intervals95=tuple((low, high) for low, high in row.get("intervals95", ())),
             description=row.get("description", ""),
         )

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use crate::certainty::ToleranceRow;
 use crate::document::IdentificationDocument;
 use crate::identification::found_text;
-use crate::table::{TOLERANCE_HEADS, parameter_cells, tolerance_cells};
+use crate::table::{TOLERANCE_HEADS, dependence, parameter_cells, tolerance_cells};
 use crate::terminal::{figure, range, unit, with_interval};
 
 /// Draws values with their intervals, and a chart of intervals and plausible ranges.
@@ -38,7 +38,8 @@ pub fn values(of: &IdentificationDocument) -> String {
         derived.row([name.replace('_', " "), value, interval]);
     }
     let combinations: String = of.combinations.iter().map(|c| paragraph(&c.description)).collect();
-    format!("{}{}{}{combinations}", table.html(), intervals(of), derived.html())
+    let note = dependence(&of.parameters).map_or(String::new(), |text| paragraph(&text));
+    format!("{}{note}{}{}{combinations}", table.html(), intervals(of), derived.html())
 }
 
 /// Draws the tolerances that were fitted as nuisance parameters, the farthest moved first.

@@ -8,11 +8,11 @@ use crate::{Study, StudyError, StudyResult};
 use dynamics::inverse_dynamics::{
     InverseError, MotionSignal, Preprocessing, free_parameters, parameters_without_influence, recorded,
 };
-use identification::Estimate;
 use identification::motion::{
     ForceFit, SmallPrint, ToleranceSize, TolerantFit, correlation, estimate_weighted,
     estimate_with_tolerances, output_error,
 };
+use identification::{Doubt, Estimate};
 use long_work::Control;
 use machine::Machine;
 use measurement::MotionRecord;
@@ -57,7 +57,7 @@ impl Study {
             ));
         }
         let mut found = estimate_weighted(&rigid, machine, &free, &mut motions, fit, &self.control)?;
-        let (mut complete, mut tolerances) = (true, BTreeMap::new());
+        let (mut complete, mut tolerances, mut doubts) = (true, BTreeMap::new(), Vec::new());
         let mut estimates;
         let fitted: Vec<&MotionSignal> = fit.iter().map(|i| &motions[*i]).collect();
         if simulated {
@@ -67,8 +67,11 @@ impl Study {
         } else if made.tolerances {
             let tolerant = estimate_with_tolerances(&rigid, machine, found, &fitted);
             tolerances = tolerance_rows(&tolerant, fitted[0].load_column);
-            warnings.extend(list_discrepancies(&tolerant));
-            (found, estimates) = (tolerant.fit, tolerant.estimates);
+            let advice = |doubt: &Doubt| {
+                format!("the fit leaves {doubt}; run diagnose to find the effect that the machine lacks")
+            };
+            warnings.extend(tolerant.doubts.iter().map(advice));
+            (found, estimates, doubts) = (tolerant.fit, tolerant.estimates, tolerant.doubts);
         } else {
             estimates = found.estimates(machine, &free, &fitted);
         }
@@ -101,7 +104,7 @@ impl Study {
                 },
                 ..self.run_settings(&made)
             },
-            parameters: parameter_rows(machine, values, &estimates),
+            parameters: parameter_rows(machine, values, (&estimates, &doubts)),
             tolerances,
             derived: derived(&records, error),
             cost: found.squares / level,
@@ -154,12 +157,15 @@ fn list_warnings(machine: &Machine, unseen: &[usize], estimates: &[Estimate]) ->
 fn parameter_rows(
     machine: &Machine,
     values: &[f64],
-    estimates: &[Estimate],
+    (estimates, doubts): (&[Estimate], &[Doubt]),
 ) -> BTreeMap<String, ParameterRow> {
     let row = |at: usize| {
         let found = estimates.iter().find(|e| e.parameter == at);
         let held = Estimate::without_interval(at, values[at], None);
-        (machine.parameters[at].id.clone(), parameter_row(machine, found.unwrap_or(&held), found.is_some()))
+        (
+            machine.parameters[at].id.clone(),
+            parameter_row(machine, (found.unwrap_or(&held), doubts), found.is_some()),
+        )
     };
     (0..machine.parameters.len()).map(row).collect()
 }
@@ -183,24 +189,6 @@ fn tolerance_rows(fit: &TolerantFit, load_column: &str) -> BTreeMap<String, Tole
         )
     };
     fit.sizes.iter().map(row).collect()
-}
-
-/// Returns warnings about a misfit that exceeds noise and tolerances.
-fn list_discrepancies(fit: &TolerantFit) -> Vec<String> {
-    let large = fit.sizes.iter().filter(|size| size.is_implausible()).map(|size| {
-        let times = size.value.abs();
-        format!(
-            "{}: {times:.1} times what is common; run diagnose to find the effect that the machine lacks",
-            size.kind.name()
-        )
-    });
-    let systematic = fit.is_systematic().then(|| {
-        let share = 100.0 * fit.systematic_share;
-        format!(
-            "{share:.0} % of the squared residual follows speed and acceleration; run diagnose to find the effect that the machine lacks"
-        )
-    });
-    large.chain(systematic).collect()
 }
 
 fn derived(

@@ -11,7 +11,7 @@ use crate::{Study, StudyError, StudyResult};
 use dynamics::model::RodModel;
 use dynamics::motion::{LinearLoops, MotionError, ServoImpedance, SimulationSettings};
 use identification::objective::{COMMAND, Excitation};
-use machine::{Chain, Machine, Operating};
+use machine::{Chain, Machine, Operating, Parameter};
 use measurement::Quantity;
 use numeric::unit::omega_rad_s;
 use report::document::{FrfsDocument, IdentificationDocument, Input};
@@ -38,6 +38,9 @@ pub struct FrfRequest {
     pub excitation: Option<String>,
     /// Whether the loops of the drive are closed and hold the machine.
     pub closed_loop: bool,
+    /// Whether the machine has what an identification expects beyond its description: journals, nut lengths
+    /// and losses, at the medians of their priors. Without it the machine is exactly as described.
+    pub with_tolerances: bool,
     /// Quantity to compute.
     pub quantity: Quantity,
 }
@@ -54,6 +57,7 @@ impl Default for FrfRequest {
             response: None,
             excitation: None,
             closed_loop: false,
+            with_tolerances: false,
             quantity: Quantity::Receptance,
         }
     }
@@ -64,7 +68,14 @@ impl Default for FrfRequest {
 /// # Errors  a setting outside its range; the machine has no such point or does not allow a place; closed
 ///   loops are unstable or do not exist.
 pub fn frf(study: &Study, request: &FrfRequest) -> StudyResult<FrfsDocument> {
-    computed(study, study.machine(), &study.machine().start(), RodModel::Exact, request)
+    if !request.with_tolerances {
+        return computed(study, study.machine(), &study.machine().start(), RodModel::Exact, request);
+    }
+    let nuts_m: Vec<f64> = conditions(study, request)?.iter().filter_map(|(_, at)| at.nut_m).collect();
+    let machine = study.machine().with_tolerances(&nuts_m).map_err(StudyError::impossible)?;
+    let values: Vec<f64> = machine.parameters.iter().map(Parameter::search_start).collect();
+    let document = computed(study, &machine, &values, RodModel::Exact, request)?;
+    Ok(FrfsDocument { with_tolerances: true, ..document })
 }
 
 /// Computes frequency response functions of a machine as identified, with the rods of the identification.
@@ -122,6 +133,7 @@ fn computed(
         response: machine.points[response].name.clone(),
         excitation: excitation.name(machine).into(),
         closed_loop: closed,
+        with_tolerances: false,
         frequency_hz,
         positions,
     })
