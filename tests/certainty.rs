@@ -257,6 +257,67 @@ fn recover_machines_on_an_undescribed_guide() {
     }
 }
 
+/// A wrong number of a description: where it stands in the file, and by what it is multiplied.
+type WrongNumber = (&'static str, fn(&mut toml::Table) -> &mut toml::Value, f64);
+
+/// Returns an entry of a list of a machine file, by its name.
+fn entry<'t>(file: &'t mut toml::Table, list: &str, name: &str) -> &'t mut toml::Value {
+    let all = file[list].as_array_mut().unwrap();
+    all.iter_mut().find(|entry| entry["name"].as_str() == Some(name)).unwrap()
+}
+
+const WRONG_NUMBERS: [WrongNumber; 5] = [
+    ("mass of table", |file| &mut entry(file, "point", "table")["mass_kg"], 0.93),
+    ("inertia of rotor", |file| &mut entry(file, "point", "rotor")["inertia_kg_m2"], 1.3),
+    ("lead", |file| &mut entry(file, "joint", "nut")["screw"]["lead_m"], 0.85),
+    ("diameter of screw", |file| &mut file["shaft"][0]["diameter_m"], 1.05),
+    ("Young's modulus of screw", |file| &mut file["shaft"][0]["youngs_modulus_pa"], 0.93),
+];
+
+/// Values of machines of which one number is described wrongly.
+///
+/// Required: at most 7 % of the stiffnesses reported as identifiable miss the true value, by a one-sided test
+/// at 5 %: nothing is called identifiable that depends on the wrong number. Machines described rightly keep
+/// theirs, see `recover_ordinary_machines_with_intervals_that_hold`.
+#[test]
+#[ignore = "long"]
+fn recover_nothing_false_from_wrong_descriptions() {
+    let (seed, count) = (60_227, draws(2, 20) as usize);
+    let (mut called, mut missed, mut depending, mut depending_missed) = (0, 0, 0, 0);
+    for number in 0..count {
+        let simulated = ordinary(seed, number).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let (_, set) = read(&simulated, folder.path());
+        let text = std::fs::read_to_string(folder.path().join("machine.toml")).unwrap();
+        for (name, number, factor) in WRONG_NUMBERS {
+            let mut file: toml::Table = text.parse().unwrap();
+            let number = number(&mut file);
+            *number = toml::Value::Float(number.as_float().unwrap() * factor);
+            let machine = config::read_machine_text("wrong", &file.to_string(), &[], &[]).unwrap().machine;
+            let found = identified(&machine, &set);
+            let narrow = |row: &&ParameterResult| row.id.starts_with('k');
+            let rows = compare_with_truth(&simulated, &machine, &found);
+            let depends = |row: &&ParameterResult| {
+                found.estimates.iter().any(|e| e.depends && machine.parameters[e.parameter].id == row.id)
+            };
+            let stiffnesses: Vec<&ParameterResult> = rows.iter().filter(narrow).collect();
+            let false_ones = stiffnesses.iter().filter(|row| row.identifiable && row.missed).count();
+            called += stiffnesses.iter().filter(|row| row.identifiable).count();
+            missed += false_ones;
+            depending += stiffnesses.iter().filter(|row| depends(row)).count();
+            depending_missed += stiffnesses.iter().filter(|row| depends(row) && row.missed).count();
+            let doubts: Vec<String> = found.doubts.iter().map(ToString::to_string).collect();
+            println!("{} {name}: {false_ones} miss; {}", simulated.size, doubts.join("; "));
+        }
+    }
+    println!(
+        "stiffnesses identifiable {called}, missed {missed}; depending {depending}, missed {depending_missed}"
+    );
+    let lower = clopper_pearson(missed, called, 0.9).map_or(0.0, |[low, _]| low);
+    assert!(lower <= 0.07, "{missed} of {called} stiffnesses reported as identifiable miss");
+    assert!(depending_missed > missed, "wrong numbers change values: {depending_missed} of {depending}");
+}
+
 /// One line, a band without a mode, a coherence of 1 throughout: intervals as wide as the data leave them,
 /// and a warning that says what to measure.
 #[test]
