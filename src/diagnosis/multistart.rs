@@ -5,8 +5,8 @@ use rayon::prelude::*;
 use super::evidence::DomainObjective;
 use super::fit::{COARSE_STEPS, Fitted, Fitter, MULTISTART_LINES, STEPS, read_back, sought, start_of};
 use super::hypothesis::Hypothesis;
+use identification::mode_search_end;
 use identification::objective::ObjectiveError;
-use identification::{frf_search_minima, mode_search_end};
 use long_work::Control;
 use numeric::halton::halton_point;
 
@@ -14,8 +14,6 @@ use numeric::halton::halton_point;
 /// lines.
 pub(super) const MULTISTART: (usize, usize) = (32, 6);
 const MULTISTART_STEPS: u64 = 8;
-/// Number of minima of a search as of an identification that are followed on all lines.
-const SEARCHED: usize = 3;
 
 impl Fitter<'_> {
     /// Fits a hypothesis from starts all over the parameter ranges: a missing effect may have led the joints
@@ -34,23 +32,10 @@ impl Fitter<'_> {
             format!("{} {seed} {round}", self.cache_key("scatter", hypothesis, std::slice::from_ref(base)));
         control.try_cached(&key, || {
             let objective = self.objective(hypothesis)?;
-            let start = start_of(hypothesis, base, &[]);
-            let modes = match &objective {
-                DomainObjective::Modes(modes) => modes,
-                DomainObjective::Frf(frf) => {
-                    let near = self.multistart(hypothesis, base, round, control)?;
-                    let seed = seed.wrapping_add(round as u64);
-                    let minima = frf_search_minima(frf, seed, &control.within(&key));
-                    let ends = minima.iter().take(SEARCHED).map(|place| {
-                        let from = read_back(&objective, &start, place, f64::INFINITY);
-                        self.descend(&objective, &from, STEPS, control)
-                    });
-                    return Ok(ends.fold(near, |best, end| match end.chi_square < best.chi_square {
-                        true => end,
-                        false => best,
-                    }));
-                }
+            let DomainObjective::Modes(modes) = &objective else {
+                return self.multistart(hypothesis, base, round, control);
             };
+            let start = start_of(hypothesis, base, &[]);
             let end = mode_search_end(modes, seed.wrapping_add(round as u64), &control.within(&key));
             Ok(end.map_or_else(|| start.clone(), |(place, cost)| read_back(&objective, &start, &place, cost)))
         })

@@ -9,8 +9,8 @@ use super::fit::{Ablation, Fitted, Fitter, IMPROVEMENT, close, start_of};
 use super::hypothesis::{Hypothesis, interfaces};
 use super::null_distribution::LEAST_SCALE;
 use super::screening::{Candidate, Screening, Status, descend_to_minimum, is_plausible, relaxes_within};
+use identification::CHI_SQUARE_95;
 use identification::objective::ObjectiveError;
-use identification::{CHI_SQUARE_95, ToleranceEstimate};
 use long_work::Control;
 use machine::UnitValues;
 
@@ -62,7 +62,7 @@ struct Search<'f, 's> {
 /// Fits every candidate and the best generic impedances, jointly with the nominal parameters. The first fits
 /// start from those of the nominal machine. The nominal machine and all hypotheses are then fitted from the
 /// joints where the best of them end, until nothing improves. Where even the best candidate leaves a large
-/// χ², or moves a stated number beyond belief, all are fitted from starts all over their ranges. Returns the candidates and generic impedances by
+/// χ², all are fitted from starts all over their ranges. Returns the candidates and generic impedances by
 /// reduction of χ²: these locate the discrepancy.
 ///
 /// # Errors  as [`Fitter::objective`]; a candidate whose fit fails is reported among the candidates.
@@ -113,7 +113,7 @@ pub fn search(
         if !is_wide {
             search.exchange(&objective);
         }
-        if is_wide || search.least(candidates) > limit || search.moves_stated_numbers(candidates)? {
+        if is_wide || search.least(candidates) > limit {
             search.spread(candidates, &objective);
         }
     }
@@ -165,17 +165,6 @@ impl Search<'_, '_> {
             .flatten()
             .map(|fit| fit.chi_square)
             .fold(self.base.chi_square, f64::min)
-    }
-
-    /// Whether the best fit of the nominal machine and the candidates moves a stated number farther than its
-    /// tolerance allows: it is not that of the machine then, and a deeper minimum may be elsewhere.
-    fn moves_stated_numbers(&self, candidates: usize) -> Result<bool, ObjectiveError> {
-        let fitted = self.hypotheses.iter().zip(&self.fits[..candidates]);
-        let tried = fitted.filter_map(|(hypothesis, fit)| Some((hypothesis, fit.as_ref().ok()?)));
-        let all = tried.chain([(&self.nominal, &self.base)]);
-        let best = all.min_by(|a, b| a.1.chi_square.total_cmp(&b.1.chi_square));
-        let Some((hypothesis, fit)) = best else { return Ok(false) };
-        Ok(self.fitter.tolerances(hypothesis, fit)?.iter().any(ToleranceEstimate::is_finding))
     }
 
     /// Fits hypotheses that end above the nominal machine, which each of them contains, from its minimum.
