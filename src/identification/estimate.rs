@@ -96,12 +96,9 @@ pub(super) fn estimate<P: Problem>(
         regions.iter_mut().zip(own).for_each(|(region, u)| *region = joined(std::mem::take(region), (u, u)));
     }
     let bootstraps = bootstraps(problem, &place, (plan.bootstrap, plan.seed), control);
-    let mut warnings = shortage(problem.observations(), best.len());
-    let (estimates, at_bounds, mut doubts) =
+    let (estimates, at_bounds, ends) =
         parameter_estimates(machine, &free, &place, &problem.values(&place), &regions, has_intervals);
-    warnings.extend(at_bounds);
-    let excess = misfit * correlation_factor;
-    doubts.extend((has_intervals && excess > EXCESS).then_some(Doubt::Misfit(excess)));
+    let mut warnings = [shortage(problem.observations(), best.len()), at_bounds].concat();
     let gain_column = problem.gain_column();
     let gain_interval = |at: usize| gain_interval(&regions[free.len()], place[at]);
     let (gain_interval95, gain_identifiable) =
@@ -113,11 +110,8 @@ pub(super) fn estimate<P: Problem>(
     let complete = !control.stopped() && found.rounds.iter().all(|r| r.found.complete);
     let agree =
         (complete && plan.near.is_none() && found.effort.required > 1).then(|| found.effort.is_enough());
-    if agree == Some(false) {
-        warnings.push(seldom_found(found.effort));
-        doubts.push(Doubt::Search(found.effort.found, found.effort.starts));
-    }
-    let mut found = Identification {
+    warnings.extend((agree == Some(false)).then(|| seldom_found(found.effort)));
+    let found = Identification {
         estimates,
         gain_interval95,
         gain_identifiable,
@@ -139,8 +133,16 @@ pub(super) fn estimate<P: Problem>(
         warnings,
         ..without_fit(problem, machine, place)
     };
-    found.doubt(doubts);
-    Ok(found)
+    let doubts: Vec<Doubt> = ends.into_iter().chain(doubts_of(&found, has_intervals)).collect();
+    Ok(found.doubted(doubts))
+}
+
+/// Returns what misfit and search of a fit cast doubt on.
+fn doubts_of(found: &Identification, is_likelihood: bool) -> impl Iterator<Item = Doubt> + use<> {
+    let excess = found.misfit().max(1.0) * found.correlation_factor;
+    let misfit = (is_likelihood && excess > EXCESS).then_some(Doubt::Misfit(excess));
+    let SearchEffort { found: times, starts, .. } = found.effort;
+    misfit.into_iter().chain((found.agree == Some(false)).then_some(Doubt::Search(times, starts)))
 }
 
 /// Returns the interval of an estimated gain for the region of its coordinate, and whether the gain is

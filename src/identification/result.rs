@@ -100,13 +100,14 @@ pub struct Identification {
 }
 
 impl Identification {
-    /// Notes further doubts: no value is identifiable then.
-    pub(super) fn doubt(&mut self, doubts: impl IntoIterator<Item = Doubt>) {
+    /// Returns the result with further doubts: no value is identifiable then.
+    pub(super) fn doubted(mut self, doubts: Vec<Doubt>) -> Self {
         self.doubts.extend(doubts);
         if !self.doubts.is_empty() {
             self.estimates.iter_mut().for_each(Estimate::doubt);
             self.gain_identifiable = self.gain_identifiable.filter(|is| !is);
         }
+        self
     }
 
     /// Returns χ² per degree of freedom; 1 without degrees of freedom.

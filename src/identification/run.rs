@@ -59,7 +59,7 @@ pub fn identify(
                     .filter_map(|t| t.warning("if it is right, run diagnose to find a missing effect")),
             );
             let moved: Vec<Doubt> = found.tolerances.iter().filter_map(ToleranceEstimate::doubt).collect();
-            found.doubt(moved);
+            found = found.doubted(moved);
             let validation =
                 FrfObjective::held_out(&fitted, held_out, settings.as_stated())?.calibrated(&found.channels);
             found.fitted_frfs = objective.gaps_at(&found.place);
