@@ -170,15 +170,13 @@ impl Search<'_, '_> {
     /// Fits hypotheses that end above the nominal machine, which each of them contains, from its minimum.
     fn nest(&mut self) -> Result<(), ObjectiveError> {
         let Search { fitter, control, base, hypotheses, fits, .. } = self;
-        let is_above = |fit: &Result<Fitted, ObjectiveError>| {
-            fit.as_ref().map_or(f64::INFINITY, |fit| fit.chi_square) > base.chi_square
-        };
-        let above = hypotheses.par_iter().zip(fits).filter(|(_, fit)| is_above(fit));
+        let fitted = hypotheses.par_iter().zip(fits).filter_map(|(h, fit)| Some((h, fit.as_mut().ok()?)));
+        let above = fitted.filter(|(_, fit)| fit.chi_square > base.chi_square + IMPROVEMENT);
         above.try_for_each(|(hypothesis, fit)| {
             let objective = fitter.objective(hypothesis)?;
             let end = descend_to_minimum(fitter, &objective, &start_of(hypothesis, base, &[]), control);
-            if fit.as_ref().map_or(f64::INFINITY, |fit| fit.chi_square) > end.chi_square {
-                *fit = Ok(end);
+            if end.chi_square < fit.chi_square {
+                *fit = end;
             }
             Ok(())
         })

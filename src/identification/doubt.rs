@@ -27,10 +27,13 @@ impl fmt::Display for Doubt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Doubt::Misfit(times) => write!(f, "a misfit of {times:.1} times the stated variance"),
-            Doubt::Tolerance(name, deviation, moved) => write!(
-                f,
-                "{name}, which moved by {deviation:+.1} standard deviations, {moved:.1} of such moves"
-            ),
+            Doubt::Tolerance(name, deviation, moved) => {
+                write!(
+                    f,
+                    "{name}, which moved by {deviation:+.1} standard deviations{}",
+                    of_moves(*deviation, *moved)
+                )
+            }
             Doubt::End(id, which) => write!(f, "{id}, which the data drive to the {which} end of its range"),
             Doubt::Search(found, starts) => write!(f, "a minimum found from {found} of {starts} starts"),
             Doubt::SmallPrint(name, times) => write!(f, "{name}, {times:.1} times what is common"),
@@ -45,5 +48,17 @@ impl fmt::Display for Doubt {
                 write!(f, "{:.0} % of the squared force, left unexplained", 100.0 * share)
             }
         }
+    }
+}
+
+/// Ratio of the two measures of a move from which both are stated (1).
+const APART: f64 = 1.2;
+
+/// Says how many standard deviations of the moves of rightly stated numbers a move is, where that is more than
+/// those of its tolerance: a number that the data hardly determine stays near the stated one.
+pub(super) fn of_moves(deviation: f64, moved: f64) -> String {
+    match moved > APART * deviation.abs() {
+        true => format!(", {moved:.1} of the moves of a right number in such data"),
+        false => String::new(),
     }
 }

@@ -11,7 +11,9 @@ use crate::objective::{
 };
 use dynamics::model::{PeakSearch, Structure, peaks};
 use machine::{Chain, Machine, Operating, ParameterValues, State};
-use measurement::{Condition, Frf, FrfLine, FrfNoise, MeasurementSet, ModeObservation, ModeTable, Quantity};
+use measurement::{
+    Condition, FitSet, Frf, FrfLine, FrfNoise, MeasurementSet, ModeObservation, ModeTable, Quantity,
+};
 use numeric::unit::omega_rad_s;
 use optimizer::{LeastSquares, NormalEquations};
 
@@ -50,7 +52,7 @@ pub struct PlanDesign {
     pub candidates: Vec<PlannedMeasurement>,
     /// Indices of the parameters to determine: the first columns.
     pub free: Vec<usize>,
-    /// Indices of all parameters, column by column: those to determine, then tolerances.
+    /// Indices of all parameters, column by column: those to determine, then tolerances and others.
     columns: Vec<usize>,
     /// Prior information on each column: tolerances, and `sd` of the machine's parameters.
     prior_information: Vec<f64>,
@@ -99,16 +101,20 @@ impl PlanDesign {
             let fit = all.with_frfs(|at| at == index);
             let objective = FrfObjective::new(machine, &fit, settings, frozen)?;
             let place = objective.extended(&coordinates_of(machine, &objective.free, &values, false));
-            let prior = prior_information(machine, &objective.free, &values);
-            let information = without_prior(objective.normal(&place).information, &prior);
+            let information = objective.without_nuts(objective.normal(&place).information);
+            let mut prior = prior_information(machine, &objective.free, &values);
             gain = usize::from(objective.estimates_gain());
-            found.push((objective.without_nuts(information), objective.free.clone()));
+            prior.extend(std::iter::repeat_n(0.0, gain));
+            prior.resize(information.nrows(), FrfObjective::NUISANCE_INFORMATION);
+            found.push((without_prior(information, &prior), objective.free.clone()));
         }
         // A state may leave a parameter without effect, which is then no coordinate of its objective.
         design.columns = union(found.iter().map(|(_, free)| &free[..]));
         // Each channel has a gain and a delay of its own, unless both are exact.
         let calibration = found.first().map_or(0, |(own, free)| own.nrows() - free.len() - gain);
-        design.state_parameters(&machine, &values);
+        let is_described = |i: &usize| !machine.parameters[*i].is_tolerance();
+        design.free = design.columns.iter().copied().filter(is_described).collect();
+        design.state_priors(&machine, &values);
         let places = (0..made.frfs.len()).zip(in_states.iter().cycle());
         for ((index, (state, _)), (information, free)) in places.zip(found) {
             let frf = &made.frfs[index];
@@ -150,6 +156,9 @@ impl PlanDesign {
         let mut made = set.clone();
         made.split = None;
         (made.response, made.excitation) = (Some(channel.0.clone()), Some(channel.1.clone()));
+        let bare = machine;
+        let (toleranced, values) = with_tolerances(bare, values, set)?;
+        let (machine, values) = (&toleranced, &values);
         let structure = structure(machine, channel, settings.rods)?;
         let power = set.quantity.map_or(0, Quantity::power);
         let search = PeakSearch { from_hz: band_hz.0, to_hz: band_hz.1, precision: 1e-7, omega_power: power };
@@ -173,28 +182,31 @@ impl PlanDesign {
             table.positions.push(visible.enumerate().map(observed).collect());
         }
         made.modes = Some(table);
-        let (toleranced, values) = with_tolerances(machine, values, set)?;
-        let (machine, values) = (&toleranced, &values);
         let mut design = PlanDesign::empty();
         let Ok((all, _)) = made.split(None, &[]) else { return Ok(design) };
         for position in 0..set.positions.len() {
             let fit = all.with_positions(|at| at == position);
-            let own = ModeObjective::new(machine, &fit, settings, frozen)?.free;
-            let objective = ModeObjective::with_all_free(machine, &fit, settings, frozen, &own)?;
+            // Tolerances, and what modes hardly determine, are free beside the parameters to determine.
+            let own = ModeObjective::new(bare, &fit, settings, frozen)?.free;
+            let first = ModeObjective::new(machine, &fit, settings, frozen)?.free;
+            let objective = ModeObjective::with_all_free(machine, &fit, settings, frozen, &first)?;
             let place = objective.extended(&coordinates_of(machine, &objective.free, values, false));
-            let nuts = nut_columns(
-                &fit,
-                &|fit| ModeObjective::new(machine, fit, settings, frozen),
-                values,
-                objective.gain(&place),
-            )?;
+            let made = |fit: &FitSet<'_>| ModeObjective::new(machine, fit, settings, frozen);
+            let nuts = nut_columns(&fit, &made, values, objective.gain(&place))?;
             let objective = objective.correlated(&nuts);
-            design.columns.clone_from(&objective.free);
-            design.state_parameters(machine, values);
+            let others = objective.free.iter().copied().filter(|index| !own.contains(index));
+            design.columns = own.iter().copied().chain(others).collect();
+            design.free = own;
+            design.state_priors(machine, values);
             let information = without_prior(
                 ModeSquares::new(&objective, None).normal(&place).information,
-                &design.prior_information,
+                &prior_information(machine, &objective.free, values),
             );
+            let place_of = |index: &usize| design.columns.iter().position(|other| other == index);
+            let columns = objective.free.iter().filter_map(place_of);
+            let size = information.nrows();
+            let columns: Vec<usize> = columns.chain(design.columns.len()..size).collect();
+            let information = spread(&information, &columns, size);
             design.candidates.push(PlannedMeasurement {
                 position: Some(position),
                 channel: channel.clone(),
@@ -205,9 +217,8 @@ impl PlanDesign {
         Ok(design)
     }
 
-    /// Notes which columns are parameters of the description, prior information on all, and narrow widths.
-    fn state_parameters(&mut self, machine: &Machine, values: &ParameterValues) {
-        self.free = self.columns.iter().copied().filter(|i| !machine.parameters[*i].is_tolerance()).collect();
+    /// Notes prior information on all columns, and narrow widths of the parameters to determine.
+    fn state_priors(&mut self, machine: &Machine, values: &ParameterValues) {
         self.prior_information = prior_information(machine, &self.columns, values);
         self.narrow_widths =
             self.free.iter().map(|i| narrow_width(&machine.parameters, values, *i)).collect();

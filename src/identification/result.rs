@@ -61,7 +61,7 @@ pub struct Identification {
     pub degrees_of_freedom: usize,
     /// 95 % interval of the gain, where it was estimated.
     pub gain_interval95: Option<(f64, f64)>,
-    /// Whether the gain is identifiable, where it was estimated.
+    /// Whether the gain is identifiable, where it was estimated; `None` also where it depends on a doubt.
     pub gain_identifiable: Option<bool>,
     /// Uncertainty and identifiability of the free parameters, and last of the gain where it was estimated.
     pub certainty: Certainty,

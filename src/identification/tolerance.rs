@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::doubt::of_moves;
 use crate::objective::{Channel, Excitation, FrfObjective, FrfSettings, ModeObjective, ObjectiveError};
 use crate::uncertainty::certainty;
 use crate::{Doubt, IdentificationSettings, Place};
@@ -58,7 +59,7 @@ impl ToleranceEstimate {
     }
 
     /// Whether the estimate moved farther than that of a number that is stated rightly does.
-    pub fn is_finding(&self) -> bool {
+    fn is_finding(&self) -> bool {
         self.standardised_move().abs() > FINDING
     }
 
@@ -81,12 +82,8 @@ impl ToleranceEstimate {
                     self.name, self.value, self.unit
                 ),
             };
-            let (times, moved) = (self.deviation().abs(), self.standardised_move().abs());
-            // What the data determine alone may move by its own tolerance.
-            let moves = match moved > 1.2 * times {
-                true => format!(", {moved:.1} of such moves"),
-                false => String::new(),
-            };
+            let times = self.deviation().abs();
+            let moves = of_moves(times, self.standardised_move().abs());
             format!(
                 "{estimate}, {times:.1} standard deviations{moves}: check this number of the description; {advice}"
             )

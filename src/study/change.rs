@@ -13,7 +13,7 @@ use machine::{Machine, Scale};
 use numeric::distribution::{normal_upper_tail, t_quantile_95};
 use report::certainty::PosteriorRow;
 use report::change::{ChangeDocument, ChangeRow};
-use report::document::{IdentificationDocument, Input};
+use report::document::{IdentificationDocument, Input, ParameterRow};
 use report::vocabulary::ObjectiveKind;
 
 /// Probability of claiming any change where nothing changed (1).
@@ -43,10 +43,10 @@ pub fn compare_results(
         pairs.map(|(x, y)| joint.changes(x, y)).collect::<Option<_>>().ok_or_else(|| {
             StudyError::impossible("the covariances of the two results cannot be combined; identify again")
         })?;
+    // What a stated number shifts, it shifts in both.
+    let is_narrow = |row: &ParameterRow| row.identifiable == Some(true) || row.depends_on_discrepancy;
     let is_identifiable = |id: &str| {
-        [first.0, second.0]
-            .iter()
-            .all(|document| document.parameters.get(id).is_some_and(|row| row.identifiable == Some(true)))
+        [first.0, second.0].iter().all(|document| document.parameters.get(id).is_some_and(is_narrow))
     };
     let z_of = |(change, sd): &(f64, f64)| if *sd > 0.0 { (change / sd).abs() } else { 0.0 };
     let mut p_values: Vec<(usize, f64)> = (0..joint.own.len())

@@ -117,7 +117,7 @@ impl<'m> ModeObjective<'m> {
     /// of a nuisance parameter.
     #[must_use]
     pub fn correlated(mut self, columns: &[Vec<f64>]) -> Self {
-        let rows = columns.first().map_or(0, Vec::len);
+        let Some(rows) = columns.first().map(Vec::len) else { return self };
         let changes = DMatrix::from_fn(rows, columns.len(), |row, column| columns[column][row]);
         let covariance = DMatrix::identity(rows, rows) + &changes * changes.transpose();
         self.whitening = covariance.cholesky().and_then(|c| c.l().try_inverse());

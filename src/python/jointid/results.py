@@ -42,9 +42,9 @@ class Parameter:
     identifiable: bool | None
     fitted: bool
     depends_on_discrepancy: bool = False
-    depends_on: tuple[str, ...] = ()
     intervals95: tuple[Interval, ...] = ()
     description: str = ""
+    depends_on: tuple[str, ...] = ()
 
     @classmethod
     def _of(cls, row: Mapping[str, Any]) -> Parameter:

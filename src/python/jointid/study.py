@@ -604,11 +604,8 @@ class Identification(Document):
         ]
         for name, row in self.parameters.items():
             interval = f"  {row.interval95[0]:.4g} … {row.interval95[1]:.4g}" if row.interval95 else ""
-            known = {
-                True: "identifiable",
-                False: "not identifiable",
-                None: "depends on what the model lacks",
-            }[row.identifiable]
+            depends = f"depends on {'; '.join(row.depends_on) or 'what the model lacks'}"
+            known = {True: "identifiable", False: "not identifiable", None: depends}[row.identifiable]
             lines.append(
                 f"  {name} = {row.value:.4g} {row.unit}{interval}{'  ' + known if row.fitted else '  held'}"
             )

@@ -68,7 +68,7 @@ impl Study {
             let tolerant = estimate_with_tolerances(&rigid, machine, found, &fitted);
             tolerances = tolerance_rows(&tolerant, fitted[0].load_column);
             let advice = |doubt: &Doubt| {
-                format!("the fit leaves {doubt}; run diagnose to find the effect that the machine lacks")
+                format!("values depend on {doubt}; run diagnose to find the effect that the machine lacks")
             };
             warnings.extend(tolerant.doubts.iter().map(advice));
             (found, estimates, doubts) = (tolerant.fit, tolerant.estimates, tolerant.doubts);

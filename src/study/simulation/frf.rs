@@ -38,8 +38,8 @@ pub struct FrfRequest {
     pub excitation: Option<String>,
     /// Whether the loops of the drive are closed and hold the machine.
     pub closed_loop: bool,
-    /// Whether the machine has what an identification expects beyond its description: journals, nut lengths
-    /// and losses, at the medians of their priors. Without it the machine is exactly as described.
+    /// Whether the machine has what an identification expects beyond its description: journals, nut lengths,
+    /// losses, guide damping and the integral action of a hold, at the medians of their priors. Without it the machine is exactly as described.
     pub with_tolerances: bool,
     /// Quantity to compute.
     pub quantity: Quantity,
@@ -71,9 +71,12 @@ pub fn frf(study: &Study, request: &FrfRequest) -> StudyResult<FrfsDocument> {
     if !request.with_tolerances {
         return computed(study, study.machine(), &study.machine().start(), RodModel::Exact, request);
     }
-    let nuts_m: Vec<f64> = conditions(study, request)?.iter().filter_map(|(_, at)| at.nut_m).collect();
+    // Lengths of journals and nuts are those of an identification from the whole set.
+    let mut nuts_m = study.measurements().nuts_m();
+    nuts_m.extend(conditions(study, request)?.iter().filter_map(|(_, at)| at.nut_m));
     let machine = study.machine().with_tolerances(&nuts_m).map_err(StudyError::impossible)?;
-    let values: Vec<f64> = machine.parameters.iter().map(Parameter::search_start).collect();
+    let value = |p: &Parameter| if p.is_tolerance() { p.search_start() } else { p.start };
+    let values: Vec<f64> = machine.parameters.iter().map(value).collect();
     let document = computed(study, &machine, &values, RodModel::Exact, request)?;
     Ok(FrfsDocument { with_tolerances: true, ..document })
 }

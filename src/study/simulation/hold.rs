@@ -103,7 +103,7 @@ pub fn gains_of_identified(
     for (id, identifiable) in [(k, identifiable_k), (c, identifiable_c)] {
         if identifiable != Some(true) {
             stamp.warnings.push(format!(
-                "{id} is not identifiable from these data: the gains depend on its start value or its range"
+                "{id} is not identifiable from these data: the gains depend on its start value or its range, or on what the model lacks"
             ));
         }
     }
