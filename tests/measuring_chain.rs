@@ -25,7 +25,7 @@ fn recover_faults_of_files() {
         ("diagnose-polarity", "neg", &["polarity"]),
         ("diagnose-polarity", "neg3", &["polarity@l3"]),
         ("diagnose-sensor-chain", "iepe05", &["high-pass"]),
-        ("diagnose-polarity", "conj", &["conjugate"]),
+        ("diagnose-conjugate", "conj", &["conjugate"]),
         ("unit-mistakes", "s_ok", &[]),
         ("unit-mistakes", "s_rad", &["frequency-scale"]),
         ("unit-mistakes", "s_mm", &["scale"]),
