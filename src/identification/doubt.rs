@@ -54,8 +54,8 @@ impl fmt::Display for Doubt {
 /// Ratio of the two measures of a move from which both are stated (1).
 const APART: f64 = 1.2;
 
-/// Says how many standard deviations of the moves of rightly stated numbers a move is, where that is more than
-/// those of its tolerance: a number that the data hardly determine stays near the stated one.
+/// Says how many standard deviations of the moves of rightly stated numbers a move is, where that is more
+/// than those of its tolerance: a number that the data hardly determine stays near the stated one.
 pub(super) fn of_moves(deviation: f64, moved: f64) -> String {
     match moved > APART * deviation.abs() {
         true => format!(", {moved:.1} of the moves of a right number in such data"),

@@ -3,7 +3,7 @@
 /// Origin of a parameter, a point or a shaft.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Role {
-    /// The description contains it, or an effect its parameter.
+    /// The description contains it; parameters of effects count as described, too.
     #[default]
     Described,
     /// A point that an effect adds.

@@ -47,8 +47,9 @@ pub struct FrfArguments {
     /// Close the loops of the drive, which hold the machine
     #[arg(long)]
     pub closed_loop: bool,
-    /// Add what identify expects beyond the description: journals, nut lengths, losses, guide damping and
-    /// the integral action of a hold, at the medians of their priors. By default the machine is exactly as described, which identify takes for an unusual one
+    /// Add what identify expects beyond the description: journals, nut lengths, losses, guide damping and the
+    /// integral action of a hold, at the medians of their priors. By default the machine is exactly as
+    /// described, which identify takes for an unusual one
     #[arg(long, conflicts_with = "result")]
     pub with_tolerances: bool,
     /// Quantity to compute

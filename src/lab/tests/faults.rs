@@ -16,6 +16,13 @@ fn completions_and_manual_contain_every_command() {
     let names: Vec<&str> =
         lists.filter(|l| l.starts_with("  ")).filter_map(|l| l.split_whitespace().next()).collect();
     assert!(names.len() >= 12, "{help}");
+    assert!(help.contains("Structure:") || help.contains("Example:\n  jointid "), "no example: {help}");
+    let fits = |name: &str, help: &str| {
+        for line in help.lines() {
+            assert!(line.chars().count() <= 80 || line.starts_with("  jointid"), "{name}: {line}");
+        }
+    };
+    fits("lab", &help);
     let (_, bash, _) = run(&["completions", "bash"]);
     let folder = tempfile::tempdir().unwrap();
     lab().args(["man", "--out"]).arg(folder.path()).assert().success();
@@ -24,9 +31,7 @@ fn completions_and_manual_contain_every_command() {
         assert!(folder.path().join(format!("jointid-lab-{name}.1")).exists(), "{name}");
         let (_, help, _) = run(&[name, "--help"]);
         assert!(help.contains("Example:\n  jointid lab "), "{name} has no example");
-        for line in help.lines() {
-            assert!(line.chars().count() <= 80 || line.starts_with("  jointid"), "{name}: {line}");
-        }
+        fits(name, &help);
     }
 }
 

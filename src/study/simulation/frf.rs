@@ -39,7 +39,8 @@ pub struct FrfRequest {
     /// Whether the loops of the drive are closed and hold the machine.
     pub closed_loop: bool,
     /// Whether the machine has what an identification expects beyond its description: journals, nut lengths,
-    /// losses, guide damping and the integral action of a hold, at the medians of their priors. Without it the machine is exactly as described.
+    /// losses, guide damping and the integral action of a hold, at the medians of their priors. Without it the
+    /// machine is exactly as described.
     pub with_tolerances: bool,
     /// Quantity to compute.
     pub quantity: Quantity,
