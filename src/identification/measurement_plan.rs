@@ -120,11 +120,10 @@ impl PlanDesign {
             let frf = &made.frfs[index];
             let channel = (frf.response.clone(), frf.excitation.clone());
             let nth = among.0.iter().position(|other| *other == channel).unwrap_or(0);
-            let of_free = free.iter().map(|index| design.columns.partition_point(|other| other < index));
             let first = design.columns.len();
             let own = first + gain + calibration * nth;
-            let columns: Vec<usize> =
-                of_free.chain(first..first + gain).chain(own..own + calibration).collect();
+            let mut columns = columns_of(&free, &design.columns);
+            columns.extend((first..first + gain).chain(own..own + calibration));
             design.candidates.push(PlannedMeasurement {
                 position: frf.position,
                 channel,
@@ -202,10 +201,9 @@ impl PlanDesign {
                 ModeSquares::new(&objective, None).normal(&place).information,
                 &prior_information(machine, &objective.free, values),
             );
-            let place_of = |index: &usize| design.columns.iter().position(|other| other == index);
-            let columns = objective.free.iter().filter_map(place_of);
             let size = information.nrows();
-            let columns: Vec<usize> = columns.chain(design.columns.len()..size).collect();
+            let mut columns = columns_of(&objective.free, &design.columns);
+            columns.extend(design.columns.len()..size);
             let information = spread(&information, &columns, size);
             design.candidates.push(PlannedMeasurement {
                 position: Some(position),
@@ -304,16 +302,17 @@ pub(super) fn union<'f>(all: impl Iterator<Item = &'f [usize]>) -> Vec<usize> {
 /// parameters. The gain stays last.
 pub(super) fn embedded(normal: &NormalEquations, own: &[usize], all: &[usize]) -> NormalEquations {
     let gains = normal.gradient.len() - own.len();
-    let columns: Vec<usize> = own
-        .iter()
-        .map(|index| all.partition_point(|other| other < index))
-        .chain(all.len()..all.len() + gains)
-        .collect();
+    let columns = [columns_of(own, all), (all.len()..all.len() + gains).collect()].concat();
     let mut whole = NormalEquations::zero(all.len() + gains);
     whole.chi_square = normal.chi_square;
     columns.iter().enumerate().for_each(|(row, i)| whole.gradient[*i] = normal.gradient[row]);
     whole.information = spread(&normal.information, &columns, all.len() + gains);
     whole
+}
+
+/// Returns the columns of parameters among those of all.
+fn columns_of(own: &[usize], all: &[usize]) -> Vec<usize> {
+    own.iter().filter_map(|index| all.iter().position(|other| other == index)).collect()
 }
 
 /// Returns the prior information on each free parameter, in its unit interval.
