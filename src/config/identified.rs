@@ -5,16 +5,16 @@ use std::collections::BTreeMap;
 
 use super::error::ConfigError;
 use super::read::{MachineConfig, Overrides, read_machine_text, stated_table};
-use machine::{FitRule, Parameter, Prior, Scale};
+use machine::{Estimate, FitRule, Parameter, Prior, Scale};
 
 /// What an identification or a diagnosis found about a machine.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Found {
     /// Values of the parameters, by id.
     pub values: BTreeMap<String, f64>,
-    /// Nut positions (m) of the set, and values of the tolerances by name; `None` where tolerances were not
+    /// Nut positions (m) of the set, and estimates of the tolerances by name; `None` where tolerances were not
     /// fitted along.
-    pub tolerances: Option<(Vec<f64>, BTreeMap<String, f64>)>,
+    pub tolerances: Option<(Vec<f64>, BTreeMap<String, Estimate>)>,
     /// Ids of effects to add.
     pub effects: Vec<String>,
     /// Whether the measurement set that the description names stays named.
@@ -64,23 +64,33 @@ pub fn machine_as_found(
     if parameters.is_empty() {
         table.remove("parameter");
     }
-    // Tolerances that are held already stay as they are.
-    if let Some((nuts_m, values)) = found.tolerances.as_ref().filter(|_| !table.contains_key("fitted")) {
-        let numbers: toml::Table =
-            values.iter().map(|(name, value)| (name.clone(), (*value).into())).collect();
-        let mut fitted = toml::Table::new();
-        fitted.insert(
-            "nuts_m".into(),
-            nuts_m.iter().map(|x| toml::Value::Float(*x)).collect::<Vec<_>>().into(),
-        );
-        fitted.insert("tolerances".into(), numbers.into());
-        table.insert("fitted".into(), fitted.into());
+    if let Some((nuts_m, estimates)) = &found.tolerances {
+        put_estimates(&mut table, nuts_m, estimates);
     }
     let heading: String = heading.lines().map(|line| format!("# {line}\n")).collect();
     let text = heading + "\n" + &text(&table)?;
     // What is written is read back: a file that no command reads must not come out.
     read_machine_text(&config.path, &text, &[], &[])?;
     Ok(text)
+}
+
+/// Writes estimates of tolerances into the section `[fitted]`. Where a description has it, others of its
+/// tolerances stay as they are, and so do the nut positions on which its journals and nuts depend.
+fn put_estimates(table: &mut toml::Table, nuts_m: &[f64], estimates: &BTreeMap<String, Estimate>) {
+    let fitted = table.entry("fitted").or_insert_with(|| {
+        let nuts_m: Vec<toml::Value> = nuts_m.iter().map(|x| (*x).into()).collect();
+        toml::Table::from_iter([("nuts_m".to_string(), nuts_m.into())]).into()
+    });
+    let own = fitted
+        .as_table_mut()
+        .map(|fitted| fitted.entry("tolerances").or_insert_with(|| toml::Table::new().into()));
+    if let Some(own) = own.and_then(toml::Value::as_table_mut) {
+        own.extend(estimates.iter().map(|(name, Estimate { value, sd })| {
+            let known = sd.map(|sd| ("sd".to_string(), sd.into()));
+            let entry = known.into_iter().chain([("value".to_string(), (*value).into())]);
+            (name.clone(), toml::Value::Table(entry.collect()))
+        }));
+    }
 }
 
 /// Returns the configuration of a parameter in SI units, starting at a value.

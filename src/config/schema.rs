@@ -22,8 +22,15 @@ mod tests {
 
     /// Sections whose numbers are not those of a machine: parameters, their tolerances and derived
     /// quantities.
-    const OTHER_SECTIONS: [&str; 6] =
-        ["ParameterFile", "ToleranceFile", "DerivedFile", "FittedFile", "Number", "SeriesNumber"];
+    const OTHER_SECTIONS: [&str; 7] = [
+        "ParameterFile",
+        "ToleranceFile",
+        "DerivedFile",
+        "FittedFile",
+        "KnownFile",
+        "Number",
+        "SeriesNumber",
+    ];
 
     /// Whether a property takes a number, or a list of numbers.
     fn is_numeric(schema: &Value) -> bool {

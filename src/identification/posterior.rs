@@ -284,23 +284,27 @@ impl<'m> ModePosterior<'m> {
 /// them. Returns the tolerances.
 ///
 /// Such a value is 0. A nut without length and joints without loss are only approached: these tolerances stay
-/// at the lower end of their range, and with them the load centre of the nut.
+/// at the lower end of their range, and with them the load centre of the nut. A machine with estimates of its
+/// tolerances is described with these.
 fn neutral_tolerances(fitted: &mut Machine, described: usize) -> Vec<(usize, Coordinate, f64)> {
     let offsets: Vec<usize> = fitted
         .shafts
         .iter()
         .flat_map(|shaft| shaft.nut_support_offset.depends_on().collect::<Vec<_>>())
         .collect();
+    let is_estimated = !fitted.held.is_empty();
     let mut tolerances = Vec::new();
     for (index, parameter) in fitted.parameters.iter_mut().enumerate().skip(described) {
         let Some(prior) = parameter.prior else { continue };
         let coordinate = parameter_coordinate(parameter);
         let has_zero = (parameter.lower..=parameter.upper).contains(&0.0);
         let sd = match prior {
-            Prior::Normal(sd) if has_zero && !offsets.contains(&index) => sd,
+            Prior::Normal(sd) if is_estimated || (has_zero && !offsets.contains(&index)) => sd,
             _ => 0.0,
         };
-        parameter.start = if has_zero { 0.0 } else { parameter.lower };
+        if !is_estimated {
+            parameter.start = if has_zero { 0.0 } else { parameter.lower };
+        }
         tolerances.push((index, coordinate, sd));
     }
     tolerances

@@ -70,7 +70,7 @@ pub use source::NumberSource;
 pub use state::State;
 pub use target::{Rescale, Target};
 pub use target_kind::TargetKind;
-pub use tolerance::Tolerance;
+pub use tolerance::{Estimate, Tolerance};
 pub use value::{Base, Modifier, Value};
 
 use std::sync::Arc;
@@ -113,6 +113,9 @@ pub struct Machine {
     pub loss_dispersion: Value,
     /// Tolerances of the stated numbers.
     pub tolerance: Tolerance,
+    /// Tolerances held at estimates, each with what is known of it: start value and prior. Those without a
+    /// prior are exact.
+    pub held: Vec<Parameter>,
 }
 
 impl Default for Machine {
@@ -133,6 +136,7 @@ impl Default for Machine {
             stiffness_proportional_damping_s: 0.0,
             loss_dispersion: Value::number(tolerance.loss_dispersion),
             tolerance,
+            held: Vec::new(),
         }
     }
 }

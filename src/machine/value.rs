@@ -19,6 +19,8 @@ pub struct Value {
 pub enum Base {
     /// A fixed number.
     Number(f64),
+    /// A tolerance held at a number, and its index in [`Machine::held`](super::Machine::held).
+    Held(f64, usize),
     /// The parameter with this index.
     Parameter(usize),
     /// The stiffness of a loaded contact.
@@ -50,10 +52,13 @@ pub enum Modifier {
     Added(usize),
     /// Subtracts p, but keeps at least a hundredth of x.
     Less(usize),
-    /// Multiplies by a number.
-    Scaled(f64),
     /// Adds a number.
     Shifted(f64),
+    /// [`Modifier::Relative`] with a tolerance held at a number, and its index in
+    /// [`Machine::held`](super::Machine::held).
+    HeldRelative(f64, usize),
+    /// [`Modifier::Added`] likewise.
+    HeldAdded(f64, usize),
 }
 
 impl Modifier {
@@ -72,16 +77,15 @@ impl Modifier {
             | Modifier::InSeries(index)
             | Modifier::Less(index)
             | Modifier::Added(index) => Some(index),
-            Modifier::Scaled(_) | Modifier::Shifted(_) => None,
+            Modifier::Shifted(_) | Modifier::HeldRelative(..) | Modifier::HeldAdded(..) => None,
         }
     }
 
     /// Returns the modifier with its parameter held at a number. `None` for one that tolerances do not use.
-    fn held_at(self, p: f64) -> Option<Modifier> {
+    fn held_at(self, (p, tolerance): (f64, usize)) -> Option<Modifier> {
         match self {
-            Modifier::Relative(_) => Some(Modifier::Scaled(1.0 + p)),
-            Modifier::Times(_) => Some(Modifier::Scaled(p)),
-            Modifier::Added(_) => Some(Modifier::Shifted(p)),
+            Modifier::Relative(_) => Some(Modifier::HeldRelative(p, tolerance)),
+            Modifier::Added(_) => Some(Modifier::HeldAdded(p, tolerance)),
             _ => None,
         }
     }
@@ -90,8 +94,8 @@ impl Modifier {
     fn apply(&self, x: f64, parameters: &[f64], operating: &Operating) -> (f64, f64, f64) {
         let p = self.parameter().map_or(0.0, |index| parameters[index]);
         match *self {
-            Modifier::Scaled(factor) => (x * factor, factor, 0.0),
-            Modifier::Shifted(by) => (x + by, 1.0, 0.0),
+            Modifier::HeldRelative(by, _) => (x * (1.0 + by), 1.0 + by, 0.0),
+            Modifier::Shifted(by) | Modifier::HeldAdded(by, _) => (x + by, 1.0, 0.0),
             Modifier::Relative(_) => (x * (1.0 + p), 1.0 + p, x),
             Modifier::Added(_) => (x + p, 1.0, 1.0),
             Modifier::Less(_) if p < 0.99 * x => (x - p, 1.0, -1.0),
@@ -148,7 +152,7 @@ impl Value {
 
     /// Returns the described number before any modifier; `None` where it depends on parameters.
     pub fn described(&self) -> Option<f64> {
-        if let Base::Number(number) = self.base { Some(number) } else { None }
+        if let Base::Number(number) | Base::Held(number, _) = self.base { Some(number) } else { None }
     }
 
     /// Whether a modifier subtracts more than there is.
@@ -163,7 +167,7 @@ impl Value {
 
     fn base_at(&self, parameters: &[f64], operating: &Operating) -> f64 {
         match &self.base {
-            Base::Number(number) => *number,
+            Base::Number(number) | Base::Held(number, _) => *number,
             Base::Parameter(index) => parameters[*index],
             Base::Contact(pair) => pair.stiffness(operating),
             Base::Segment(segment) => segment.stiffness_n_per_m(operating),
@@ -203,7 +207,7 @@ impl Value {
             product
         };
         match &self.base {
-            Base::Number(_) | Base::Contact(_) | Base::Segment(_) | Base::NutPosition => {}
+            Base::Number(_) | Base::Held(..) | Base::Contact(_) | Base::Segment(_) | Base::NutPosition => {}
             Base::Parameter(index) => each(*index, onward(0, x)),
             Base::Series(springs) => {
                 let after = onward(0, x);
@@ -227,7 +231,7 @@ impl Value {
     /// Maps the parameters to new indices.
     pub(super) fn renumber(&mut self, moved: &[usize]) {
         match &mut self.base {
-            Base::Number(_) | Base::Contact(_) | Base::Segment(_) | Base::NutPosition => {}
+            Base::Number(_) | Base::Held(..) | Base::Contact(_) | Base::Segment(_) | Base::NutPosition => {}
             Base::Parameter(index) => *index = moved[*index],
             Base::Series(springs) => {
                 Arc::make_mut(springs).iter_mut().for_each(|(_, spring)| spring.renumber(moved))
@@ -238,13 +242,14 @@ impl Value {
         }
     }
 
-    /// Replaces parameters by numbers: `held` returns the number of each parameter that is held.
-    pub(super) fn hold(&mut self, held: &dyn Fn(usize) -> Option<f64>) {
+    /// Replaces tolerances by numbers: `held` returns the number of each parameter that is held, and its index
+    /// in [`Machine::held`](super::Machine::held).
+    pub(super) fn hold(&mut self, held: &dyn Fn(usize) -> Option<(f64, usize)>) {
         match &mut self.base {
-            Base::Number(_) | Base::Contact(_) | Base::Segment(_) | Base::NutPosition => {}
+            Base::Number(_) | Base::Held(..) | Base::Contact(_) | Base::Segment(_) | Base::NutPosition => {}
             Base::Parameter(index) => {
-                if let Some(number) = held(*index) {
-                    self.base = Base::Number(number);
+                if let Some((number, tolerance)) = held(*index) {
+                    self.base = Base::Held(number, tolerance);
                 }
             }
             Base::Series(springs) => {
@@ -258,10 +263,34 @@ impl Value {
         }
     }
 
+    /// Makes held tolerances parameters again: `released` returns the index of the parameter of each; `None`
+    /// for one that stays a number.
+    pub(super) fn release(&mut self, released: &mut dyn FnMut(usize) -> Option<usize>) {
+        match &mut self.base {
+            Base::Held(_, tolerance) => {
+                if let Some(index) = released(*tolerance) {
+                    self.base = Base::Parameter(index);
+                }
+            }
+            Base::Series(springs) => {
+                Arc::make_mut(springs).iter_mut().for_each(|(_, spring)| spring.release(released))
+            }
+            _ => {}
+        }
+        for modifier in &mut self.modifiers {
+            let open = match *modifier {
+                Modifier::HeldRelative(_, tolerance) => released(tolerance).map(Modifier::Relative),
+                Modifier::HeldAdded(_, tolerance) => released(tolerance).map(Modifier::Added),
+                _ => None,
+            };
+            *modifier = open.unwrap_or(*modifier);
+        }
+    }
+
     /// Returns the indices of the parameters on which it depends.
     pub fn depends_on(&self) -> Box<dyn Iterator<Item = usize> + '_> {
         let base: Box<dyn Iterator<Item = usize> + '_> = match &self.base {
-            Base::Number(_) | Base::Contact(_) | Base::Segment(_) | Base::NutPosition => {
+            Base::Number(_) | Base::Held(..) | Base::Contact(_) | Base::Segment(_) | Base::NutPosition => {
                 Box::new(std::iter::empty())
             }
             Base::Parameter(index) => Box::new(std::iter::once(*index)),

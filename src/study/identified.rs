@@ -8,8 +8,9 @@ use crate::{ObjectiveKind, Settings, Sources, Study, StudyError, StudyResult};
 use config::{read_machine, read_machine_text};
 use dynamics::model::RodModel;
 use file_access::{MOST_DOCUMENT_BYTES, MOST_TEXT_BYTES, ReadFault, read_file, shortened};
-use machine::{Machine, ParameterValues};
+use machine::{Estimate, Machine, ParameterValues};
 use measurement::read_set_from;
+use report::certainty::ToleranceRow;
 use report::diagnosis::DiagnosisDocument;
 use report::digest;
 use report::document::{IdentificationDocument, Input, MachineText, Stamp};
@@ -208,7 +209,7 @@ impl Study {
     ) -> StudyResult<(Machine, ParameterValues)> {
         let values = self.identified_values(path, identified)?;
         let machine = &self.config.machine;
-        let held = tolerances(identified);
+        let held = estimates(identified);
         if held.is_empty() {
             return Ok((machine.clone(), values));
         }
@@ -274,7 +275,13 @@ impl Study {
 }
 
 /// Returns the estimates of the tolerances by name.
-pub(crate) fn tolerances(identified: &IdentificationDocument) -> BTreeMap<String, f64> {
+pub(crate) fn estimates(identified: &IdentificationDocument) -> BTreeMap<String, Estimate> {
+    let of = |row: &ToleranceRow| Estimate { value: row.value, sd: Some(row.sd) };
+    identified.tolerances.iter().map(|(name, row)| (name.clone(), of(row))).collect()
+}
+
+/// Returns the estimated values of the tolerances by name.
+pub(crate) fn tolerance_values(identified: &IdentificationDocument) -> BTreeMap<String, f64> {
     identified.tolerances.iter().map(|(name, row)| (name.clone(), row.value)).collect()
 }
 

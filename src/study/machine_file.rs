@@ -2,17 +2,18 @@
 
 use std::collections::BTreeMap;
 
-use crate::identified::tolerances;
+use crate::identified::estimates;
 use crate::study::named_set;
 use crate::{Study, StudyError, StudyResult};
 use config::{Found, machine_as_found, read_machine};
+use machine::Estimate;
 use report::diagnosis::DiagnosisDocument;
 use report::document::IdentificationDocument;
 use report::vocabulary::VerdictKind;
 
 impl Study {
     /// Returns the description of the machine as identified (TOML): parameters start at their estimates, and
-    /// tolerances that were fitted along are held at theirs.
+    /// the estimates of tolerances that were fitted along are its priors.
     ///
     /// # Errors  as [`Study::predict_with`].
     pub fn machine_of_identification(
@@ -26,10 +27,10 @@ impl Study {
         let described = study.config.machine.with_tolerances(&nuts_m).map_err(StudyError::impossible)?;
         let is_of_machine =
             |name: &str| described.parameters.iter().any(|p| p.is_tolerance() && p.name() == name);
-        let mut held: BTreeMap<String, f64> = tolerances(identified);
+        let mut held: BTreeMap<String, Estimate> = estimates(identified);
         held.retain(|name, _| is_of_machine(name));
         let tolerances = (!held.is_empty()).then_some((nuts_m, held));
-        let what = if tolerances.is_some() { ", tolerances as fitted ([fitted])" } else { "" };
+        let what = if tolerances.is_some() { ", estimates of tolerances ([fitted])" } else { "" };
         let heading = format!("Identified machine: parameters start at the estimates of {name}{what}.");
         study.machine_text_of(Found { values, tolerances, ..Found::default() }, &heading)
     }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::identified::{check_identification, settings_of, tolerances};
+use crate::identified::{check_identification, settings_of, tolerance_values};
 use crate::motion_records::{add_simulated_gaps, list_positions, list_records};
 use crate::{Study, StudyError, StudyResult, document_rows};
 use identification::channels_of;
@@ -119,7 +119,8 @@ impl Study {
             };
             let objective = FrfObjective::held_out(machine, &held_out, frf_settings)?;
             // Gains and delays belong to the channels of the set they were estimated on.
-            let channels = if same_set { channels_of(machine, &tolerances(identified)) } else { Vec::new() };
+            let channels =
+                if same_set { channels_of(machine, &tolerance_values(identified)) } else { Vec::new() };
             let objective = objective.calibrated(&channels);
             let gain = own_gain.unwrap_or_else(|| objective.best_gain(values));
             let mut frfs = Vec::new();

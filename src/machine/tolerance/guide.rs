@@ -3,6 +3,9 @@
 use super::number::{STOP, size, tolerance};
 use crate::{Joint, Machine, Mechanism, PointMotion, Prior, Value};
 
+/// Begins the name of its tolerance.
+pub(super) const OF_GUIDE: &str = "guide damping of ";
+
 /// Returns the point with the largest mass, where no joint connects it to the ground alone.
 pub(super) fn undescribed(machine: &Machine) -> Option<usize> {
     let point = machine.largest(PointMotion::Translation)?;
@@ -18,7 +21,7 @@ pub(super) fn damp_undescribed_guide(machine: &mut Machine) {
     let per_s = machine.tolerance.guide_damping;
     let Some(point) = undescribed(machine).filter(|_| per_s > 0.0) else { return };
     let sd = per_s * size(&machine.points[point].inertia, machine);
-    let name = format!("guide damping of {}", machine.points[point].name);
+    let name = format!("{OF_GUIDE}{}", machine.points[point].name);
     let parameter =
         tolerance(name, (Mechanism::Damping, "N*s/m"), (0.0, Prior::Normal(sd)), [0.0, STOP * sd]);
     let damping = Value::parameter(machine.parameters.len());

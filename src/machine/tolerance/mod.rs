@@ -10,6 +10,8 @@ mod journal;
 mod number;
 mod nut;
 
+pub use held::Estimate;
+
 use self::number::{MARK, STOP, loss, relative, size, tolerance};
 use super::error::fault;
 use super::{
@@ -160,23 +162,20 @@ impl Parameter {
 }
 
 impl Machine {
-    /// Returns the machine without a tolerance of the damping of its guide, as a diagnosis takes it: there
-    /// the effect «guide-viscous» competes with others.
-    #[must_use]
-    pub fn without_guide_tolerance(&self) -> Machine {
-        Machine { tolerance: Tolerance { guide_damping: 0.0, ..self.tolerance }, ..self.clone() }
-    }
-
     /// Returns the machine with its tolerances appended as parameters, each with its prior.
     ///
     /// They are diameters and moduli of shafts, journals at their ends, the length of nuts at `nuts_m` (m),
     /// and the largest mass and inertia. Loss factors of joints and shafts, their dispersion, the integral
     /// action of a holding servo, and the damping of a guide that the description lacks follow. Tolerances of
-    /// 0 are omitted: their numbers stay fixed; with [`Tolerance::NONE`] all do.
+    /// 0 are omitted: their numbers stay fixed; with [`Tolerance::NONE`] all do. Tolerances that are held at
+    /// estimates keep the lengths of journals and nuts from which they were estimated.
     ///
     /// # Errors  none for a machine that was checked.
     pub fn with_tolerances(&self, nuts_m: &[f64]) -> Result<Machine, MachineError> {
         let known = self.tolerance;
+        if !self.held.is_empty() {
+            return Ok(self.with_held_released());
+        }
         if known == Tolerance::NONE {
             return Ok(self.clone());
         }
