@@ -124,6 +124,11 @@ fn refuse_cells_that_are_no_numbers() {
     refuse_set("modes.csv", "l1,2,118,", "l1,2,118,2,", &["modes.csv, line 3", "cells"]);
     refuse_set("modes.csv", "l1,1,24,", "l9,1,24,", &["modes.csv, line 2", "l9", "l1, l2"]);
     refuse_set("modes.csv", "l1,2,118,", "l1,1,118,", &["modes.csv, line 3", "twice"]);
+    for bad in ["0", "-0.1", "NaN", "wide", "30"] {
+        let put = format!("amplitude,frequency_sd_hz\nl1,1,24,2.44e-4,{bad}\n");
+        let expected = ["modes.csv, line 2", "frequency_sd_hz", bad, "write"];
+        refuse_set("modes.csv", "amplitude\nl1,1,24,2.44e-4\n", &put, &expected);
+    }
     refuse_set(
         "modes.csv",
         "position,order,frequency_hz",

@@ -206,6 +206,7 @@ fn sound_tables_of_drawn_machines_are_rarely_accused() {
                 let mode = |(order, (hz, _)): (usize, &(f64, f64))| measurement::ModeObservation {
                     order: order as u32 + 1,
                     frequency_hz: Some((hz / simulated.step_hz).round() * simulated.step_hz),
+                    frequency_sd_hz: None,
                     amplitude: None,
                 };
                 seen.map(mode).collect()

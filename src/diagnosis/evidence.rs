@@ -252,7 +252,7 @@ pub fn gaps(
                 return Ok(Vec::new());
             }
             let objective = ModeObjective::held_out(&hypothesis.machine, data, settings, None)?;
-            let resolution_hz = data.set().modes.as_ref().and_then(|m| m.resolution_hz).unwrap_or(0.0);
+            let resolution_hz = data.set().modes.as_ref().and_then(|m| m.resolution_hz);
             Ok(objective.predict(parameters).iter().map(|p| mode_part(p, resolution_hz)).collect())
         }
     }
@@ -293,13 +293,13 @@ pub fn gaps_by_mode(
 /// # Source  definition of this project: root mean square over the measured modes of the relative frequency
 ///   errors, a missing mode counting as 0.3; an
 /// unexpected peak adds the square of 0.3, as far as it should have been visible. The floor is due to
-/// rounding, resolution/√12.
-fn mode_part(prediction: &PositionPrediction, resolution_hz: f64) -> PartialGap {
+/// rounding, resolution/√12, and stated scatter.
+fn mode_part(prediction: &PositionPrediction, resolution_hz: Option<f64>) -> PartialGap {
     let (mut squares, mut floors, mut count) = (0.0, 0.0, 0_u32);
     for d in &prediction.deviations {
         squares += squared_error(d);
-        if let Some(measured_hz) = d.observed.and_then(|o| o.frequency_hz) {
-            floors += (0.29 * resolution_hz / measured_hz).powi(2);
+        if let Some(observed) = d.observed.filter(|o| o.frequency_hz.is_some()) {
+            floors += observed.frequency_scatter(resolution_hz).powi(2);
             count += 1;
         }
     }

@@ -176,6 +176,7 @@ impl PlanDesign {
             let observed = |(order, p): (usize, dynamics::model::Peak)| ModeObservation {
                 order: order as u32 + 1,
                 frequency_hz: Some(p.frequency_hz),
+                frequency_sd_hz: None,
                 amplitude: Some(p.amplitude),
             };
             table.positions.push(visible.enumerate().map(observed).collect());

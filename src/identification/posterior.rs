@@ -17,6 +17,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
 use super::bootstrap::{Drawn, draw as draw_sample};
+use super::mode_evidence::{ModeResidual, mode_residuals};
 use super::place::Place;
 use super::problem::Problem;
 use super::settings::IdentificationSettings;
@@ -52,6 +53,8 @@ pub struct Posterior {
     pub covariance: DMatrix<f64>,
     /// Factor of the variance of the data, by misfit and correlation of the residuals (1).
     pub variance: f64,
+    /// Residuals of modes; empty for whole FRFs.
+    pub residuals: Vec<ModeResidual>,
 }
 
 /// One draw: a machine that the data leave possible.
@@ -121,6 +124,9 @@ impl Objective<'_> {
 /// order.
 struct ModePosterior<'m> {
     objective: ModeObjective<'m>,
+    /// Changes of the residuals by one standard deviation of each tolerance.
+    columns: Vec<Vec<f64>>,
+    /// The same for the correlated residuals, made independent.
     whitened: DMatrix<f64>,
     /// The machine with its tolerances as parameters, equal to that as described where they have their start
     /// values.
@@ -180,6 +186,7 @@ impl<'m> ModePosterior<'m> {
         let described = machine.parameters.len();
         Ok(ModePosterior {
             objective,
+            columns,
             whitened,
             fitted,
             tolerances,
@@ -241,7 +248,12 @@ impl<'m> ModePosterior<'m> {
     ///
     /// Given the parameters, tolerances have the mean −Gᵀ·r and the covariance 1 − Gᵀ·G, with the whitened
     /// residuals r and columns G.
-    fn posterior(&self, machine: &Machine, minima: &[Place], variance: f64) -> Posterior {
+    fn posterior(
+        &self,
+        machine: &Machine,
+        fit: &FitSet<'_>,
+        (minima, variance): (&[Place], f64),
+    ) -> Posterior {
         let coordinates = self.coordinates(machine);
         let (dimension, columns) = (self.dimension(), &self.whitened);
         let (_, slopes) = self.linearised(&minima[0]);
@@ -276,7 +288,9 @@ impl<'m> ModePosterior<'m> {
                 tolerances.filter_map(|(c, t)| c.prior.map(|(sd, centre)| (centre + sd * t).clamp(0.0, 1.0)));
             Place(minimum.iter().copied().chain(tolerances).collect())
         };
-        Posterior { minima: minima.iter().map(whole).collect(), coordinates, covariance, variance }
+        let minima: Vec<Place> = minima.iter().map(whole).collect();
+        let residuals = mode_residuals(&self.objective, fit, (&coordinates, &minima), &self.columns);
+        Posterior { coordinates, minima, covariance, variance, residuals }
     }
 }
 
@@ -358,7 +372,8 @@ pub(super) fn of_frfs(
     let inflated = objective.with_inflated_variance(variance);
     let information = LeastSquares::normal(inflated.as_ref().unwrap_or(objective), &minima[0]).information;
     let covariance = certainty(&information, if inflated.is_some() { 1.0 } else { variance }).covariance;
-    Posterior { coordinates: frf_coordinates(objective, fit), minima, covariance, variance }
+    let coordinates = frf_coordinates(objective, fit);
+    Posterior { coordinates, minima, covariance, variance, residuals: Vec::new() }
 }
 
 /// Builds the posterior of a fit of modes from its minima, coordinates of the objective on which its
@@ -372,7 +387,7 @@ pub(super) fn of_modes(
     estimate: &ParameterValues,
     (minima, misfit): (&[Place], f64),
 ) -> Result<Posterior, ObjectiveError> {
-    Ok(ModePosterior::new(machine, fit, plan, estimate)?.posterior(machine, minima, misfit.max(1.0)))
+    Ok(ModePosterior::new(machine, fit, plan, estimate)?.posterior(machine, fit, (minima, misfit.max(1.0))))
 }
 
 /// Draws `count` machines about each minimum of a posterior. The seed alone decides the draws, not the number

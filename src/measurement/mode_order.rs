@@ -118,16 +118,15 @@ struct Labelled {
 
 impl Labelled {
     fn new(position: usize, nut_m: f64, table: &ModeTable) -> Self {
-        let seen = || table.positions[position].iter().filter_map(|m| Some((m.order, m.frequency_hz?)));
-        let rounding = |frequency_hz: f64| 0.29 * table.resolution_hz.unwrap_or(0.0) / frequency_hz;
+        let seen = || table.positions[position].iter().filter_map(|m| Some((m, m.frequency_hz?)));
         Labelled {
             position,
             nut_m,
             logs: seen().map(|(_, frequency_hz)| frequency_hz.ln()).collect(),
             variances: seen()
-                .map(|(_, frequency_hz)| READING.powi(2) + rounding(frequency_hz).powi(2))
+                .map(|(mode, _)| READING.powi(2) + mode.frequency_scatter(table.resolution_hz).powi(2))
                 .collect(),
-            orders: seen().map(|(order, _)| Some(order)).collect(),
+            orders: seen().map(|(mode, _)| Some(mode.order)).collect(),
         }
     }
 

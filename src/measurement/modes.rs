@@ -10,8 +10,22 @@ pub struct ModeObservation {
     pub order: u32,
     /// Natural frequency (Hz).
     pub frequency_hz: Option<f64>,
+    /// Standard deviation of this frequency over repeated tests (Hz); `None` where not stated.
+    pub frequency_sd_hz: Option<f64>,
     /// Amplitude of the peak, in the unit of the set's quantity times its gain.
     pub amplitude: Option<f64>,
+}
+
+/// Standard deviation of a number rounded to steps of 1: 1/√12.
+const ROUNDING_SD: f64 = 0.29;
+
+impl ModeObservation {
+    /// Returns the relative standard deviation of its frequency by the measurement: stated scatter, and
+    /// rounding to steps of `resolution_hz`. 0 where the frequency was not observed.
+    pub fn frequency_scatter(&self, resolution_hz: Option<f64>) -> f64 {
+        let rounding_hz = ROUNDING_SD * resolution_hz.unwrap_or(0.0);
+        self.frequency_hz.map_or(0.0, |hz| rounding_hz.hypot(self.frequency_sd_hz.unwrap_or(0.0)) / hz)
+    }
 }
 
 /// Observed modes of every position of a set.
@@ -26,13 +40,15 @@ pub struct ModeTable {
     pub least_prominence: Option<f64>,
 }
 
-/// Reads `position,order,frequency_hz,amplitude`; an empty cell means «not observed».
+/// Reads `position,order,frequency_hz,amplitude,frequency_sd_hz`; an empty cell means «not observed», or «not
+/// stated».
 pub(super) fn read_modes(
     path: &str,
     text: &str,
     positions: &[Position],
 ) -> Result<Vec<Vec<ModeObservation>>, MeasurementError> {
-    let table = Table::read(path, text, &["position", "order", "frequency_hz"], &["amplitude"])?;
+    let table =
+        Table::read(path, text, &["position", "order", "frequency_hz"], &["amplitude", "frequency_sd_hz"])?;
     let mut modes: Vec<Vec<ModeObservation>> = vec![Vec::new(); positions.len()];
     for row in table.rows() {
         let row = row?;
@@ -62,10 +78,18 @@ pub(super) fn read_modes(
         let observation = ModeObservation {
             order,
             frequency_hz: positive("frequency_hz")?,
+            frequency_sd_hz: positive("frequency_sd_hz")?,
             amplitude: positive("amplitude")?,
         };
         if observation.frequency_hz.is_none() && observation.amplitude.is_some() {
             return Err(row.fault("has an amplitude without a frequency; write both or neither".into()));
+        }
+        if let Some(sd) =
+            observation.frequency_sd_hz.filter(|sd| !observation.frequency_hz.is_some_and(|f| *sd < f))
+        {
+            let remedy =
+                "write the standard deviation of frequency_hz in Hz, below it, or leave the cell empty";
+            return Err(row.fault(format!("frequency_sd_hz is {sd}; {remedy}")));
         }
         modes[at].push(observation);
     }

@@ -90,6 +90,30 @@ pub struct CoordinateRow {
     pub prior: Option<[f64; 2]>,
 }
 
+/// A residual of a fit of modes about its minima, from which two tests are fitted jointly. A frequency's is
+/// relative (1); that of an amplitude, or of modes that one side lacks, is in its standard deviations.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ResidualRow {
+    /// Name of the position.
+    pub position: String,
+    /// Nut position (m); absent where the machine has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nut_m: Option<f64>,
+    /// Order of the mode whose frequency it compares; absent for another residual.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub order: Option<u32>,
+    /// Standard deviation by model error; 0 for another residual.
+    pub model_sd: f64,
+    /// Standard deviation by rounding and stated scatter; 1 for another residual.
+    pub scatter_sd: f64,
+    /// Whether `modes.csv` states the scatter of the frequency.
+    pub scatter_stated: bool,
+    /// Residual at each minimum.
+    pub deviations: Vec<f64>,
+    /// Derivative with respect to each coordinate.
+    pub slopes: Vec<f64>,
+}
+
 /// Minima of χ² and covariance of all fitted coordinates, tolerances included, each in the unit interval of
 /// its range.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -102,6 +126,9 @@ pub struct PosteriorRow {
     pub covariance: Vec<Vec<f64>>,
     /// Factor of the variance of the data, by misfit and correlation of the residuals (1).
     pub variance: f64,
+    /// Residuals of modes; absent for whole FRFs.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub residuals: Vec<ResidualRow>,
 }
 
 /// Two correlated parameters whose combination is determined better than each parameter.

@@ -25,7 +25,7 @@ pub struct ChangeRow {
     /// Whether the change is relative.
     pub relative: bool,
     /// Probability of a change at least this large where nothing changed, for this parameter alone; absent
-    /// where it is not identifiable in both.
+    /// where the change is not determined.
     pub p_value: Option<f64>,
     /// The same over all compared parameters (Holm).
     pub p_adjusted: Option<f64>,
@@ -41,10 +41,14 @@ pub struct ChangeDocument {
     pub stamp: Stamp,
     /// Probability of claiming any change where nothing changed (1).
     pub level: f64,
-    /// Number of parameters that are compared: identifiable in both identifications.
+    /// Number of parameters that are compared: their change is determined as narrowly as an identifiable
+    /// value.
     pub compared: usize,
     /// Names of the tolerances of the machine that both identifications share.
     pub common: Vec<String>,
+    /// Number of measured frequencies whose model error both identifications share: it cancels in changes.
+    #[serde(default)]
+    pub common_model_errors: usize,
     /// Changes by parameter id.
     pub parameters: BTreeMap<String, ChangeRow>,
 }
@@ -63,10 +67,11 @@ pub fn change_text(title: &str, document: &ChangeDocument) -> String {
     };
     let mut text = format!("{title}\n");
     text += &wrapped(&format!(
-        "{verdict} ({} parameters compared, level {:.0} % over all of them; {} tolerances of the machine are common to both)",
+        "{verdict} ({} parameters compared, level {:.0} % over all of them; {} tolerances of the machine and the model errors of {} frequencies are common to both)",
         document.compared,
         100.0 * document.level,
-        document.common.len()
+        document.common.len(),
+        document.common_model_errors
     ));
     text.push('\n');
     let mut rows: Vec<(&String, &ChangeRow)> = document.parameters.iter().collect();
@@ -89,7 +94,7 @@ pub fn change_text(title: &str, document: &ChangeDocument) -> String {
         rows,
     );
     if document.compared < document.parameters.len() {
-        text += "p –: not identifiable in both results\n";
+        text += "p –: the change is not determined\n";
     }
     text
 }

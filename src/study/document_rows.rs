@@ -5,14 +5,14 @@ use std::collections::BTreeMap;
 use crate::Study;
 use identification::objective::{FrfGap, GAIN_RANGE, MISSING, PositionPrediction};
 use identification::{
-    Combination, CombinationKind, Coordinate, Doubt, Drawn, Estimate, Identification, Posterior,
-    ToleranceEstimate,
+    Combination, CombinationKind, Coordinate, Doubt, Drawn, Estimate, Identification, ModeResidual,
+    Posterior, ToleranceEstimate,
 };
 use machine::{Machine, Prior};
 use measurement::{Frf, MeasurementSet, NoiseSource};
 use numeric::statistics::{median, root_mean_square, root_mean_square_of_parts, root_sum_square};
 use report::certainty::{
-    BasinRow, BootstrapRow, CombinationRow, CoordinateRow, PosteriorRow, PriorRow, ToleranceRow,
+    BasinRow, BootstrapRow, CombinationRow, CoordinateRow, PosteriorRow, PriorRow, ResidualRow, ToleranceRow,
 };
 use report::document::{FrfRow, LonePeak, OrderRow, ParameterRow, PositionRow};
 use report::vocabulary::{PriorKind, Role};
@@ -108,7 +108,18 @@ pub(crate) fn posterior(posterior: &Posterior) -> PosteriorRow {
     };
     let rounded = |x: f64| format!("{x:.8e}").parse().unwrap_or(x);
     let row = |at: usize| (0..=at).map(|column| rounded(posterior.covariance[(at, column)])).collect();
+    let residual = |r: &ModeResidual| ResidualRow {
+        position: r.position.clone(),
+        nut_m: r.nut_m,
+        order: r.order,
+        model_sd: r.model_sd,
+        scatter_sd: r.scatter_sd,
+        scatter_stated: r.is_scatter_stated,
+        deviations: r.deviations.iter().copied().map(rounded).collect(),
+        slopes: r.slopes.iter().copied().map(rounded).collect(),
+    };
     PosteriorRow {
+        residuals: posterior.residuals.iter().map(residual).collect(),
         coordinates: posterior.coordinates.iter().map(coordinate).collect(),
         minima: posterior.minima.iter().map(|place| place.0.clone()).collect(),
         covariance: (0..posterior.coordinates.len()).map(row).collect(),

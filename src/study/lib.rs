@@ -16,6 +16,7 @@ mod friction;
 mod identified;
 mod identify;
 mod import;
+mod joint_fit;
 mod machine_file;
 mod modal_density;
 mod motion_records;

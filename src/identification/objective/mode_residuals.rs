@@ -65,7 +65,7 @@ impl ModeObjective<'_> {
                 each(predicted.map_or(0.0, |peak| {
                     let measured_hz = observed.frequency_hz.unwrap_or(peak.frequency_hz);
                     present * (peak.frequency_hz / measured_hz - 1.0)
-                        / self.settings.frequency_sd(self.resolution_hz, measured_hz)
+                        / self.settings.frequency_sd(observed.frequency_scatter(self.resolution_hz))
                 }));
             }
             if self.settings.objective != Objective::Frequencies {

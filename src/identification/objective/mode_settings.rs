@@ -27,8 +27,8 @@ pub struct ModeSettings {
 }
 
 impl Default for ModeSettings {
-    /// σ_f² = (0.29·resolution/f)² + (1 %)² and σ_lnA = 0.13: rounding and model error, from the scatter of
-    /// the published bench.
+    /// Model errors of 1 % of a frequency, in addition to its scatter, and σ_lnA = 0.13, from the published
+    /// bench.
     fn default() -> Self {
         ModeSettings {
             objective: Objective::LeastSquares,
@@ -40,8 +40,9 @@ impl Default for ModeSettings {
 }
 
 impl ModeSettings {
-    /// Returns the standard deviation of a relative error of a frequency (Hz) rounded to a resolution (Hz).
-    pub(super) fn frequency_sd(&self, resolution_hz: f64, frequency_hz: f64) -> f64 {
-        ((0.29 * resolution_hz / frequency_hz).powi(2) + self.frequency_model_error.powi(2)).sqrt()
+    /// Returns the standard deviation of the relative error of a predicted frequency against one measured with
+    /// a relative scatter: model error and scatter are independent.
+    pub(crate) fn frequency_sd(&self, scatter: f64) -> f64 {
+        scatter.hypot(self.frequency_model_error)
     }
 }

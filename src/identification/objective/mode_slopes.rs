@@ -31,6 +31,26 @@ impl ModeObjective<'_> {
     /// As [`ModeObjective::linearised_at`] for a place of the optimiser.
     pub(super) fn linearised_of(&self, place: &[f64]) -> (Vec<f64>, DMatrix<f64>) {
         let parameters = self.parameters_of(place).0;
+        let (residuals, mut data) = self.data_linearised(place);
+        if let Some(whitening) = &self.whitening {
+            data = whitening * data;
+        }
+        let prior_slope = |index: usize| {
+            let described = &self.machine.parameters[index];
+            Some(described.prior?.slope(parameters[index]) * described.unit_slope(parameters[index]))
+        };
+        let of_column = |(column, &index): (usize, &usize)| Some((column, prior_slope(index)?));
+        let priors: Vec<(usize, f64)> = self.free.iter().enumerate().filter_map(of_column).collect();
+        let count = data.nrows();
+        let mut slopes = data.resize_vertically(count + priors.len(), 0.0);
+        (count..).zip(priors).for_each(|(row, (column, slope))| slopes[(row, column)] = slope);
+        (self.with_priors(residuals, &parameters), slopes)
+    }
+
+    /// Returns [`ModeObjective::residuals`] of the data alone, as if they were independent, and their
+    /// derivatives.
+    pub(crate) fn data_linearised(&self, place: &[f64]) -> (Vec<f64>, DMatrix<f64>) {
+        let parameters = self.parameters_of(place).0;
         let mut of = vec![None; parameters.len()];
         self.free.iter().enumerate().for_each(|(column, index)| of[*index] = Some(column));
         let slopes =
@@ -48,22 +68,10 @@ impl ModeObjective<'_> {
             }
             self.residuals(&scratch.predictions, gain)
         });
-        let mut data = DMatrix::from_fn(rows.len(), columns.unit.len(), |row, column| {
+        let slopes = DMatrix::from_fn(rows.len(), columns.unit.len(), |row, column| {
             rows[row][column] * columns.unit[column]
         });
-        if let Some(whitening) = &self.whitening {
-            data = whitening * data;
-        }
-        let prior_slope = |index: usize| Some(self.machine.parameters[index].prior?.slope(parameters[index]));
-        let priors = self
-            .free
-            .iter()
-            .enumerate()
-            .filter_map(|(column, &index)| Some((column, prior_slope(index)? * columns.unit[column])));
-        let priors: Vec<(usize, f64)> = priors.collect();
-        let mut slopes = data.resize_vertically(rows.len() + priors.len(), 0.0);
-        (rows.len()..).zip(priors).for_each(|(row, (column, slope))| slopes[(row, column)] = slope);
-        (self.with_priors(residuals, &parameters), slopes)
+        (residuals, slopes)
     }
 
     /// Computes the rows of a predicted position, in the order of its residuals: frequencies, amplitudes,
@@ -110,11 +118,9 @@ impl ModeObjective<'_> {
                 let by_ramp = if seen > 0.0 { 0.5 * e / seen } else { 0.0 };
                 slopes.zip(&ramp).map(|(slope, ramp)| seen * slope + by_ramp * ramp).collect()
             };
-            if let Some(measured_hz) = d.observed.and_then(|o| o.frequency_hz) {
-                let (ratio, sd) = (
-                    peak.frequency_hz / measured_hz,
-                    self.settings.frequency_sd(self.resolution_hz, measured_hz),
-                );
+            if let Some((observed, measured_hz)) = d.observed.and_then(|o| Some((o, o.frequency_hz?))) {
+                let ratio = peak.frequency_hz / measured_hz;
+                let sd = self.settings.frequency_sd(observed.frequency_scatter(self.resolution_hz));
                 frequencies.push(row(
                     (ratio - 1.0) / sd,
                     &mut slopes.log_frequency.iter().map(|slope| ratio / sd * slope),

@@ -57,7 +57,7 @@ pub struct ModeObjective<'m> {
     pub(super) settings: ModeSettings,
     pub(super) positions: Vec<PositionData>,
     pub(super) gain: Gain,
-    pub(super) resolution_hz: f64,
+    pub(super) resolution_hz: Option<f64>,
     least_prominence: f64,
     pub(super) search: PeakSearch,
     /// Lowest and highest measured frequency of these positions (Hz).
@@ -178,7 +178,7 @@ impl<'m> ModeObjective<'m> {
         let mut known: Vec<u32> = rows().filter(|m| m.frequency_hz.is_some()).map(|m| m.order).collect();
         known.sort_unstable();
         known.dedup();
-        let resolution_hz = table.resolution_hz.unwrap_or(0.0);
+        let resolution_hz = table.resolution_hz;
         let mut data = Vec::new();
         for &index in positions {
             let operating = Operating::at(set.positions[index].nut_m);
@@ -267,6 +267,16 @@ impl<'m> ModeObjective<'m> {
         for (&index, &u) in self.free.iter().zip(place) {
             parameters[index] = self.machine.parameters[index].from_unit(u.clamp(0.0, 1.0));
         }
+    }
+
+    /// Returns weights and options.
+    pub(crate) fn mode_settings(&self) -> ModeSettings {
+        self.settings
+    }
+
+    /// Returns the rounding step of the frequencies (Hz).
+    pub(crate) fn resolution_hz(&self) -> Option<f64> {
+        self.resolution_hz
     }
 
     /// Returns the number of compared frequencies and amplitudes.

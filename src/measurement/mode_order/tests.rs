@@ -9,8 +9,12 @@ fn set(positions: &[&[(u32, f64)]]) -> MeasurementSet {
         name: format!("p{}", at + 1),
         nut_m: Some(0.2 + 0.8 * at as f64 / (positions.len() - 1).max(1) as f64),
     };
-    let row =
-        |(order, f): &(u32, f64)| ModeObservation { order: *order, frequency_hz: Some(*f), amplitude: None };
+    let row = |(order, f): &(u32, f64)| ModeObservation {
+        order: *order,
+        frequency_hz: Some(*f),
+        frequency_sd_hz: None,
+        amplitude: None,
+    };
     MeasurementSet {
         positions: (0..positions.len()).map(named).collect(),
         modes: Some(ModeTable {
