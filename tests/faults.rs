@@ -122,7 +122,8 @@ fn refuse_a_full_disk_and_keep_earlier_results() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     fs::create_dir(at("out")).unwrap();
-    fs::write(at("out").join("frf.json"), "earlier").unwrap();
+    let earlier = "{\n  \"schema\": \"jointid/frf/1\", …";
+    fs::write(at("out").join("frf.json"), earlier).unwrap();
     universal_file(&at("taps.uff"), 3, 2000);
     for words in [
         "simulate frf --position l1 --quiet --out out",
@@ -131,13 +132,11 @@ fn refuse_a_full_disk_and_keep_earlier_results() {
         "simulate motion --config servo-axis.toml --reference s-curve --travel-m 0.1 --quiet --out moved",
     ] {
         fs::copy("configs/servo-axis.toml", at("servo-axis.toml")).unwrap();
-        let output = shell(&format!("trap '' XFSZ; ulimit -f 8; exec \"$0\" {words}"))
-            .current_dir(folder.path())
-            .output()
-            .unwrap();
+        let output =
+            shell(&format!("trap '' XFSZ; ulimit -f 8; exec \"$0\" {words}")).current_dir(folder.path()).output().unwrap();
         assert_refused(&output, &["cannot be written"]);
         assert_eq!(names(folder.path()), ["frf.json", "out", "servo-axis.toml", "taps.uff"], "{words}");
-        assert_eq!(fs::read_to_string(at("out").join("frf.json")).unwrap(), "earlier");
+        assert_eq!(fs::read_to_string(at("out").join("frf.json")).unwrap(), earlier);
     }
 }
 

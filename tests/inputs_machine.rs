@@ -276,8 +276,7 @@ mod unix {
         refused(&["report", path], &["identification.json", "is a pipe"]);
     }
 
-    /// Links and files of other names in the result folder are refused or replaced; what they point to keeps
-    /// its content.
+    /// Links and files of other names in the result folder are refused; what they point to keeps its content.
     #[test]
     fn refuse_links_that_lead_out_of_the_result_folder() {
         let folder = tempfile::tempdir().unwrap();
@@ -302,11 +301,12 @@ mod unix {
         fresh();
         symlink(&other, out.join("measurements")).unwrap();
         refused(&["init", path], &["measurements", "is a link"]);
-        // A link of the name of a result is replaced.
         fresh();
         symlink(&victim, out.join("modes.json")).unwrap();
-        assert!(run(&["simulate", "modes", "--quiet", "--out", path]).status.success());
-        assert!(!out.join("modes.json").is_symlink());
+        refused(&["simulate", "modes", "--out", path], &["modes.json", "is a link"]);
+        fresh();
+        symlink("nowhere", out.join("machine.toml")).unwrap();
+        refused(&["init", path], &["machine.toml", "is a link"]);
         assert_eq!(fs::read_dir(&out).unwrap().count(), 1);
         assert_eq!(fs::read_to_string(&victim).unwrap(), "kept");
         assert_eq!(fs::read_dir(&other).unwrap().count(), 0);

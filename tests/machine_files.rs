@@ -165,7 +165,7 @@ fn a_named_effect_is_applied() {
     let written = fs::read_to_string(&applied).unwrap();
     assert!(written.contains("effects = [\"rotor-hold\"]"), "{written}");
     // Far better than the machine without the effect, in the fit and at the held-out positions.
-    let identified = read(&folder.path().join("out/identification.json"));
+    let identified = read(&folder.path().join("out/identification-applied.json"));
     assert_eq!(identified["settings"]["config"], applied);
     let without =
         document(&["identify", "--without", "rotor-hold", "--positions", "l1,l3,l5", "--repeats", "1"]);

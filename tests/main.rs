@@ -37,6 +37,7 @@ mod motion;
 mod motion_certainty;
 mod motion_command;
 mod no_effect;
+mod outputs;
 mod page;
 mod peaks;
 mod physics;

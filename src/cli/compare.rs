@@ -45,7 +45,8 @@ pub fn run(given: &CompareArguments) -> CommandResult {
     if let Some(names) = &given.positions {
         study = study.fit(names).map_err(shown)?;
     }
-    let folder = prepare(&given.output)?;
+    let name = if given.objectives { "objectives.json" } else { "comparison.json" };
+    let folder = prepare(&given.output, &[name])?;
     let runs =
         study.runs_of_comparison(given.single.as_ref().map(Vec::len), given.objectives).map_err(shown)?;
     let progress = WorkProgress::searches(given.output.quiet, "compare", runs * study.settings().repeats);
@@ -71,7 +72,7 @@ fn results(given: &CompareArguments, first: &Path, second: &Path) -> CommandResu
     let (a, a_file) = read_identification(first).map_err(shown)?;
     let (b, b_file) = read_identification(second).map_err(shown)?;
     let (machine, document) = compare_results((&a, &a_file), (&b, &b_file)).map_err(shown)?;
-    let folder = prepare(&given.output)?;
+    let folder = prepare(&given.output, &["change.json"])?;
     warn(&given.output, &document.stamp.warnings);
     deliver(&given.output, folder.as_ref(), "change.json", &document, &change_text(&machine.title, &document))
 }

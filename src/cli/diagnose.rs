@@ -6,7 +6,7 @@ use crate::arguments::{OutputArguments, SearchArguments, Sources, SplitArguments
 use crate::long_work::{finish, on_threads, resumable};
 use crate::message::{shown, to_message};
 use crate::outcome::{
-    CommandResult, Outcome, deliver, prepare, prepare_file, print_out, warn, write_announced,
+    CommandResult, Outcome, deliver, named_file, prepare, prepare_file, print_out, warn, write_announced,
 };
 use crate::progress::WorkProgress;
 use crate::search::settings;
@@ -15,8 +15,11 @@ use crate::words::{Word, one_of};
 use report::diagnosis::DiagnosisDocument;
 use report::diagnosis_text;
 use report::record::motion_diagnosis_text;
-use report::{OutputFolder, identification_text, to_json};
+use report::{EARLIER, OutputFolder, identification_text, to_json};
 use study::{Ablation, DiagnosisRequest, NullCache, Study};
+
+/// Identification of the machine with the named effect; that before keeps its name.
+const APPLIED: &str = "identification-applied.json";
 
 /// Parts of the method that can be disabled, by name.
 const PARTS: [Word<Ablation>; 4] = [
@@ -60,6 +63,9 @@ pub struct DiagnoseArguments {
     /// identified
     #[arg(long, value_name = "FILE")]
     pub apply: Option<PathBuf>,
+    /// Replace an existing machine file of that name
+    #[arg(long, requires = "apply")]
+    pub replace: bool,
     #[command(flatten)]
     pub search: SearchArguments,
     #[command(flatten)]
@@ -81,8 +87,12 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
         },
         ablated: given.ablate.clone(),
     };
-    let target = given.apply.as_deref().map(|path| prepare_file(path, "--apply")).transpose()?;
-    let folder = prepare(&given.output)?;
+    let existing = named_file(given.replace);
+    let documents = ["diagnosis.json", APPLIED];
+    let out = (given.output.out.as_deref(), &documents[..]);
+    let file = given.apply.as_deref().map(|path| (path, "--apply"));
+    let target = file.map(|file| prepare_file(file, existing, out)).transpose()?;
+    let folder = prepare(&given.output, &documents)?;
     let progress = WorkProgress::begin(given.output.quiet, "diagnose");
     let study =
         resumable(study, &given.output, folder.as_ref(), &progress, &format!("diagnose {request:?}"))?;
@@ -120,7 +130,7 @@ fn apply(
             return Ok(Outcome::LimitNotMet);
         }
     };
-    write_announced(&given.output, target, &[(name, &text)])?;
+    write_announced(&given.output, target, &[(name, &text)], named_file(given.replace))?;
     let applied = study.with_machine_file(&path.display().to_string()).map_err(shown)?;
     let progress = WorkProgress::searches(given.output.quiet, "identify", applied.settings().repeats);
     let applied = resumable(applied, &given.output, folder, &progress, "identify")?;
@@ -133,7 +143,7 @@ fn apply(
     warn(&given.output, &document.stamp.warnings);
     if let Some(folder) = folder {
         let json = to_json(&document).map_err(to_message)?;
-        write_announced(&given.output, folder, &[("identification.json", &json)])?;
+        write_announced(&given.output, folder, &[(APPLIED, &json)], EARLIER)?;
     }
     if !given.output.json {
         let derived: Vec<String> = applied.machine().derived.iter().map(|d| d.name.clone()).collect();

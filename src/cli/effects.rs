@@ -22,6 +22,6 @@ pub struct EffectsArguments {
 pub fn run(given: &EffectsArguments) -> CommandResult {
     let document = study::effects(given.config.as_deref(), given.id.as_deref()).map_err(shown)?;
     let text = if given.id.is_some() { effect_text(&document) } else { effects_table(&document) };
-    let folder = prepare(&given.output)?;
+    let folder = prepare(&given.output, &["effect-library.json"])?;
     deliver(&given.output, folder.as_ref(), "effect-library.json", &document, &text)
 }

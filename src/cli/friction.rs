@@ -38,7 +38,7 @@ pub struct FrictionArguments {
 
 /// Runs the command.
 pub fn run(given: &FrictionArguments) -> CommandResult {
-    let folder = prepare(&given.output)?;
+    let folder = prepare(&given.output, &["friction.json"])?;
     let document = friction(&given.request()).map_err(shown)?;
     warn(&given.output, &document.stamp.warnings);
     deliver(&given.output, folder.as_ref(), "friction.json", &document, &friction_text(&document))

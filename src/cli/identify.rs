@@ -33,7 +33,7 @@ pub fn run(given: &IdentifyArguments) -> CommandResult {
     }
     let study = study.with_settings(settings);
     let study = given.split.applied(study)?;
-    let folder = prepare(&given.output)?;
+    let folder = prepare(&given.output, &["identification.json"])?;
     let progress = WorkProgress::searches(given.output.quiet, "identify", study.settings().repeats);
     let study = resumable(study, &given.output, folder.as_ref(), &progress, "identify")?;
     let ran = on_threads(given.search.threads, || study.identify())?;

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 
 use crate::arguments::QUANTITIES;
 use crate::message::{shown, to_message};
-use crate::outcome::{CommandResult, Outcome, prepare_file, print_out};
+use crate::outcome::{CommandResult, Outcome, named_file, prepare_file, print_out};
 use crate::terminal;
 use crate::words::one_of;
-use report::{OutputFolder, wrapped};
+use report::{Existing, OutputFolder, wrapped};
 use study::{ImportRequest, Quantity, read_set};
 
 /// Arguments of `import`.
@@ -79,6 +79,9 @@ pub struct ExportArguments {
     /// Write dataset 58b, binary, instead of text
     #[arg(long)]
     pub binary: bool,
+    /// Replace an existing file
+    #[arg(long)]
+    pub replace: bool,
 }
 
 /// Imports files of other programs as a measurement set.
@@ -107,16 +110,17 @@ pub fn import(given: &ImportArguments) -> CommandResult {
         averages: given.averages,
         title: title.unwrap_or_else(|| "imported".into()),
     };
-    if out.join("manifest.toml").exists() && !given.replace {
-        let remedy = "name an empty folder with --out, or replace the set in it with --replace";
-        return Err(format!("{}: already holds a manifest.toml; {remedy}", out.display()));
-    }
+    let existing = if given.replace {
+        Existing::Replaced
+    } else {
+        Existing::Kept("name an empty folder with --out, or replace the set in it with --replace")
+    };
     // Checked before the files are read, which may take long.
-    OutputFolder::prepare(out).map_err(to_message)?;
+    OutputFolder::prepare(out).and_then(|to| to.check(&["manifest.toml"], existing)).map_err(to_message)?;
     let imported = study::import(&request).map_err(shown)?;
     let folder = OutputFolder::claim(out).map_err(to_message)?;
     let left_behind = imported.left_behind(out);
-    folder.write_all(imported.files()).map_err(to_message)?;
+    folder.write_all(imported.files(), existing).map_err(to_message)?;
     for path in left_behind {
         if let Err(error) = std::fs::remove_file(&path) {
             terminal::warning(&format!(
@@ -165,10 +169,11 @@ fn nut_positions(given: &[String]) -> Result<BTreeMap<String, f64>, String> {
 
 /// Writes the FRFs of a set as a universal file.
 pub fn export(given: &ExportArguments) -> CommandResult {
+    let existing = named_file(given.replace);
+    let (folder, name) = prepare_file((&given.out, "--out"), existing, (None, &[]))?;
     let set = read_set(&given.measurements).map_err(shown)?;
     let exported = study::export(&set, given.binary).map_err(shown)?;
-    let (folder, name) = prepare_file(&given.out, "--out")?;
-    folder.write(&name, &exported.bytes).map_err(to_message)?;
+    folder.write_all([(name, &exported.bytes)], existing).map_err(to_message)?;
     exported.notes.iter().for_each(|n| terminal::warning(n));
     print_out(&format!("{} FRFs written to {}\n", exported.frfs, given.out.display()))?;
     Ok(Outcome::Done)

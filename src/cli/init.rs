@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::message::to_message;
 use crate::outcome::{CommandResult, Outcome};
 use crate::terminal;
-use report::OutputFolder;
+use report::{Existing, OutputFolder};
 
 /// Arguments of `init`.
 #[derive(Debug, clap::Args)]
@@ -23,10 +23,8 @@ pub fn run(given: &InitArguments) -> CommandResult {
     let folder = &given.folder;
     let claimed = OutputFolder::claim(folder).map_err(to_message)?;
     let files = study::templates();
-    if let Some(path) = files.iter().map(|(name, _)| folder.join(name)).find(|path| path.exists()) {
-        return Err(format!("{}: already exists; name another folder", path.display()));
-    }
-    claimed.write_all(files.iter().map(|(name, text)| (name, text))).map_err(to_message)?;
+    let kept = Existing::Kept("name another folder");
+    claimed.write_all(files.iter().map(|(name, text)| (name, text)), kept).map_err(to_message)?;
     if !given.quiet {
         for (name, _) in &files {
             terminal::say(&format!("written: {}\n", folder.join(name).display()));

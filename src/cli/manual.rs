@@ -8,7 +8,7 @@ use clap_complete::Shell;
 use crate::message::to_message;
 use crate::outcome::{CommandResult, Outcome, print_out};
 use crate::terminal;
-use report::OutputFolder;
+use report::{EARLIER, OutputFolder};
 
 /// Arguments of `completions`.
 #[derive(Debug, Args)]
@@ -41,7 +41,7 @@ pub fn man(given: &ManArguments, mut root: Command) -> CommandResult {
     root.build();
     let mut pages = Vec::new();
     render_pages(&root, &mut pages)?;
-    folder.write_all(pages.iter().map(|(name, text)| (name, text))).map_err(to_message)?;
+    folder.write_all(pages.iter().map(|(name, text)| (name, text)), EARLIER).map_err(to_message)?;
     terminal::say(&format!("written: {} pages into {}\n", pages.len(), given.out.display()));
     Ok(Outcome::Done)
 }

@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::arguments::OutputArguments;
 use crate::message::to_message;
 use crate::terminal;
-use report::{OutputFolder, printable, to_json, wrapped};
+use report::{EARLIER, Existing, OutputFolder, printable, to_json, wrapped};
 use study::Study;
 
 /// How a command ended.
@@ -35,10 +35,12 @@ pub fn used(study: &Study, result: &Path) -> String {
     ))
 }
 
-/// Claims the result folder, so that no other run writes into it; `None` without `--out`. Called before the
-/// computations start.
-pub fn prepare(output: &OutputArguments) -> Result<Option<OutputFolder>, String> {
-    output.out.as_deref().map(OutputFolder::claim).transpose().map_err(to_message)
+/// Claims the result folder, so that no other run writes into it, for files of these names; `None` without
+/// `--out`. Called before the computations start.
+pub fn prepare(output: &OutputArguments, names: &[&str]) -> Result<Option<OutputFolder>, String> {
+    let folder = output.out.as_deref().map(OutputFolder::claim).transpose().map_err(to_message)?;
+    folder.iter().try_for_each(|folder| folder.check(names, EARLIER)).map_err(to_message)?;
+    Ok(folder)
 }
 
 /// Delivers a document: prints it as JSON or as text, and writes it into the result folder if there is one.
@@ -67,6 +69,7 @@ pub fn deliver_with<T: Serialize>(
             output,
             folder,
             &std::iter::once((file, json.as_str())).chain(others).collect::<Vec<_>>(),
+            EARLIER,
         )?;
     }
     print_out(if output.json { &json } else { text })?;
@@ -80,8 +83,9 @@ pub fn write_announced(
     output: &OutputArguments,
     folder: &OutputFolder,
     files: &[(&str, &str)],
+    existing: Existing,
 ) -> Result<(), String> {
-    folder.write_all(files.iter().copied()).map_err(to_message)?;
+    folder.write_all(files.iter().copied(), existing).map_err(to_message)?;
     if !output.json && !output.quiet {
         files
             .iter()
@@ -90,16 +94,37 @@ pub fn write_announced(
     Ok(())
 }
 
-/// Checks that a file can be written. Returns its folder and its name.
-pub fn prepare_file(path: &Path, argument: &str) -> Result<(OutputFolder, String), String> {
+/// Returns what is done with an existing file that an argument names, as `--replace` states.
+pub fn named_file(replace: bool) -> Existing {
+    if replace {
+        Existing::Replaced
+    } else {
+        Existing::Kept("name another file, or replace it with --replace")
+    }
+}
+
+/// Checks that a file can be written which is none of the documents of these names in the result folder.
+/// Returns its folder and its name.
+pub fn prepare_file(
+    (path, argument): (&Path, &str),
+    existing: Existing,
+    (out, documents): (Option<&Path>, &[&str]),
+) -> Result<(OutputFolder, String), String> {
+    let (folder, name) = file_target(path, argument)?;
+    if out == Some(folder.path()) && documents.contains(&name.as_str()) {
+        return Err(format!("{argument} {}: is a document of this run; name another file", path.display()));
+    }
+    folder.check(&[&name], existing).map_err(to_message)?;
+    Ok((folder, name))
+}
+
+/// Returns folder and name of a file to write.
+pub fn file_target(path: &Path, argument: &str) -> Result<(OutputFolder, String), String> {
     let folder = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let name = path
         .file_name()
         .and_then(|name| name.to_str())
         .ok_or_else(|| format!("{argument} {}: name a file", path.display()))?;
-    if path.is_dir() {
-        return Err(format!("{argument} {}: is a folder; name a file", path.display()));
-    }
     Ok((OutputFolder::prepare(folder).map_err(to_message)?, name.into()))
 }
 

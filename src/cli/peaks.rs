@@ -49,7 +49,7 @@ pub fn run(given: &PeaksArguments) -> CommandResult {
     let found = found.map_err(shown)?;
     let document = &found.document;
     warn(&given.output, &document.stamp.warnings);
-    let folder = prepare(&given.output)?;
+    let folder = prepare(&given.output, &["peaks.json", "modes.csv"])?;
     let tables = [("modes.csv", found.modes_csv.clone())];
     deliver_with(
         &given.output,

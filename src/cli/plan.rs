@@ -100,7 +100,7 @@ pub fn run(given: &PlanArguments) -> CommandResult {
         lines: usize::from(given.lines),
     };
     let document = study.plan_with(&request).map_err(shown)?;
-    let folder = prepare(&given.output)?;
+    let folder = prepare(&given.output, &["plan.json"])?;
     let values = request.identified.as_ref().map(|(identified, _)| &identified.parameters);
     let size = |id: &str| {
         let identified = values.and_then(|rows| rows.get(id)).map(|row| row.value);

@@ -7,12 +7,15 @@ use crate::arguments::{OutputArguments, band, opened};
 use crate::long_work::{on_threads, stop_flag};
 use crate::message::shown;
 use crate::outcome::{
-    CommandResult, Outcome, deliver_with, prepare, prepare_file, used, warn, write_announced,
+    CommandResult, Outcome, deliver_with, named_file, prepare, prepare_file, used, warn, write_announced,
 };
 use crate::progress::WorkProgress;
 use report::{predicted_frfs_csv, prediction_csv, prediction_text};
 use study::simulation::Place;
 use study::{Control, PredictionRequest, Sources, Study, StudyError};
+
+/// Names of the documents.
+const DOCUMENTS: [&str; 3] = ["prediction.json", "prediction.csv", "prediction-frf.csv"];
 
 /// Arguments of `predict`.
 #[derive(Debug, clap::Args)]
@@ -44,9 +47,12 @@ pub struct PredictArguments {
     /// Number of threads, which does not change the result; all cores by default
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
-    /// Machine file to write: parameters at their estimates, tolerances as fitted
+    /// Machine file to write: parameters at their estimates, estimates of tolerances
     #[arg(long, value_name = "FILE")]
     pub machine_out: Option<PathBuf>,
+    /// Replace an existing file of that name
+    #[arg(long, requires = "machine_out")]
+    pub replace: bool,
     #[command(flatten)]
     pub output: OutputArguments,
 }
@@ -70,6 +76,10 @@ pub fn run(given: &PredictArguments) -> CommandResult {
         file: Some(file),
         ..PredictionRequest::default()
     };
+    let existing = named_file(given.replace);
+    let out = (given.output.out.as_deref(), &DOCUMENTS[..]);
+    let file = given.machine_out.as_deref().map(|path| (path, "--machine-out"));
+    let target = file.map(|file| prepare_file(file, existing, out)).transpose()?;
     let progress = WorkProgress::begin(given.output.quiet, "predict");
     let study = opened(Ok(study))?.with_control(Control::new(stop_flag(), Some(progress.watcher())));
     let ran = on_threads(given.threads, || study.predict_with(&identified, &request))?;
@@ -79,24 +89,17 @@ pub fn run(given: &PredictArguments) -> CommandResult {
         ran => ran.map_err(shown)?,
     };
     // Folders are made after all checks: nothing is written for a result that is refused.
-    let machine = given.machine_out.as_deref().map(|path| {
-        let text = study
-            .machine_of_identification(&identified, &given.result.display().to_string())
-            .map_err(shown)?;
-        let (folder, name) = prepare_file(path, "--machine-out")?;
-        Ok::<_, String>((folder, name, text))
-    });
-    let machine = machine.transpose()?;
-    let folder = prepare(&given.output)?;
-    if let Some((folder, name, text)) = &machine {
-        write_announced(&given.output, folder, &[(name, text)])?;
+    let name = given.result.display().to_string();
+    let machine = target.map(|target| Ok((target, study.machine_of_identification(&identified, &name)?)));
+    let machine = machine.transpose().map_err(shown)?;
+    let folder = prepare(&given.output, &DOCUMENTS)?;
+    if let Some(((folder, name), text)) = &machine {
+        write_announced(&given.output, folder, &[(name, text)], existing)?;
     }
     warn(&given.output, &document.stamp.warnings);
     let text = used(&study, &given.result) + &prediction_text(&study.machine().title, &document);
-    let tables = [
-        ("prediction.csv", Some(prediction_csv(&document))),
-        ("prediction-frf.csv", predicted_frfs_csv(&document)),
-    ];
+    let [_, of_places, of_lines] = DOCUMENTS;
+    let tables = [(of_places, Some(prediction_csv(&document))), (of_lines, predicted_frfs_csv(&document))];
     let tables: Vec<(&str, String)> =
         tables.into_iter().filter_map(|(name, text)| Some((name, text?))).collect();
     deliver_with(&given.output, folder.as_ref(), ("prediction.json", &tables), &document, &text)?;

@@ -1,12 +1,11 @@
 //! `jointid report`: one HTML page of the result documents in a folder.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use crate::message::{shown, to_message};
-use crate::outcome::{CommandResult, Outcome};
+use crate::outcome::{CommandResult, Outcome, file_target};
 use crate::terminal;
-use report::OutputFolder;
-use report::page;
+use report::{Existing, page};
 use study::Sources;
 
 /// Arguments of `report`.
@@ -19,6 +18,9 @@ pub struct ReportArguments {
     /// File of the page; DIR/report.html by default
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+    /// Replace an existing file that is no page of an earlier run
+    #[arg(long)]
+    pub replace: bool,
     /// Accept files outside the measurement sets' folders in their manifests
     #[arg(long)]
     pub allow_outside: bool,
@@ -33,15 +35,14 @@ pub fn run(given: &ReportArguments) -> CommandResult {
     let page = study::page(&given.folder, &sources).map_err(shown)?;
     let html = page::html(&page);
     let target = given.out.clone().unwrap_or_else(|| given.folder.join("report.html"));
-    if target.is_dir() {
-        return Err(format!("{}: is a folder; name a file with --out", target.display()));
-    }
-    let parent = target.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let file = target.file_name().ok_or_else(|| format!("{}: name a file with --out", target.display()))?;
-    let written = OutputFolder::prepare(parent)
-        .map_err(to_message)?
-        .write(&file.to_string_lossy(), html.as_bytes())
-        .map_err(to_message)?;
+    let existing = if given.replace {
+        Existing::Replaced
+    } else {
+        Existing::Earlier("name another file with --out, or replace it with --replace")
+    };
+    let (folder, name) = file_target(&target, "--out")?;
+    folder.write_all([(&name, html.as_bytes())], existing).map_err(to_message)?;
+    let written = folder.file(&name);
     if !given.quiet {
         page.notes.iter().for_each(|n| terminal::note(n));
         if html.len() > page::MOST_BYTES {

@@ -45,7 +45,7 @@ pub fn run(given: &ValidateArguments) -> CommandResult {
     let (study, identified, file) = Study::open_with_result(&sources, &given.result).map_err(shown)?;
     let study = opened(Ok(study))?.with_control(Control::new(stop_flag(), None));
     let request = ValidationRequest { positions: given.positions.clone(), file: Some(file) };
-    let folder = prepare(&given.output)?;
+    let folder = prepare(&given.output, &["validation.json"])?;
     let document = study.validate_with(&identified, &request).map_err(shown)?;
     warn(&given.output, &document.stamp.warnings);
     deliver(

@@ -95,6 +95,12 @@ impl From<io::Error> for ReadFault {
 ///
 /// # Errors  there is no such file; it is a folder, pipe, device or socket; it is too large.
 pub fn open_file(path: &Path, most_bytes: u64) -> Result<File, ReadFault> {
+    let file = open_regular(path, most_bytes)?;
+    super::target::remember(path);
+    Ok(file)
+}
+
+fn open_regular(path: &Path, most_bytes: u64) -> Result<File, ReadFault> {
     check_kind(std::fs::metadata(path)?.file_type())?;
     let file = File::open(path)?;
     let metadata = file.metadata()?;
@@ -109,7 +115,17 @@ pub fn open_file(path: &Path, most_bytes: u64) -> Result<File, ReadFault> {
 ///
 /// # Errors  as [`open_file`]; the reading fails.
 pub fn read_file(path: &Path, most_bytes: u64) -> Result<Vec<u8>, ReadFault> {
-    let file = open_file(path, most_bytes)?;
+    content(open_file(path, most_bytes)?, most_bytes)
+}
+
+/// Reads a text that the run is going to replace: it is no input, as that of [`read_text`] is.
+///
+/// # Errors  as [`read_text`].
+pub fn read_replaced(path: &Path, most_bytes: u64) -> Result<String, ReadFault> {
+    text(content(open_regular(path, most_bytes)?, most_bytes)?)
+}
+
+fn content(file: File, most_bytes: u64) -> Result<Vec<u8>, ReadFault> {
     let expected = file.metadata()?.len();
     let mut bytes = Vec::with_capacity(usize::try_from(expected).unwrap_or(0));
     // The file may grow meanwhile; files of the kernel state no size.
@@ -136,7 +152,11 @@ pub fn read_unchanged<T>(path: &Path, most_bytes: u64, read: impl FnOnce(File) -
 ///
 /// # Errors  as [`read_file`]; the content is not UTF-8.
 pub fn read_text(path: &Path, most_bytes: u64) -> Result<String, ReadFault> {
-    String::from_utf8(read_file(path, most_bytes)?).map_err(|_| ReadFault::NoText)
+    text(read_file(path, most_bytes)?)
+}
+
+fn text(bytes: Vec<u8>) -> Result<String, ReadFault> {
+    String::from_utf8(bytes).map_err(|_| ReadFault::NoText)
 }
 
 fn check_kind(kind: FileType) -> Result<(), ReadFault> {
@@ -146,24 +166,7 @@ fn check_kind(kind: FileType) -> Result<(), ReadFault> {
     if kind.is_dir() {
         return Err(ReadFault::Folder);
     }
-    Err(ReadFault::Special(special(kind)))
-}
-
-#[cfg(unix)]
-fn special(kind: FileType) -> &'static str {
-    use std::os::unix::fs::FileTypeExt;
-    if kind.is_fifo() {
-        "pipe"
-    } else if kind.is_socket() {
-        "socket"
-    } else {
-        "device"
-    }
-}
-
-#[cfg(not(unix))]
-fn special(_: FileType) -> &'static str {
-    "device"
+    Err(ReadFault::Special(super::target::special(kind)))
 }
 
 /// Whether a file named in a folder's list stays inside the folder, links resolved. A file that does not

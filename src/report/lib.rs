@@ -40,7 +40,7 @@ pub use claim::release_claims;
 pub use csv_cell::csv_cell;
 pub use diagnosis_text::diagnosis_text;
 pub use error::ReportError;
-pub use file_access::{printable, shortened};
+pub use file_access::{Existing, printable, shortened};
 pub use friction::friction_text;
 pub use identification::{comparison_text, identification_text, validation_text};
 pub use loops_text::{bode_text, hold_gains_text, hold_text};
@@ -52,7 +52,7 @@ pub use schema::{SCHEMAS, schema};
 pub use simulation_text::{frfs_csv, modes_text, sweep_text};
 pub use table::{objectives_table, peaks_table};
 pub use terminal::{brief_numbers, columns, width, wrapped};
-pub use write::{OutputFolder, to_json};
+pub use write::{EARLIER, OutputFolder, to_json};
 
 #[cfg(test)]
 mod tests;

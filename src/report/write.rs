@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-use file_access::{create_exclusive, escape_json};
+use file_access::{Existing, check_targets, create_exclusive, escape_json};
 use serde::Serialize;
 
 use super::claim::{Claim, held_files, make_folder, remove_folders};
@@ -20,6 +20,12 @@ use super::error::ReportError;
 pub fn to_json<T: Serialize>(document: &T) -> Result<String, ReportError> {
     Ok(escape_json(serde_json::to_string_pretty(document)? + "\n"))
 }
+
+/// First bytes of every result document.
+const DOCUMENT_BEGINS: &[u8] = b"{\n  \"schema\": \"jointid/";
+
+/// Rule for result documents: those of an earlier run are replaced.
+pub const EARLIER: Existing = Existing::Earlier("name another folder, or move it away");
 
 /// A result folder.
 #[derive(Debug, Clone)]
@@ -46,17 +52,11 @@ impl OutputFolder {
             };
             ReportError::target(path, fault)
         };
-        if path.is_file() {
-            return Err(ReportError::target(path, "is a file; name a folder"));
-        }
         // The folder is made with its first file. Until then the nearest existing folder must accept a file.
-        let near = path
-            .ancestors()
-            .find(|p| p.exists())
-            .filter(|p| !p.as_os_str().is_empty())
-            .unwrap_or(Path::new("."));
-        if near.is_file() {
-            return Err(ReportError::target(near, "is a file; name a folder"));
+        let near = path.ancestors().find(|p| p.symlink_metadata().is_ok()).unwrap_or(Path::new("."));
+        if !near.is_dir() {
+            let kind = if near.exists() { "is a file" } else { "is a link to nothing" };
+            return Err(ReportError::target(near, format!("{kind}; name a folder")));
         }
         create_exclusive(&near.join("jointid"))
             .and_then(|(_, probe)| fs::remove_file(probe))
@@ -80,12 +80,20 @@ impl OutputFolder {
         &self.path
     }
 
-    /// Writes a file atomically. Returns its path.
+    /// Writes a file of its own, such as a cache, atomically; an existing one is replaced. Returns its path.
     ///
-    /// # Errors  the disk is full, or writing is not permitted.
+    /// # Errors  as [`OutputFolder::write_all`].
     pub fn write(&self, name: &str, content: &[u8]) -> Result<PathBuf, ReportError> {
-        self.write_all([(name, content)])?;
+        self.write_all([(name, content)], Existing::Own)?;
         Ok(self.file(name))
+    }
+
+    /// Checks that files of these names, a result document first, may be written.
+    ///
+    /// # Errors  a name leads out of the folder, or is taken.
+    pub fn check(&self, names: &[&str], existing: Existing) -> Result<(), ReportError> {
+        let targets = names.iter().map(|name| self.inside(name)).collect::<Result<Vec<_>, _>>()?;
+        check(targets.iter().map(PathBuf::as_path), existing, DOCUMENT_BEGINS)
     }
 
     /// Returns the path of a file in the folder.
@@ -94,18 +102,25 @@ impl OutputFolder {
     }
 
     /// Writes files that belong together, all or none: each to a temporary name, and all are renamed at the
-    /// end. A link of a file's name is replaced, not followed.
+    /// end, the first one last. `existing` is what is done with files of these names.
     ///
-    /// # Errors  the disk is full; writing is not permitted; a name leads out of the folder, also by a link.
+    /// # Errors  the disk is full; writing is not permitted; a name leads out of the folder, also by a link, or
+    ///   is taken.
     pub fn write_all<N: AsRef<str>, C: AsRef<[u8]>>(
         &self,
         files: impl IntoIterator<Item = (N, C)>,
+        existing: Existing,
     ) -> Result<(), ReportError> {
         let mut batch = Batch::default();
+        let mut begins = Vec::new();
         for (name, content) in files {
-            let target = self.inside(name.as_ref())?;
-            batch.add(&target, content.as_ref()).map_err(ReportError::unwritable(&target))?;
+            let (target, content) = (self.inside(name.as_ref())?, content.as_ref());
+            if batch.files.is_empty() {
+                begins = content.iter().take(64).copied().collect();
+            }
+            batch.add(&target, content).map_err(ReportError::unwritable(&target))?;
         }
+        check(batch.files.iter().map(|(_, target)| target.as_path()), existing, &begins)?;
         batch.rename()
     }
 }
@@ -156,23 +171,71 @@ impl Batch {
     }
 
     fn rename(mut self) -> Result<(), ReportError> {
-        // Checks all targets before any file is replaced.
-        if let Some((_, folder)) =
-            self.files.iter().find(|(_, target)| target.is_dir() && !target.is_symlink())
-        {
-            return Err(ReportError::target(
-                folder,
-                "is a folder, but a file of this name is to be written; remove it",
-            ));
-        }
         let mut held = held_files();
-        while let Some((temporary, target)) = self.files.first() {
+        let mut former = Former::default();
+        // Of several files no mixture of former and new ones may look whole: first the first one leaves.
+        if self.files.len() > 1 {
+            for (_, target) in &self.files {
+                former.set_aside(target).map_err(ReportError::unwritable(target))?;
+            }
+        }
+        while let Some((temporary, target)) = self.files.last() {
             fs::rename(temporary, target).map_err(ReportError::unwritable(target))?;
             held.remove(temporary);
-            self.files.remove(0);
+            former.replaced.extend(self.files.pop().map(|(_, target)| target));
         }
+        drop(held);
+        former.forget();
         self.made.clear();
         Ok(())
+    }
+}
+
+/// Checks that files may be written; see [`check_targets`].
+fn check<'p>(
+    targets: impl Iterator<Item = &'p Path>,
+    existing: Existing,
+    begins: &[u8],
+) -> Result<(), ReportError> {
+    check_targets(targets, existing, begins)
+        .map_err(|(path, fault)| ReportError::target(&path, fault.to_string()))
+}
+
+/// Files that new ones replace. They return on drop, unless they are forgotten.
+#[derive(Default)]
+struct Former {
+    /// Name aside, and proper name of each.
+    aside: Vec<(PathBuf, PathBuf)>,
+    /// New files in place.
+    replaced: Vec<PathBuf>,
+}
+
+impl Former {
+    fn set_aside(&mut self, target: &Path) -> std::io::Result<()> {
+        if target.symlink_metadata().is_ok() {
+            let (_, aside) = create_exclusive(target)?;
+            fs::rename(target, &aside).inspect_err(|_| drop(fs::remove_file(&aside)))?;
+            self.aside.push((aside, target.into()));
+        }
+        Ok(())
+    }
+
+    fn forget(mut self) {
+        self.replaced.clear();
+        for (aside, _) in self.aside.drain(..) {
+            let _ = fs::remove_file(aside);
+        }
+    }
+}
+
+impl Drop for Former {
+    fn drop(&mut self) {
+        for file in &self.replaced {
+            let _ = fs::remove_file(file);
+        }
+        for (aside, target) in &self.aside {
+            let _ = fs::rename(aside, target);
+        }
     }
 }
 

@@ -49,7 +49,7 @@ pub struct BodeArguments {
 /// Runs the command.
 pub fn run(given: &BodeArguments) -> CommandResult {
     let study = given.sources.open_machine()?;
-    let folder = prepare(&given.output)?;
+    let folder = prepare(&given.output, &["bode.json"])?;
     let request = BodeRequest {
         from_hz: given.from_hz,
         to_hz: given.to_hz,

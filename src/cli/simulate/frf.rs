@@ -84,7 +84,7 @@ pub fn run(given: &FrfArguments) -> CommandResult {
         with_tolerances: given.with_tolerances,
         quantity: given.quantity,
     };
-    let folder = prepare(&given.output)?;
+    let folder = prepare(&given.output, &["frf.json"])?;
     let document = match &identified {
         None => frf(&study, &request),
         Some((path, document, input)) => identified_frf(&study, path, (document, input), &request),

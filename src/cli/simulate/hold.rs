@@ -42,7 +42,7 @@ pub fn run(given: &HoldArguments) -> CommandResult {
 
 fn from_gains(given: &HoldArguments) -> CommandResult {
     let study = given.sources.open_machine()?;
-    let folder = prepare(&given.output)?;
+    let folder = prepare(&given.output, &["hold.json"])?;
     let document = hold(&study, &given.at_hz).map_err(shown)?;
     let text = hold_text(&document, impedance_units(&study));
     deliver(&given.output, folder.as_ref(), "hold.json", &document, &text)
@@ -50,7 +50,7 @@ fn from_gains(given: &HoldArguments) -> CommandResult {
 
 fn from_result(given: &HoldArguments, path: &Path) -> CommandResult {
     let (study, ..) = given.sources.open_result(path)?;
-    let folder = prepare(&given.output)?;
+    let folder = prepare(&given.output, &["hold.json"])?;
     let (constant, lead_m) = (given.constant.unwrap_or(f64::NAN), given.lead_m.unwrap_or(f64::NAN));
     let request = GainsRequest { constant, lead_m, ids: given.ids.clone() };
     let document = gains_of_identified(&study, path, &request).map_err(shown)?;

@@ -32,7 +32,7 @@ pub struct ModesArguments {
 /// Runs the command.
 pub fn run(given: &ModesArguments) -> CommandResult {
     let study = given.sources.open_machine()?;
-    let folder = prepare(&given.output)?;
+    let folder = prepare(&given.output, &["modes.json"])?;
     let request = ModesRequest {
         place: given.position.clone().map_or_else(|| nut_place(given.nut_m), Place::Position),
         load: given.load.load(),

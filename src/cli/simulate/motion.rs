@@ -5,7 +5,7 @@ use crate::message::{shown, to_message};
 use crate::operating::{nut_place, outcome, stoppable, warn_of_result};
 use crate::outcome::{CommandResult, prepare, print_out, write_announced};
 use crate::terminal;
-use report::{motion_csv, motion_summary, to_json};
+use report::{EARLIER, motion_csv, motion_summary, to_json};
 use study::simulation::{MotionRequest, Reference, TravelProfile, motion};
 
 /// Arguments of `simulate motion`.
@@ -94,7 +94,7 @@ impl MotionArguments {
 /// Runs the command.
 pub fn run(given: &MotionArguments) -> CommandResult {
     let study = given.sources.open_machine()?;
-    let folder = prepare(&given.output)?;
+    let folder = prepare(&given.output, &["motion.json", "motion.csv"])?;
     let study = stoppable(study);
     let request = MotionRequest {
         reference: given.command(),
@@ -106,7 +106,7 @@ pub fn run(given: &MotionArguments) -> CommandResult {
     warn_of_result(&given.output, &document.stamp);
     let (csv, json) = (motion_csv(&document), to_json(&document).map_err(to_message)?);
     if let Some(folder) = &folder {
-        write_announced(&given.output, folder, &[("motion.json", &json), ("motion.csv", &csv)])?;
+        write_announced(&given.output, folder, &[("motion.json", &json), ("motion.csv", &csv)], EARLIER)?;
     }
     print_out(if given.output.json { &json } else { &csv })?;
     if !given.output.json && !given.output.quiet {

@@ -54,7 +54,7 @@ pub struct StiffnessArguments {
 /// Runs the command.
 pub fn run(given: &StiffnessArguments) -> CommandResult {
     let study = given.sources.open_machine()?;
-    let folder = prepare(&given.output)?;
+    let folder = prepare(&given.output, &["stiffness.json"])?;
     let request = StiffnessRequest {
         along: given.along,
         from: given.from,

@@ -16,7 +16,7 @@ use reference_simulator::motion::MotionLayout;
 use reference_simulator::{
     Counts, Label, Layout, Plan, SimulatorError, generate_one, labels_json, motion, write_case,
 };
-use report::{OutputFolder, to_json};
+use report::{Existing, OutputFolder, to_json};
 use study::{StudyError, StudyResult};
 
 /// A case, or the reason why it could not be made.
@@ -113,7 +113,7 @@ pub fn make_cases(folder: &Path, generator: &Generator, control: &Control) -> St
             .map_err(|e| StudyError::input(aside.display(), format!("cannot be moved to its place: {e}")))?;
     }
     let seal_text = to_json(&seal)?;
-    sealed.write_all([("labels.json", &labels), ("seal.json", &seal_text)])?;
+    sealed.write_all([("labels.json", &labels), ("seal.json", &seal_text)], Existing::Own)?;
     fs::remove_dir_all(&aside).map_err(|e| StudyError::input(aside.display(), e.to_string()))?;
     Ok(Some(seal))
 }

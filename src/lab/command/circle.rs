@@ -49,7 +49,7 @@ pub fn run(given: &CircleArguments) -> CommandResult {
         ..given.sources.clone()
     };
     let second = second.open_machine()?;
-    let folder = prepare(&given.output)?;
+    let folder = prepare(&given.output, &["circle.json"])?;
     let request = CircleRequest {
         speed_rad_min: given.speed_rad_min.clone(),
         radius_m: given.radius_m,

@@ -33,7 +33,7 @@ pub fn run(given: &ConvergenceArguments) -> CommandResult {
     if let Some(names) = &given.positions {
         study = study.fit(names).map_err(shown)?;
     }
-    let folder = prepare(&given.output)?;
+    let folder = prepare(&given.output, &["convergence.json"])?;
     let progress = WorkProgress::searches(
         given.output.quiet,
         "convergence",

@@ -50,7 +50,7 @@ pub struct GainArguments {
 /// Runs the command.
 pub fn run(given: &GainArguments) -> CommandResult {
     let study = given.sources.open_machine()?;
-    let folder = prepare(&given.output)?;
+    let folder = prepare(&given.output, &["gain.json"])?;
     let study = stoppable(study);
     let request = GainRequest {
         from_per_min: given.from_per_min,

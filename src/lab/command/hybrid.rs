@@ -40,7 +40,7 @@ pub struct HybridArguments {
 pub fn run(given: &HybridArguments) -> CommandResult {
     let study = given.sources.open()?;
     let second_axis = given.second_axis_sources().map(|sources| sources.open()).transpose()?;
-    let folder = prepare(&given.output)?;
+    let folder = prepare(&given.output, &["hybrid.json"])?;
     let request = given.request();
     let progress = WorkProgress::begin(given.output.quiet, "hybrid");
     let work = request.work(second_axis.as_ref()).map_err(shown)?;

@@ -30,7 +30,7 @@ pub struct MatricesArguments {
 /// Runs the command.
 pub fn run(given: &MatricesArguments) -> CommandResult {
     let study = given.sources.open_machine()?;
-    let folder = prepare(&given.output)?;
+    let folder = prepare(&given.output, &["matrices.json"])?;
     let request = MatricesRequest {
         place: nut_place(given.nut_m),
         load: given.load.load(),

@@ -18,7 +18,7 @@ pub struct PublishedArguments {
 
 /// Runs the command.
 pub fn run(given: &PublishedArguments) -> CommandResult {
-    let folder = prepare(&given.output)?;
+    let folder = prepare(&given.output, &["published.json"])?;
     let document = published().map_err(shown)?;
     let text = if given.markdown { published_markdown(&document) } else { published_text(&document) };
     deliver(&given.output, folder.as_ref(), "published.json", &document, &text)

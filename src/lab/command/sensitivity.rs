@@ -39,7 +39,7 @@ pub struct SensitivityArguments {
 /// Runs the command.
 pub fn run(given: &SensitivityArguments) -> CommandResult {
     let study = given.sources.open_machine()?;
-    let folder = prepare(&given.output)?;
+    let folder = prepare(&given.output, &["sensitivity.json"])?;
     let request = SensitivityRequest {
         order: usize::from(given.order),
         joints: given.joint.clone(),

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use crate::set::COMMAND;
-use file_access::{MOST_TEXT_BYTES, read_text};
+use file_access::{MOST_TEXT_BYTES, read_replaced};
 
 use super::ImportedFrf;
 use super::place::direction_name;
@@ -51,7 +51,7 @@ fn table_paths(frfs: &[(ImportedFrf, Placement)]) -> Vec<String> {
 /// Returns the paths of FRF tables in a set's folder that its manifest lists and a set of these FRFs does
 /// not: they are left behind where it replaces the other. Only files in `frf/` of the folder itself count.
 pub fn left_behind(frfs: &[(ImportedFrf, Placement)], folder: &Path) -> Vec<PathBuf> {
-    let manifest = read_text(&folder.join("manifest.toml"), MOST_TEXT_BYTES)
+    let manifest = read_replaced(&folder.join("manifest.toml"), MOST_TEXT_BYTES)
         .ok()
         .and_then(|text| text.parse::<toml::Table>().ok());
     if !folder.join("frf").symlink_metadata().is_ok_and(|m| m.is_dir()) {
@@ -68,7 +68,7 @@ pub fn left_behind(frfs: &[(ImportedFrf, Placement)], folder: &Path) -> Vec<Path
     left.into_iter().map(|name| folder.join(name)).collect()
 }
 
-/// Returns path and content of every file of the set, each generated on demand.
+/// Returns path and content of every file of the set, the manifest first, each generated on demand.
 ///
 /// `nuts_m` holds the nut positions (m) by position name. Coherences are written only together with
 /// `averages`.
@@ -135,7 +135,7 @@ pub fn set_files(
     }
     let tables =
         paths.into_iter().zip(frfs).map(move |(path, (frf, _))| (path, table(frf, averages.is_some())));
-    tables.chain([("manifest.toml".into(), manifest)])
+    std::iter::once(("manifest.toml".into(), manifest)).chain(tables)
 }
 
 /// Formats the table of an FRF. Lines without coherence are left out where the others have one.

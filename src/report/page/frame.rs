@@ -10,6 +10,9 @@ use crate::terminal::percent;
 /// Largest size of a page in bytes, so that it can be sent by mail and opened on a laptop.
 pub const MOST_BYTES: usize = 8 << 20;
 
+/// Begins every page, so that a later one replaces it.
+const BEGIN: &str = "<!doctype html><!-- jointid -->";
+
 const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("page.js");
 
@@ -38,7 +41,7 @@ pub fn html(page: &Page) -> String {
         notes = format!("<ul class=\"notes\">{notes}</ul>\n");
     }
     format!(
-        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n\
+        "{BEGIN}\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<meta name=\"color-scheme\" content=\"light dark\">\n\
          <title>{title} – jointid</title>\n<link rel=\"icon\" href=\"data:,\">\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
          <a class=\"skip\" href=\"#main\">Skip to content</a>\n<header>\n<h1>{title}</h1>\n{lead}{under}{notes}</header>\n\

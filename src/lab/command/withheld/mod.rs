@@ -36,7 +36,8 @@ pub fn run(given: &WithheldArguments) -> CommandResult {
         return Err("--case requires the folder of the cases; name it with --out".into());
     }
     // Single cases may be diagnosed side by side in one folder.
-    let kept = if given.case.is_empty() { prepare(&given.output)? } else { None };
+    let file = check.document_path();
+    let kept = if given.case.is_empty() { prepare(&given.output, &[&file.to_string_lossy()])? } else { None };
     let stop = stop_flag();
     let seal = on_threads(given.jobs, || with_progress(given, &stop, |control| check.seal(control)))?
         .map_err(shown)?;
@@ -66,7 +67,6 @@ pub fn run(given: &WithheldArguments) -> CommandResult {
     let document =
         with_progress(given, &stop, |control| scored(&check, &program, &seal, control)).map_err(shown)?;
     warn(&given.output, &document.stamp.warnings);
-    let file = check.document_path();
     deliver(&given.output, kept.as_ref(), &file.to_string_lossy(), &document, &withheld_text(&document))?;
     Ok(if document.stamp.complete { Outcome::Done } else { Outcome::Stopped })
 }
