@@ -15,6 +15,7 @@ mod bench;
 mod certainty;
 mod closed_loop;
 mod command;
+mod contradictions;
 mod diagnosis;
 mod effects;
 mod faults;

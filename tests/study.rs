@@ -209,13 +209,13 @@ fn a_study_reports_progress_and_stops() {
 #[test]
 fn a_result_reopens_its_own_study() {
     let study = bench().with_settings(Settings { repeats: 1, ..Settings::default() });
-    let found = study.identify().unwrap();
+    let mut found = study.identify().unwrap();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("identification.json");
-    let mut document = serde_json::to_value(&found).unwrap();
-    document["settings"]["config"] = "nowhere.toml".into();
-    document["machine"]["path"] = "nowhere.toml".into();
-    std::fs::write(&file, document.to_string()).unwrap();
+    found.settings.config = "nowhere.toml".into();
+    found.machine.as_mut().unwrap().path = "nowhere.toml".into();
+    found.content_sha256 = Some(report::digest_of(&found).unwrap());
+    std::fs::write(&file, report::to_json(&found).unwrap()).unwrap();
     let (again, same, input) = Study::open_with_result(&Sources::default(), &file).unwrap();
     assert_eq!(again.machine(), study.machine());
     let stated = Settings { objective: Some(ObjectiveKind::LeastSquares), ..study.settings().clone() };

@@ -1,22 +1,14 @@
 //! Work that needs no study: peaks, friction, the library of effects, the command.
 
 use std::ffi::OsString;
+use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use report::to_json;
-use serde::de::DeserializeOwned;
+use report::{EARLIER, Existing, OutputFolder, to_json};
 use study::{Control, FrictionRequest, PeaksRequest, StudyError};
 
-use crate::error::{argument, to_exception, word};
+use crate::error::{to_exception, unwritten, word};
 use crate::measurement::MeasurementSet;
-
-/// Parses the text of a document.
-///
-/// # Errors  the text is no document of this kind.
-pub fn parsed<T: DeserializeOwned>(text: &str) -> PyResult<T> {
-    serde_json::from_str(text)
-        .map_err(|e| argument("document", &format!("is no result document of this kind: {e}")))
-}
 
 fn peaks_request(band_hz: Option<(f64, f64)>, local: bool, max_order: Option<usize>) -> PeaksRequest {
     let usual = PeaksRequest::default();
@@ -76,6 +68,20 @@ pub fn friction(
 pub fn effects(config: Option<&str>, id: Option<&str>) -> PyResult<String> {
     let listed = study::effects(config, id).and_then(|document| Ok(to_json(&document)?));
     listed.map_err(|e| to_exception(&e))
+}
+
+/// Writes files into a folder, all or none. Existing ones are replaced where they are of the same kind, and the
+/// first is not new.
+#[pyfunction]
+pub fn write_files(
+    py: Python<'_>,
+    folder: PathBuf,
+    files: Vec<(String, Vec<u8>)>,
+    new: bool,
+) -> PyResult<()> {
+    let existing = if new { Existing::Kept("name a new folder") } else { EARLIER };
+    let write = || OutputFolder::prepare(&folder)?.write_all(files, existing);
+    py.detach(write).map_err(|error| unwritten(&folder, if new { "folder" } else { "path" }, &error))
 }
 
 /// Runs the command with these arguments, the name of the program first. Returns its exit code.

@@ -1,7 +1,10 @@
 //! Errors of the library as exceptions of the package.
 
+use std::path::Path;
+
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::{PyErr, PyResult, import_exception};
+use report::ReportError;
 use serde::de::DeserializeOwned;
 use study::StudyError;
 
@@ -22,6 +25,16 @@ pub fn to_exception(error: &StudyError) -> PyErr {
 /// Makes the exception of an argument.
 pub fn argument(key: &str, fault: &str) -> PyErr {
     InputError::new_err((format!("{key}: {fault}"), None::<String>, None::<u64>, Some(key.to_string())))
+}
+
+/// Makes the exception of a file that an argument names and that cannot be written.
+pub fn unwritten(path: &Path, key: &str, error: &ReportError) -> PyErr {
+    InputError::new_err((
+        error.to_string(),
+        Some(path.display().to_string()),
+        None::<u64>,
+        Some(key.to_string()),
+    ))
 }
 
 /// Reads a word of a closed vocabulary; `None` where none is given.

@@ -6,9 +6,9 @@ use num_complex::Complex64;
 use numpy::{PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
 use report::to_json;
-use study::{Ablation, DiagnosisRequest, NullCache, PlanRequest, Sources, StudyError};
+use serde::de::DeserializeOwned;
+use study::{Ablation, DiagnosisRequest, NullCache, PlanRequest, Sources, StudyError, result_of_text};
 
-use crate::document::parsed;
 use crate::error::{to_exception, word};
 use crate::identification::{GivenFrfRequest, Identification, as_array, reject_duplicates};
 use crate::measurement::MeasurementSet;
@@ -165,7 +165,7 @@ impl Study {
             predict_at_m: given.predict_at_m,
             diagnosis: given
                 .diagnosis
-                .map(|text| parsed(&text))
+                .map(|text| result("the diagnosis", &text, "diagnosis"))
                 .transpose()?
                 .map(|document| (document, None)),
             noise: given.noise.unwrap_or(usual.noise),
@@ -177,7 +177,8 @@ impl Study {
 
     /// Returns the description of the machine with the effect that a diagnosis names.
     fn machine_of_diagnosis(&self, diagnosis: &str) -> PyResult<String> {
-        self.0.machine_of_diagnosis(&parsed(diagnosis)?).map_err(|e| to_exception(&e))
+        let diagnosis = result("the diagnosis", diagnosis, "diagnosis")?;
+        self.0.machine_of_diagnosis(&diagnosis).map_err(|e| to_exception(&e))
     }
 
     /// Computes FRFs at the start values: an array of places by lines.
@@ -210,6 +211,14 @@ impl Study {
 
     /// Restores an identification of this study from the text of its document.
     fn identification(&self, text: &str) -> PyResult<Identification> {
-        Ok(Identification { study: self.0.clone(), document: parsed(text)? })
+        Ok(Identification {
+            study: self.0.clone(),
+            document: result("the identification", text, "identification")?,
+        })
     }
+}
+
+/// Reads the text of a result as the command reads its file.
+fn result<T: DeserializeOwned>(name: &str, text: &str, kind: &str) -> PyResult<T> {
+    result_of_text(name, text, kind).map_err(|e| to_exception(&e))
 }

@@ -212,6 +212,9 @@ pub struct IdentificationDocument {
     /// Schema, inputs, overrides and warnings of the document.
     #[serde(flatten)]
     pub stamp: Stamp,
+    /// SHA-256 digest of all other keys (hexadecimal): a document that was changed afterwards is refused.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub content_sha256: Option<String>,
     /// Description of the machine.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub machine: Option<MachineText>,

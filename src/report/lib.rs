@@ -4,6 +4,7 @@
 pub mod certainty;
 pub mod change;
 mod claim;
+mod content;
 mod csv_cell;
 pub mod diagnosis;
 mod diagnosis_text;
@@ -37,6 +38,7 @@ mod write;
 
 pub use change::change_text;
 pub use claim::release_claims;
+pub use content::{UniqueKeys, content_fault, digest_of};
 pub use csv_cell::csv_cell;
 pub use diagnosis_text::diagnosis_text;
 pub use error::ReportError;

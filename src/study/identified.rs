@@ -12,9 +12,9 @@ use machine::{Estimate, Machine, ParameterValues};
 use measurement::read_set_from;
 use report::certainty::ToleranceRow;
 use report::diagnosis::DiagnosisDocument;
-use report::digest;
 use report::document::{IdentificationDocument, Input, MachineText, Stamp};
 use report::vocabulary::ToleranceUse;
+use report::{UniqueKeys, content_fault, digest};
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
@@ -24,9 +24,19 @@ const ROUNDING: f64 = 1e-9;
 /// Reads `identification.json`. Returns the document, and its file with digest as an input of another
 /// document.
 ///
-/// # Errors  the file cannot be read, or is no result of an identification.
+/// # Errors  the file cannot be read, is no result of an identification, or was changed since.
 pub fn read_identification(path: &Path) -> StudyResult<(IdentificationDocument, Input)> {
-    read_result(path, "identification", "identify")
+    let (document, input) = read_result(path, "identification", "identify")?;
+    check_identification(path, &document)?;
+    Ok((document, input))
+}
+
+/// Reads the text of a result of a kind, such as `identification`, as the files are read; `name` is its name in
+/// messages.
+///
+/// # Errors  as [`read_identification`] and [`read_diagnosis`].
+pub fn result_of_text<T: DeserializeOwned>(name: &str, text: &str, kind: &str) -> StudyResult<T> {
+    result_document(Path::new(name), text.as_bytes(), kind)
 }
 
 /// Reads `diagnosis.json`, as [`read_identification`].
@@ -52,16 +62,17 @@ fn read_result<T: DeserializeOwned>(path: &Path, kind: &str, command: &str) -> S
 /// Parses a result document of a kind, such as `identification`. A message quotes nothing of a file that is
 /// none.
 ///
-/// # Errors  the file is no JSON, a document of another kind, or one that lacks keys.
+/// # Errors  the file is no JSON, a document of another kind, or one that lacks keys; a key is written twice; a
+///   identification is of another version or was changed since.
 pub(crate) fn result_document<T: DeserializeOwned>(path: &Path, bytes: &[u8], kind: &str) -> StudyResult<T> {
     let fault = |text: String| StudyError::input(path.display(), text);
-    let value: Value = serde_json::from_slice(bytes).map_err(|e| {
-        StudyError::Impossible(format!(
-            "{}, line {}: is not a result document: no valid JSON",
-            path.display(),
-            e.line()
-        ))
-    })?;
+    let invalid = |e: serde_json::Error| {
+        let found = if e.is_data() { shortened(&e.to_string(), 200) } else { "no valid JSON".to_string() };
+        let line = format!("{}, line {}", path.display(), e.line());
+        StudyError::Impossible(format!("{line}: is not a result document: {found}"))
+    };
+    serde_json::from_slice::<UniqueKeys>(bytes).map_err(invalid)?;
+    let value: Value = serde_json::from_slice(bytes).map_err(invalid)?;
     let expected = format!("jointid/{kind}/1");
     match value.get("schema").and_then(Value::as_str) {
         Some(schema) if schema == expected => {}
@@ -73,8 +84,25 @@ pub(crate) fn result_document<T: DeserializeOwned>(path: &Path, bytes: &[u8], ki
         }
         _ => return Err(fault(format!("is not a result document: `schema` is not {expected}"))),
     }
+    if kind == "identification" {
+        let version = value.get("tool_version").and_then(Value::as_str).unwrap_or_default();
+        check_version(&path.display().to_string(), version, "identify")?;
+        if let Some(found) = content_fault(&value) {
+            return Err(fault(format!("{found}; identify again")));
+        }
+    }
     serde_json::from_value(value)
         .map_err(|e| fault(format!("is no {expected}: {}", shortened(&e.to_string(), 200))))
+}
+
+/// Checks that a result was written by this version; `command` makes it.
+fn check_version(path: &str, version: &str, command: &str) -> StudyResult<()> {
+    let own = env!("CARGO_PKG_VERSION");
+    if version == own {
+        return Ok(());
+    }
+    let version = shortened(version, 40);
+    Err(StudyError::input(path, format!("was written by version {version}, this is {own}; {command} again")))
 }
 
 /// Checks that a result was written by this version and is complete. `of` names it and the command that makes
@@ -82,13 +110,7 @@ pub(crate) fn result_document<T: DeserializeOwned>(path: &Path, bytes: &[u8], ki
 ///
 /// # Errors  the result is of another version, or was stopped early.
 pub(crate) fn check_current(path: &str, stamp: &Stamp, of: (&str, &str)) -> StudyResult<()> {
-    let (own, other) = (env!("CARGO_PKG_VERSION"), &stamp.tool_version);
-    if other != own {
-        return Err(StudyError::input(
-            path,
-            format!("was written by version {other}, this is {own}; {} again", of.1),
-        ));
-    }
+    check_version(path, &stamp.tool_version, of.1)?;
     if !stamp.complete {
         return Err(StudyError::input(
             path,

@@ -42,7 +42,7 @@ pub use files::{schema, schema_names, templates};
 pub use frequency_response::Evaluated;
 pub use friction::{FrictionRequest, friction};
 pub use identification::Drawing;
-pub use identified::{check_identification, read_diagnosis, read_identification};
+pub use identified::{check_identification, read_diagnosis, read_identification, result_of_text};
 pub use import::{ExportedSet, FileContents, ImportRequest, ImportedSet, export, import, list_contents};
 pub use long_work::{Control, Progress, Watcher};
 pub use machine::contact::StribeckNoise;

@@ -121,11 +121,18 @@ def test_files_are_refused_with_file_line_and_key(tmp_path):
 
 def test_nothing_is_written_where_writing_fails(tmp_path, found):
     (tmp_path / "file").write_text("")
-    with pytest.raises(jd.InputError, match="cannot be written"):
+    with pytest.raises(jd.InputError, match="is a file; name a folder"):
         found.save(tmp_path / "file" / "identification.json")
     with pytest.raises(jd.InputError, match="cannot be written"):
         jd.Fleet(tmp_path / "file", None, {"m": "measurements/tian"})
-    assert [entry.name for entry in tmp_path.iterdir()] == ["file"]
+    (tmp_path / "own.json").write_text("{}")
+    (tmp_path / "link.json").symlink_to(tmp_path / "nowhere")
+    for name, fault in (("own.json", "already exists"), ("link.json", "is a link")):
+        with pytest.raises(jd.InputError, match=fault):
+            found.save(tmp_path / name)
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["file", "link.json", "own.json"]
+    found.save(tmp_path / "found.json")
+    found.save(tmp_path / "found.json")
 
 
 def test_odd_arrays_are_read_as_they_are():

@@ -89,7 +89,7 @@ def test_arrays_are_what_files_are(on_frfs, tmp_path):
     assert of_files.parameters == on_frfs.parameters and of_files.cost == on_frfs.cost
     low, high = on_frfs.interval95["k_n"]
     assert low < 4e8 < high
-    with pytest.raises(jd.InputError, match=r"manifest\.toml already"):
+    with pytest.raises(jd.InputError, match=r"manifest\.toml: already exists"):
         on_frfs.study.measurements.save(tmp_path / "set")
     printed = command("identify", "--measurements", "set", "--positions", "p1,p3", "--json", folder=tmp_path)
     assert json.loads(printed)["cost"] == on_frfs.cost

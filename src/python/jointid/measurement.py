@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -231,10 +230,6 @@ class MeasurementSet:
         """
         target = Path(_arrays.path("folder", folder))
         files = self._files()
-        if (target / "manifest.toml").exists():
-            raise InputError(
-                f"{target}: has a manifest.toml already; name a new folder", file=str(target), key="folder"
-            )
         outside = [name for name in files if Path(name).is_absolute() or ".." in Path(name).parts]
         if outside:
             raise InputError(
@@ -242,9 +237,9 @@ class MeasurementSet:
                 file=str(target),
                 key="folder",
             )
-        # The manifest comes last: a folder without one is no set.
-        for name in sorted(files, key=lambda name: name == "manifest.toml"):
-            write(target / name, files[name])
+        # The manifest is the first to leave and the last to come: a folder without one is no set.
+        whole = sorted(files.items(), key=lambda file: file[0] != "manifest.toml")
+        _core.write_files(target, whole, True)
         return target
 
     def _files(self) -> dict[str, bytes]:
@@ -530,18 +525,7 @@ def _from_arrays(
 
 
 def write(path: str | os.PathLike[str], content: bytes | str) -> None:
-    """Writes a file as a whole: under another name first, then renamed."""
+    """Writes a file as a whole. An existing one is replaced where it is of the same kind."""
     target = Path(_arrays.path("path", path))
-    part = target.with_name(target.name + f".{os.getpid()}.part")
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        part.write_bytes(content.encode() if isinstance(content, str) else content)
-        os.replace(part, target)
-    except OSError as fault:
-        with suppress(OSError):
-            part.unlink()
-        raise InputError(
-            f"{target}: cannot be written ({fault.strerror or fault}); name another place",
-            file=str(target),
-            key="path",
-        ) from None
+    content = content.encode() if isinstance(content, str) else content
+    _core.write_files(target.parent, [(target.name, content)], False)

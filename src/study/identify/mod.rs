@@ -4,6 +4,7 @@ mod records;
 mod responses;
 
 use crate::{Study, StudyResult};
+use report::digest_of;
 use report::document::IdentificationDocument;
 
 impl Study {
@@ -14,6 +15,10 @@ impl Study {
     ///   suffice.
     pub fn identify(&self) -> StudyResult<IdentificationDocument> {
         self.check_observations()?;
-        if self.is_on_motion() { self.identify_from_records() } else { self.identify_from_responses() }
+        let of_motion = self.is_on_motion();
+        let mut document =
+            if of_motion { self.identify_from_records() } else { self.identify_from_responses() }?;
+        document.content_sha256 = Some(digest_of(&document)?);
+        Ok(document)
     }
 }
