@@ -359,12 +359,22 @@ impl MachineFile {
     }
 }
 
+/// Checks a name that arguments, verdicts and documents join with others.
+fn check_name(part: &str, name: &str) -> Result<(), MachineError> {
+    if !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || matches!(c, '-' | '_')) {
+        return Ok(());
+    }
+    Err(fault(part, format!("«{name}» is no name; write letters, digits, - and _")))
+}
+
 impl EffectFile {
     /// Returns the effect.
     pub fn effect(self) -> Result<Effect, MachineError> {
         let id = self.id.clone();
         let named =
             |error: MachineError| MachineError { part: format!("effect {id}, {}", error.part), ..error };
+        check_name("id", &id).map_err(named)?;
+        self.parameter.keys().try_for_each(|key| check_name("parameter", key)).map_err(named)?;
         let mut patch = Patch {
             points: self.point.into_iter().map(added_point).collect::<Result<_, _>>().map_err(named)?,
             joints: self.joint.into_iter().map(joint).collect::<Result<_, _>>().map_err(named)?,

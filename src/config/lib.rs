@@ -13,6 +13,8 @@ mod rescale;
 mod schema;
 mod servo;
 mod template;
+#[cfg(test)]
+mod tests;
 mod unit;
 
 pub use embedded::{BENCH, embedded_config};

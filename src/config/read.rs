@@ -144,6 +144,7 @@ pub fn read_machine_text(
     };
     let mut machine = empty.with(&patch).map_err(in_file)?;
     let effects = one_of_each(effects, &machine);
+    let mut described = machine.clone();
     machine = with_contained(machine, &contained, &effects, without).map_err(in_file)?;
     let is_set = |key: &str| {
         stated.get("tolerance").and_then(|section| number(section.get(key)?)).is_some_and(|x| x != 0.0)
@@ -154,6 +155,8 @@ pub fn read_machine_text(
             "the machine has no quantity with this tolerance; remove the key",
         )));
     }
+    described.drop_unused_parameters();
+    check_own_names(&own, &effects, (&described, &contained)).map_err(in_file)?;
     check_own_effects(&own, &effects, &machine, without).map_err(in_file)?;
     let removed: Vec<&str> = effects
         .iter()
@@ -201,6 +204,31 @@ fn with_contained(
         }
     }
     Ok(machine)
+}
+
+/// Checks that the effects of a file declare no parameter that the machine has without them: it would keep its
+/// own unit and range.
+fn check_own_names(
+    own: &[Effect],
+    all: &[Effect],
+    (described, contained): (&Machine, &[String]),
+) -> Result<(), MachineError> {
+    for effect in own {
+        let is_other = |e: &&Effect| e.id != effect.id && effect.refines.as_ref() != Some(&e.id);
+        let others = all.iter().filter(|e| contained.contains(&e.id)).filter(is_other);
+        let taken: Vec<&str> = others
+            .flat_map(|e| &e.patch.parameters)
+            .chain(&described.parameters)
+            .map(|p| p.id.as_str())
+            .collect();
+        if let Some(parameter) = effect.patch.parameters.iter().find(|p| taken.contains(&p.id.as_str())) {
+            return Err(fault(
+                format!("effect «{}», parameter.{}", effect.id, parameter.id),
+                "the machine has a parameter of this name; choose another name, or leave this section out to use that of the machine",
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// Checks that the effects of a file refine known ones and suit the machine.

@@ -183,6 +183,10 @@ impl Machine {
 
 pub(super) fn check_parameter(p: &Parameter) -> Result<(), MachineError> {
     let part = |key: &str| format!("parameter.{}.{key}", p.id);
+    if p.id == "gain" {
+        let fault_of_name = "is the name of the measuring chain's factor in results; choose another name";
+        return Err(fault(format!("parameter.{}", p.id), fault_of_name));
+    }
     for (key, number) in [("start", p.start), ("lower", p.lower), ("upper", p.upper)] {
         if !number.is_finite() {
             return Err(fault(part(key), format!("is {number}; write a finite number")));

@@ -40,6 +40,8 @@ pub enum Range {
     Limit,
     /// Finite, 0 or above.
     NotNegative,
+    /// From 0 to [`LARGEST_LOSS`].
+    Loss,
     /// Finite, of either sign.
     Finite,
     /// From 0 to below 1.
@@ -47,6 +49,9 @@ pub enum Range {
     /// Not checked by itself.
     Unchecked,
 }
+
+/// Largest loss factor that a description may reach (1): where its quantity ends, too.
+const LARGEST_LOSS: f64 = 100.0;
 
 /// What depends on a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -173,7 +178,7 @@ numbers! { SHAFT: Shaft, ShaftFile, "";
     youngs_modulus_pa => youngs_modulus: "Young's modulus of {}", YOUNGS_MODULUS, Positive, All, ShaftYoungsModulus;
     shear_modulus_pa => shear_modulus: "shear modulus of {}", SHEAR_MODULUS, Positive, All, ShaftShearModulus;
     density_kg_m3 => density: "density of {}", DENSITY, Positive, All;
-    loss_factor: "loss factor of {}", LOSS, NotNegative, All, ShaftLossFactor;
+    loss_factor: "loss factor of {}", LOSS, Loss, All, ShaftLossFactor;
     none => nut_position: "nut position on {}", DISPLACEMENT, Unchecked, All, NutPosition;
     none => nut_support_factor: "", RATIO, Unchecked, All;
     none => nut_support_offset: "", RATIO, Unchecked, All;
@@ -185,13 +190,13 @@ numbers! { BENDING: Bending, BendingFile, "";
     lateral_stiffness: "lateral stiffness of {}", STIFFNESS, NotNegative, All;
     clamping[0]: "left clamping of {}", RATIO, NotNegative, All;
     clamping[1]: "right clamping of {}", RATIO, NotNegative, All;
-    loss_factor: "loss factor of bending of {}", LOSS, NotNegative, All;
+    loss_factor: "loss factor of bending of {}", LOSS, Loss, All;
 }
 
 numbers! { JOINT: Joint, JointPatch, "";
     stiffness: "stiffness of {}", STIFFNESS, NotNegative, All, JointStiffness;
     damping: "damping of {}", DAMPING, NotNegative, All, JointDamping;
-    loss_factor: "loss factor of {}", LOSS, NotNegative, All, JointLossFactor;
+    loss_factor: "loss factor of {}", LOSS, Loss, All, JointLossFactor;
     integral_rate: "integral rate of {}", RATE, NotNegative, All, JointIntegralRate;
     relaxation_stiffness: "relaxation stiffness of {}", STIFFNESS, Positive, All;
     gap: "backlash of {}", GAP, NotNegative, MotionIgnored, JointGap;
@@ -367,6 +372,7 @@ impl Range {
                 return Err(fault(part(), format!("is {x}; write a finite number")));
             }
             Range::Positive | Range::Limit if !(x > 0.0) => "write a number above 0",
+            Range::Loss if !(0.0..=LARGEST_LOSS).contains(&x) => "write a loss factor from 0 to 100",
             Range::NotNegative if !(x >= 0.0) => "write 0 or a number above it",
             _ => return Ok(()),
         };
