@@ -157,6 +157,10 @@ fn refuse_files_that_cannot_be_imported() {
     refuse("frequency_hz,real,imag\n1,NaN,1\n", "e.csv", &["--quantity", "receptance"], "line 2");
     refuse(table, "f.csv", &["--quantity", "receptance", "--nut-m", "l1"], "NAME=M");
     refuse(table, "g.csv", &["--quantity", "receptance", "--nut-m", "l9=0.5"], "l9");
+    let twice = ["--quantity", "receptance", "--position", "l1", "--nut-m", "l1=0.6,l1=0.7"];
+    refuse(table, "h.csv", &twice, "l1 is at 0.6 m already");
+    let turned = ["--quantity", "receptance", "--columns", "frequency_hz,imag,real"];
+    refuse("frequency_hz,real,imag\n1,1,1\n2,1,1\n", "i.csv", &turned, "«real» of the header is named imag");
     refuse("no universal file", "h.uff", &[], "h.uff");
     refuse("", "i.uff", &[], "i.uff");
 }

@@ -41,10 +41,11 @@ fn start(out: &Path, threads: &str, lines: usize) -> Option<Child> {
 }
 
 fn names(folder: &Path) -> Vec<String> {
-    std::fs::read_dir(folder)
-        .expect("a folder")
-        .map(|e| e.expect("an entry").file_name().to_string_lossy().into_owned())
-        .collect()
+    let entries = std::fs::read_dir(folder).expect("a folder");
+    let name = |entry: std::io::Result<std::fs::DirEntry>| entry.expect("an entry").file_name();
+    let mut names: Vec<String> = entries.map(|e| name(e).to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
 }
 
 #[test]
@@ -79,21 +80,25 @@ fn a_run_killed_anywhere_resumes_to_the_same_result() {
 
 #[cfg(unix)]
 #[test]
-fn a_run_stopped_by_ctrl_c_writes_a_partial_result_and_resumes() {
+fn a_run_stopped_by_a_signal_writes_a_partial_result_and_resumes() {
     let folder = tempfile::tempdir().expect("a folder");
-    let (reference, out) = (folder.path().join("reference"), folder.path().join("stopped"));
+    let reference = folder.path().join("reference");
     assert!(command(&reference, "2").output().expect("a run").status.success());
-    let child = start(&out, "2", 3).expect("a running process");
-    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill").success());
-    let stopped = child.wait_with_output().expect("an end");
-    assert_eq!(stopped.status.code(), Some(3));
-    assert!(String::from_utf8_lossy(&stopped.stderr).contains("the same command resumes from here"));
-    let partial: Value = serde_json::from_slice(&result(&out)).expect("JSON");
-    assert_eq!(partial["complete"], false);
-    assert!(out.join("unfinished.jsonl").exists());
-    assert!(command(&out, "2").output().expect("a run").status.success());
-    assert!(result(&out) == result(&reference));
-    assert_eq!(names(&out), ["identification.json"]);
+    for signal in ["-INT", "-TERM"] {
+        let out = folder.path().join(format!("stopped{signal}"));
+        let child = start(&out, "2", 3).expect("a running process");
+        let id = child.id().to_string();
+        assert!(Command::new("kill").args([signal, &id]).status().expect("kill").success());
+        let stopped = child.wait_with_output().expect("an end");
+        assert_eq!(stopped.status.code(), Some(3));
+        assert!(String::from_utf8_lossy(&stopped.stderr).contains("the same command resumes from here"));
+        let partial: Value = serde_json::from_slice(&result(&out)).expect("JSON");
+        assert_eq!(partial["complete"], false);
+        assert_eq!(names(&out), ["identification.json", "unfinished.jsonl"]);
+        assert!(command(&out, "2").output().expect("a run").status.success());
+        assert!(result(&out) == result(&reference));
+        assert_eq!(names(&out), ["identification.json"]);
+    }
 }
 
 #[test]

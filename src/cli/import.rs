@@ -153,18 +153,17 @@ fn list(given: &ImportArguments) -> CommandResult {
 }
 
 fn nut_positions(given: &[String]) -> Result<BTreeMap<String, f64>, String> {
-    given
-        .iter()
-        .map(|text| {
-            let (name, number) =
-                text.split_once('=').ok_or_else(|| format!("--nut-m {text}: write NAME=M, as in l1=0.6"))?;
-            let nut_m = number.trim().parse::<f64>().ok().filter(|x| x.is_finite());
-            Ok((
-                name.trim().to_string(),
-                nut_m.ok_or_else(|| format!("--nut-m {text}: «{number}» is no distance in m"))?,
-            ))
-        })
-        .collect()
+    let mut positions = BTreeMap::new();
+    for text in given {
+        let (name, number) =
+            text.split_once('=').ok_or_else(|| format!("--nut-m {text}: write NAME=M, as in l1=0.6"))?;
+        let nut_m = number.trim().parse::<f64>().ok().filter(|x| x.is_finite());
+        let nut_m = nut_m.ok_or_else(|| format!("--nut-m {text}: «{number}» is no distance in m"))?;
+        if let Some(other_m) = positions.insert(name.trim().to_string(), nut_m) {
+            return Err(format!("--nut-m {text}: {} is at {other_m} m already; write one", name.trim()));
+        }
+    }
+    Ok(positions)
 }
 
 /// Writes the FRFs of a set as a universal file.

@@ -71,9 +71,20 @@ fn end() -> ! {
     std::process::exit(3);
 }
 
-/// Lets Ctrl-C end the command: work that looks at [`stop_flag`] stops and delivers what it has found, within
+/// Lets a file that grows beyond the limit of the process (`ulimit -f`) fail like one on a full disk, instead of
+/// ending the process.
+#[cfg(unix)]
+fn outlive_file_limit() {
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
+}
+
+#[cfg(not(unix))]
+fn outlive_file_limit() {}
+
+/// Lets Ctrl-C, SIGTERM and SIGHUP end the command: work that looks at [`stop_flag`] stops and delivers what it has found, within
 /// `DELIVERY`; other work ends at once, and so does any at a second Ctrl-C.
 pub fn watch_ctrl_c() {
+    outlive_file_limit();
     // Where no handler can be set, Ctrl-C ends the process as usual.
     let _ = ctrlc::set_handler(|| {
         if STOP.swap(true, Ordering::Relaxed) {

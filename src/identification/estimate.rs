@@ -48,7 +48,7 @@ pub(super) fn estimate<P: Problem>(
         return Ok(at_start(problem, machine));
     }
     let found = searched(problem, plan, control);
-    let (best, least) = (found.minima[0].place.clone(), found.minima[0].cost);
+    let (best, least) = finite(problem, found.minima.first())?;
     let freedom = problem.observations().saturating_sub(best.len());
     let misfit_at = |place: &Place| {
         let chi_square = problem.squares(None, |squares| squares.chi_square(place));
@@ -217,6 +217,20 @@ fn refined_basins<P: Problem>(problem: &P, basins: Vec<Basin>, rise: f64, contro
         }
     }
     distinct.into_iter().map(|(basin, _)| basin).collect()
+}
+
+/// Returns place and cost of the best minimum.
+///
+/// # Errors  its misfit is not finite.
+fn finite<P: Problem>(problem: &P, best: Option<&Basin>) -> Result<(Place, f64), ObjectiveError> {
+    let is_finite = |best: &&Basin| {
+        let chi_square = problem.squares(None, |squares| squares.chi_square(&best.place));
+        (best.cost * chi_square * problem.correlation_factor(&best.place)).is_finite()
+    };
+    let fault = "the misfit is not finite at any values of the parameters";
+    let remedy = "correct the stated noise, or the number that is far too large or too small";
+    let found = best.filter(is_finite).map(|best| (best.place.clone(), best.cost));
+    found.ok_or_else(|| ObjectiveError::Data(format!("{fault}; {remedy}")))
 }
 
 /// Finds the combinations of parameters that the data determine about a minimum. `regions` are those of the

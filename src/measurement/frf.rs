@@ -57,6 +57,8 @@ pub struct FrfLine {
 
 /// Smallest coherence γ² of an accepted line (1).
 pub const LEAST_COHERENCE: f64 = 0.8;
+/// Least relative standard deviation that may be stated (1): the rounding of numbers is near.
+pub(super) const LEAST_RELATIVE_SD: f64 = 1e-12;
 
 /// Lower bound on 1 − γ² (1): rounding of a coherence printed to four digits.
 const LEAST_INCOHERENCE: f64 = 5e-5;
@@ -244,8 +246,9 @@ impl SortedLines {
         if let Some(c) = coherence.filter(|c| !(0.0..=1.0).contains(c)) {
             return Err(format!("coherence is {c}; it lies between 0 and 1"));
         }
-        if let Some(sd) = relative_sd.filter(|sd| *sd <= 0.0) {
-            return Err(format!("relative_sd is {sd}; write a number above 0, or leave the column out"));
+        if let Some(sd) = relative_sd.filter(|sd| *sd < LEAST_RELATIVE_SD) {
+            let remedy = format!("write a number above {LEAST_RELATIVE_SD}, or leave the column out");
+            return Err(format!("relative_sd is {sd}; {remedy}"));
         }
         let is_accepted =
             frequency_hz > 0.0 && value.norm_sqr() > 0.0 && coherence.is_none_or(|c| c >= LEAST_COHERENCE);

@@ -16,6 +16,9 @@ pub(super) struct Sensing {
     pub window_per_s: f64,
 }
 
+/// Shortest time constant of an exponential window (s): a shorter one ends within a sample of any recorder.
+const SHORTEST_WINDOW_S: f64 = 1e-6;
+
 impl Sensing {
     /// Reads what an FRF states, else what its set states.
     ///
@@ -29,7 +32,7 @@ impl Sensing {
         };
         let window_s = match entry.exponential_window_s.or(manifest.exponential_window_s) {
             Some(0.0) => None,
-            Some(x) if !(x > 0.0 && x.is_finite()) => {
+            Some(x) if !(x >= SHORTEST_WINDOW_S && x.is_finite()) => {
                 return Err(format!(
                     "exponential_window_s: is {x}; write its time constant in s, or 0 for an FRF without a window"
                 ));
@@ -97,6 +100,7 @@ mod tests {
     fn refuse_numbers_that_are_no_window_and_no_mount() {
         for (set, said) in [
             ("exponential_window_s = -1", "exponential_window_s: is -1; write its time constant"),
+            ("exponential_window_s = 1e-300", "write its time constant in s"),
             ("exponential_window_s = inf", "or 0 for an FRF without a window"),
             ("mount_resonance_hz = inf\nmount_damping_ratio = 0.1", "mount_resonance_hz: is inf; write"),
             ("mount_resonance_hz = 900", "only one of mount_resonance_hz and mount_damping_ratio"),

@@ -3,6 +3,7 @@
 use file_access::LARGEST_NUMBER;
 use num_complex::Complex64;
 
+use crate::frf::LEAST_RELATIVE_SD;
 use crate::{MeasurementError, Quantity};
 
 /// Largest excess of a coherence over 1 (1) that rounding in single precision explains.
@@ -98,9 +99,11 @@ impl ImportedFrf {
             };
             self.warnings.push(format!("{}: {text} left out, at {}{more}", self.name, named.join(", ")));
         }
-        if let Some(sd) = self.relative_sd.iter().flatten().find(|sd| **sd <= 0.0 || **sd > LARGEST_NUMBER) {
+        if let Some(sd) =
+            self.relative_sd.iter().flatten().find(|sd| !(LEAST_RELATIVE_SD..=LARGEST_NUMBER).contains(*sd))
+        {
             return Err(fault(format!(
-                "a relative_sd is {sd}; write a number above 0, or leave the column out"
+                "a relative_sd is {sd}; write a number above {LEAST_RELATIVE_SD}, or leave the column out"
             )));
         }
         self.check_coherence(strict)?;

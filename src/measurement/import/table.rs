@@ -104,7 +104,19 @@ fn in_lines(fault: MeasurementError, layout: &Layout) -> MeasurementError {
 /// Returns the columns of a table, by its header or as requested.
 fn columns(layout: &Layout, request: &TableRequest) -> Result<Vec<Column>, Fault> {
     let names = match (&request.columns, &layout.header) {
-        (Some(names), _) if names.len() == layout.cells => names.clone(),
+        (Some(names), header) if names.len() == layout.cells => {
+            let stated = header.iter().flatten().zip(names);
+            let contradicts = |(stated, named): &(&String, &String)| {
+                let (stated, named) = (column(stated), column(named));
+                stated.zip(named).is_some_and(|(stated, named)| stated.content != named.content)
+            };
+            if let Some((stated, named)) = stated.clone().find(contradicts) {
+                return Err(format!(
+                    "the column «{stated}» of the header is named {named}; leave columns out, or correct the header"
+                ));
+            }
+            names.clone()
+        }
         (Some(names), _) => {
             return Err(format!(
                 "{} columns are named, but the table has {}; name each of them",

@@ -129,12 +129,12 @@ impl Study {
         } else {
             self.design_of_modes(request, &values, &channels)?
         };
-        design.predicted = self.predicted_frequencies(request, &values, &design.free, &channels[0])?;
-        let discrimination = self.discrimination(request, (&channels, &states), frfs)?;
-        inputs.extend(request.diagnosis.as_ref().and_then(|(_, file)| file.clone()));
         if design.free.is_empty() {
             return Err(StudyError::impossible("no free parameter to plan for; freeze fewer"));
         }
+        design.predicted = self.predicted_frequencies(request, &values, &design.free, &channels[0])?;
+        let discrimination = self.discrimination(request, (&channels, &states), frfs)?;
+        inputs.extend(request.diagnosis.as_ref().and_then(|(_, file)| file.clone()));
         let name = |at: usize| self.measurement_name(&design.candidates[at], channels.len());
         let made = self.made(request, &design, &name)?;
         let counts: Vec<usize> = match (&request.choose[..], made.is_empty()) {
