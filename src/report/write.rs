@@ -184,8 +184,9 @@ impl Batch {
             held.remove(temporary);
             former.replaced.extend(self.files.pop().map(|(_, target)| target));
         }
-        drop(held);
+        // An end of the process waits until the former files are gone, too.
         former.forget();
+        drop(held);
         self.made.clear();
         Ok(())
     }

@@ -85,6 +85,10 @@ pub fn friction(request: &FrictionRequest) -> StudyResult<FrictionDocument> {
 
 /// Converts the runs to observations of force.
 fn observations(request: &FrictionRequest, table: &FrictionTable) -> StudyResult<Vec<Observation>> {
+    let efficiency = request.efficiency;
+    if !(efficiency > 0.0 && efficiency <= 1.0) {
+        return Err(StudyError::setting("efficiency", efficiency, "write a number above 0, up to 1"));
+    }
     let factor = match (table.unit, request.lead_m) {
         (FrictionUnit::Force, None) => 1.0,
         (FrictionUnit::Force, Some(_)) => {
@@ -102,9 +106,8 @@ fn observations(request: &FrictionRequest, table: &FrictionTable) -> StudyResult
             ));
         }
         (FrictionUnit::Torque, Some(lead_m)) => {
-            let key = if ScrewDrive::new(lead_m, 1.0).is_err() { "lead_m" } else { "efficiency" };
-            let screw = ScrewDrive::new(lead_m, request.efficiency);
-            screw.map_err(|e| StudyError::setting(key, "", e.to_string()))?.force_n(1.0)
+            let screw = ScrewDrive::new(lead_m, efficiency);
+            screw.map_err(|e| StudyError::setting("lead_m", "", e.to_string()))?.force_n(1.0)
         }
     };
     let observation = |run: &FrictionRun| Observation {
