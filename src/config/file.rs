@@ -152,12 +152,26 @@ pub struct ParameterFile {
     scale: Option<Scale>,
     #[serde(default)]
     fit: FitRule,
+    /// Standard deviation of a normal prior about `start`; none by default.
     sd: Option<f64>,
+    /// What is known of it before the measurement, as of a catalogue; nothing by default.
+    prior: Option<PriorFile>,
     #[serde(default)]
     source: String,
     /// What it is, in a few words; by default the number of the machine that it stands for.
     #[serde(default)]
     description: String,
+}
+
+/// A log-normal prior: the parameter lies within `factor` of `value`, above or below, with a probability of
+/// 68 %.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct PriorFile {
+    /// Median, in the unit of the parameter.
+    value: f64,
+    /// Factor above 1: exp of the standard deviation of the logarithm.
+    factor: f64,
 }
 
 /// An effect.
@@ -319,7 +333,8 @@ fn parameters(files: BTreeMap<String, ParameterFile>, uses: &Patch) -> Result<Ve
 }
 
 fn parameter(id: String, file: ParameterFile, uses: &Patch) -> Result<Parameter, MachineError> {
-    let ParameterFile { unit, start, lower, upper, scale, fit, sd, source, description } = file;
+    let catalogue = file.prior.map(|prior| checked_prior(&id, prior, &file)).transpose()?;
+    let ParameterFile { unit, start, lower, upper, scale, fit, sd, source, description, .. } = file;
     let (unit, factor) = to_si(&id, &unit, uses)?;
     let scale = scale.unwrap_or(if lower > 0.0 { Scale::Logarithmic } else { Scale::Linear });
     Ok(Parameter {
@@ -332,10 +347,48 @@ fn parameter(id: String, file: ParameterFile, uses: &Patch) -> Result<Parameter,
         upper: factor * upper,
         scale,
         fit,
-        prior: sd.map(|sd| machine::Prior::Normal(factor * sd)),
+        prior: match catalogue {
+            Some((value, sd)) => Some(machine::Prior::Catalogue(factor * value, sd)),
+            None => sd.map(|sd| machine::Prior::Normal(factor * sd)),
+        },
         source,
         description,
     })
+}
+
+/// Checks a stated prior. Returns its median (in the unit of the file) and the standard deviation of its
+/// logarithm.
+fn checked_prior(
+    id: &str,
+    PriorFile { value, factor }: PriorFile,
+    of: &ParameterFile,
+) -> Result<(f64, f64), MachineError> {
+    let refuse = |key: &str, text: String| Err(fault(format!("parameter.{id}.{key}"), text));
+    if !(value > 0.0 && value.is_finite()) {
+        return refuse("prior.value", format!("is {value}; write a number above 0"));
+    }
+    if !(factor > 1.0 && factor.is_finite()) {
+        let remedy = "write a factor above 1, such as 1.5: the value lies within it with 68 %";
+        return refuse("prior.factor", format!("is {factor}; {remedy}"));
+    }
+    if !(of.lower..=of.upper).contains(&value) {
+        let text = format!(
+            "{value} is outside the range {} … {}; widen the range or correct it",
+            of.lower, of.upper
+        );
+        return refuse("prior.value", text);
+    }
+    if !(of.lower > 0.0) {
+        let text = format!("a factor needs a range above 0, lower is {}; write lower above 0", of.lower);
+        return refuse("prior", text);
+    }
+    if of.sd.is_some() {
+        return refuse("prior", "stands beside sd, another prior; keep one of them".into());
+    }
+    if of.fit == FitRule::Never {
+        return refuse("prior", "has no effect with fit = \"never\"; remove one of them".into());
+    }
+    Ok((value, factor.ln()))
 }
 
 impl MachineFile {
@@ -405,5 +458,46 @@ impl EffectFile {
             at: self.at,
             data: self.data,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::read_machine_text;
+    use machine::Prior;
+
+    /// One mass on one spring with a prior.
+    fn read(prior: &str, more: &str) -> Result<Option<Prior>, String> {
+        let text = format!(
+            "title = \"one\"\neffects = []\n[[point]]\nname = \"m\"\nmotion = \"translation\"\nmass_kg = 2.0\n\
+             [[joint]]\nname = \"j\"\nbetween = [\"m\", \"ground\"]\nstiffness = \"k\"\n\
+             [parameter.k]\nunit = \"N/um\"\nstart = 3.0\nlower = 1.0\nupper = 9.0\nprior = {prior}\n{more}"
+        );
+        let read = read_machine_text("one.toml", &text, &[], &[]).map_err(|e| e.to_string())?;
+        Ok(read.machine.parameters[0].prior)
+    }
+
+    #[test]
+    fn limit_a_prior_is_within_its_factor_by_one_standard_deviation() {
+        let prior = read("{ value = 2.0, factor = 1.5 }", "").unwrap().unwrap();
+        for (value, deviation) in [(2e6, 0.0), (3e6, 1.0), (2e6 / 1.5, -1.0)] {
+            assert!((prior.deviation(3e6, value) - deviation).abs() < 1e-12, "{prior:?}");
+        }
+    }
+
+    #[test]
+    fn refuse_priors_that_make_no_sense() {
+        for (prior, more, words) in [
+            ("{ value = 0.0, factor = 1.5 }", "", ["parameter.k.prior.value", "above 0"]),
+            ("{ value = nan, factor = 1.5 }", "", ["parameter.k.prior.value", "NaN"]),
+            ("{ value = 2.0, factor = 1.0 }", "", ["parameter.k.prior.factor", "above 1"]),
+            ("{ value = 20.0, factor = 1.5 }", "", ["parameter.k.prior.value", "outside the range 1 … 9"]),
+            ("{ value = 2.0, factor = 1.5 }", "sd = 1.0", ["parameter.k.prior", "sd"]),
+            ("{ value = 2.0, factor = 1.5 }", "fit = \"never\"", ["parameter.k.prior", "never"]),
+            ("{ value = 2.0 }", "", ["factor", "one.toml"]),
+        ] {
+            let fault = read(prior, more).unwrap_err();
+            assert!(words.iter().all(|word| fault.contains(word)), "{prior} {more}: {fault}");
+        }
     }
 }

@@ -22,8 +22,9 @@ mod tests {
 
     /// Sections whose numbers are not those of a machine: parameters, their tolerances and derived
     /// quantities.
-    const OTHER_SECTIONS: [&str; 7] = [
+    const OTHER_SECTIONS: [&str; 8] = [
         "ParameterFile",
+        "PriorFile",
         "ToleranceFile",
         "DerivedFile",
         "FittedFile",

@@ -164,7 +164,7 @@ pub fn simulate(
     for (unit, parameter) in
         stated.iter_mut().zip(objective.free().iter().map(|i| &nominal.machine.parameters[*i]))
     {
-        if parameter.prior.is_some() {
+        if parameter.is_tolerance() {
             *unit = parameter.to_unit(parameter.start);
         }
     }

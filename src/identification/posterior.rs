@@ -326,8 +326,9 @@ fn neutral_tolerances(fitted: &mut Machine, described: usize) -> Vec<(usize, Coo
 
 fn parameter_coordinate(parameter: &machine::Parameter) -> Coordinate {
     let prior = parameter.prior.map(|prior| {
-        let slope = parameter.unit_slope(parameter.start) * prior.slope(parameter.start);
-        (1.0 / slope.abs(), parameter.to_unit(parameter.start))
+        let centre = prior.value(parameter.start, 0.0);
+        let slope = parameter.unit_slope(centre) * prior.slope(centre);
+        (1.0 / slope.abs(), parameter.to_unit(centre))
     });
     Coordinate { name: parameter.name().into(), of_machine: true, prior }
 }

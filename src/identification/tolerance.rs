@@ -54,7 +54,7 @@ impl ToleranceEstimate {
             Prior::Normal(sd) => {
                 self.deviation() / (1.0 - (self.sd / sd).powi(2)).max(LEAST_REDUCTION).sqrt()
             }
-            Prior::LogNormal(_) => self.deviation(),
+            Prior::LogNormal(_) | Prior::Catalogue(..) => self.deviation(),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use machine::{Parameter, Scale};
+use machine::{Parameter, Prior, Scale};
 
 /// An identified parameter.
 #[derive(Debug, Clone, PartialEq)]
@@ -87,14 +87,22 @@ const REFERENCE: f64 = 3.0;
 /// of it. A quantity of either sign, such as an offset of the friction, may be zero, which no relative width
 /// can express. Such a quantity acts by its sum with others: the largest value of its kind takes the place of
 /// its own.
+///
+/// A prior must become narrower, too: the data have to reduce its standard deviation fourfold, or else the
+/// catalogue would identify the parameter.
 pub fn narrow_width(parameters: &[Parameter], values: &[f64], index: usize) -> f64 {
     let parameter = &parameters[index];
-    match parameter.scale {
+    let by_kind = match parameter.scale {
         Scale::Logarithmic => narrow_logarithmic_width((parameter.lower, parameter.upper)),
         Scale::Linear => narrowed(
             REFERENCE.ln() * magnitude(parameters, values, index) / (parameter.upper - parameter.lower),
         ),
-    }
+    };
+    let by_prior = |prior: Prior| {
+        let slope = parameter.unit_slope(values[index]) * prior.slope(values[index]);
+        narrowed(1.0 / (slope.abs() * RANGE_SD))
+    };
+    parameter.prior.map_or(by_kind, |prior| by_kind.min(by_prior(prior)))
 }
 
 /// As [`narrow_width`] for any logarithmic range.

@@ -61,13 +61,16 @@ pub struct Parameter {
     pub description: String,
 }
 
-/// Prior distribution of a parameter, centred on its start value.
+/// Prior distribution of a parameter, centred on its start value unless it states its own median.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Prior {
     /// Normal, with this standard deviation in the parameter's unit.
     Normal(f64),
     /// Log-normal: this is the standard deviation of the logarithm, and the start value is the median.
     LogNormal(f64),
+    /// Log-normal about a median of its own, such as a catalogue value, in the parameter's unit: median, and
+    /// standard deviation of the logarithm.
+    Catalogue(f64, f64),
 }
 
 impl Prior {
@@ -76,6 +79,7 @@ impl Prior {
         match self {
             Prior::Normal(sd) => (value - start) / sd,
             Prior::LogNormal(sd) => (value / start).ln() / sd,
+            Prior::Catalogue(median, sd) => (value / median).ln() / sd,
         }
     }
 
@@ -83,7 +87,7 @@ impl Prior {
     pub fn slope(self, value: f64) -> f64 {
         match self {
             Prior::Normal(sd) => 1.0 / sd,
-            Prior::LogNormal(sd) => 1.0 / (sd * value),
+            Prior::LogNormal(sd) | Prior::Catalogue(_, sd) => 1.0 / (sd * value),
         }
     }
 
@@ -92,12 +96,13 @@ impl Prior {
         match self {
             Prior::Normal(sd) => start + sd * deviation,
             Prior::LogNormal(sd) => start * (sd * deviation).exp(),
+            Prior::Catalogue(median, sd) => median * (sd * deviation).exp(),
         }
     }
 
     /// Returns the standard deviation: in the parameter's unit, or of the logarithm.
     pub fn sd(self) -> f64 {
-        let (Prior::Normal(sd) | Prior::LogNormal(sd)) = self;
+        let (Prior::Normal(sd) | Prior::LogNormal(sd) | Prior::Catalogue(_, sd)) = self;
         sd
     }
 }

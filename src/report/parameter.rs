@@ -3,6 +3,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::certainty::PriorRow;
+use super::terminal::figure;
+use super::vocabulary::PriorKind;
+
 /// Estimate of one parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ParameterRow {
@@ -30,6 +34,9 @@ pub struct ParameterRow {
     /// What shows that the fit is not that of the machine.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub depends_on: Vec<String>,
+    /// Prior that the machine's description states and the fit used.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub prior: Option<PriorRow>,
     /// Whether the parameter was fitted; otherwise it kept its start value.
     pub fitted: bool,
     /// Physical meaning of the parameter.
@@ -41,6 +48,16 @@ pub struct ParameterRow {
 }
 
 impl ParameterRow {
+    /// Returns its prior in words; `None` without one.
+    pub fn prior_text(&self) -> Option<String> {
+        let PriorRow { mean, sd, kind } = self.prior.as_ref()?;
+        let spread = match kind {
+            PriorKind::LogNormal => format!("within a factor of {}", figure(sd.exp())),
+            PriorKind::Normal | PriorKind::HalfNormal => format!("± {} {}", figure(*sd), self.unit),
+        };
+        Some(format!("{} {} {spread} (68 %)", figure(*mean), self.unit))
+    }
+
     /// Returns the parts of the 95 % interval in ascending order; empty where none was computed.
     pub fn parts(&self) -> Vec<[f64; 2]> {
         if self.intervals95.is_empty() {

@@ -72,7 +72,13 @@ pub fn parameters_table(parameters: &BTreeMap<String, ParameterRow>) -> String {
     let described = parameters.iter().filter(|(_, row)| !is_wide && !row.description.is_empty());
     let list: Vec<String> = described.map(|(id, row)| format!("{id}: {}", row.description)).collect();
     let list = if list.is_empty() { String::new() } else { wrapped(&format!(" {}", list.join("; "))) };
-    table_text(&out) + &note + &list
+    let priors = parameters.iter().filter_map(|(id, row)| Some(format!("{id} {}", row.prior_text()?)));
+    let priors: Vec<String> = priors.collect();
+    let priors = match priors.is_empty() {
+        true => String::new(),
+        false => wrapped(&format!(" prior of the description: {}", priors.join("; "))),
+    };
+    table_text(&out) + &note + &priors + &list
 }
 
 /// A number to three digits.

@@ -32,13 +32,10 @@ pub(crate) fn parameters(
         .map(|e| {
             let id = &machine.parameters[e.parameter].id;
             let published = printed.and_then(|values| values.get(id).copied());
-            (
-                id.clone(),
-                ParameterRow {
-                    published,
-                    ..parameter_row(machine, (e, &found.doubts), found.free.contains(&e.parameter))
-                },
-            )
+            let (described, fitted) = (&machine.parameters[e.parameter], found.free.contains(&e.parameter));
+            let prior = described.prior.filter(|_| fitted).map(|prior| prior_row(prior, described.start));
+            let row = parameter_row(machine, (e, &found.doubts), fitted);
+            (id.clone(), ParameterRow { published, prior, ..row })
         })
         .collect();
     if found.gain.count > 0 {
@@ -54,6 +51,7 @@ pub(crate) fn parameters(
             depends_on_discrepancy: depends,
             depends_on: found.doubts.iter().filter(|_| depends).map(Doubt::to_string).collect(),
             fitted: found.gain_interval95.is_some(),
+            prior: None,
             description: "gain of the measuring chain: measured over predicted amplitude".into(),
             published: None,
         };
@@ -81,19 +79,25 @@ pub(crate) fn parameter_row(
         depends_on_discrepancy: estimate.depends,
         depends_on: doubts.iter().filter(|_| estimate.depends).map(Doubt::to_string).collect(),
         fitted,
+        prior: None,
         description: machine.description_of(estimate.parameter),
         published: None,
     }
 }
 
+/// Returns a prior of a quantity with a start value.
+fn prior_row(prior: Prior, start: f64) -> PriorRow {
+    let kind = match prior {
+        Prior::Normal(_) => PriorKind::Normal,
+        Prior::LogNormal(_) | Prior::Catalogue(..) => PriorKind::LogNormal,
+    };
+    PriorRow { mean: prior.value(start, 0.0), sd: prior.sd(), kind }
+}
+
 /// Returns tolerances by name.
 pub(crate) fn tolerances(estimates: &[ToleranceEstimate]) -> BTreeMap<String, ToleranceRow> {
     let row = |t: &ToleranceEstimate| {
-        let kind = match t.prior {
-            Prior::Normal(_) => PriorKind::Normal,
-            Prior::LogNormal(_) => PriorKind::LogNormal,
-        };
-        let prior = PriorRow { mean: t.mean, sd: t.prior.sd(), kind };
+        let prior = prior_row(t.prior, t.mean);
         (t.name.clone(), ToleranceRow { unit: t.unit.clone(), prior, value: t.value, sd: t.sd })
     };
     estimates.iter().map(row).collect()

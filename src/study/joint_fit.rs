@@ -141,7 +141,7 @@ impl<'r> Joint<'r> {
         let mut system = System::new(self.size);
         for (test, minimum) in self.tests.iter().zip(minima) {
             match test.posterior.residuals.is_empty() {
-                true => system.add_parabola(test, minimum)?,
+                true => system.add_parabola(test, minimum, 2 * self.own.len())?,
                 false => system.add_residuals(test, minimum, 2 * self.own.len()),
             }
         }
@@ -183,14 +183,21 @@ impl System {
         self.target[column] += precision * centre;
     }
 
-    /// Adds a result by minimum and covariance.
-    fn add_parabola(&mut self, test: &Test<'_>, minimum: usize) -> Option<()> {
+    /// Adds a result by minimum and covariance, without the priors of its parameters, the first `own` columns:
+    /// they say nothing about a change.
+    fn add_parabola(&mut self, test: &Test<'_>, minimum: usize, own: usize) -> Option<()> {
         let precision = test.precision.as_ref()?;
         let pull = precision * DVector::from_row_slice(&test.posterior.minima[minimum]);
         for (row, i) in test.columns.iter().enumerate() {
             self.target[*i] += pull[row];
             let columns = test.columns.iter().enumerate();
             columns.for_each(|(column, j)| self.information[(*i, *j)] += precision[(row, column)]);
+        }
+        let coordinates = test.columns.iter().zip(&test.posterior.coordinates);
+        for (column, [centre, sd]) in coordinates.filter_map(|(column, c)| Some((*column, c.prior?))) {
+            if column < own {
+                self.add_prior(column, -1.0 / (sd * sd), centre);
+            }
         }
         Some(())
     }

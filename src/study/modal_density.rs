@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::{Study, StudyError, StudyResult};
 use dynamics::model::{RodModel, Structure};
 use identification::IdentificationSettings;
-use machine::{Machine, Operating};
+use machine::{Machine, Operating, Parameter, Prior};
 use measurement::MeasurementSet;
 use numeric::unit::omega_rad_s;
 
@@ -19,8 +19,17 @@ const HIGHEST_HZ: f64 = 1e7;
 impl Study {
     /// Checks the settings, and builds those of an identification on responses.
     ///
-    /// # Errors  a number outside its range; the machine has too many modes in the measured band.
+    /// # Errors  a number outside its range; a frozen parameter has a prior; the machine has too many modes in
+    ///   the measured band.
     pub fn identification_settings(&self) -> StudyResult<IdentificationSettings> {
+        let is_known = |p: &&Parameter| matches!(p.prior, Some(Prior::Catalogue(..)));
+        let mut known = self.machine().parameters.iter().filter(is_known);
+        if let Some(Parameter { id, .. }) = known.find(|p| self.settings.freeze.contains(&p.id)) {
+            let fault = format!(
+                "keeps its start value, so parameter.{id}.prior has no effect; remove one of the two"
+            );
+            return Err(StudyError::setting("freeze", id, fault));
+        }
         let made = self.settings.identification(&self.set)?;
         self.check_measured_band()?;
         Ok(made)

@@ -22,3 +22,6 @@ impl Study {
         Ok(document)
     }
 }
+
+#[cfg(test)]
+mod tests;
