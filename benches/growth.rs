@@ -362,7 +362,7 @@ fn diagnoses(table: &Table) {
         let found =
             diagnose(&machine, &library[..effects], &fitter, &held_out, settings, &Control::default())
                 .expect("the diagnosis succeeds");
-        (begin.elapsed().as_secs_f64(), found.null)
+        (begin.elapsed().as_secs_f64(), found.facts.null)
     };
     // The null distribution of all effects, once: the row shows the cost of a diagnosis that reuses it.
     let mut null = None;
@@ -426,7 +426,7 @@ fn frf_diagnosis_seconds(
     )
     .expect("the diagnosis succeeds");
     black_box(closed_interval(&fitter, &held_out, &found, 1, &control));
-    (begin.elapsed().as_secs_f64(), found.null)
+    (begin.elapsed().as_secs_f64(), found.facts.null)
 }
 
 fn files(table: &Table) {

@@ -13,9 +13,9 @@ use crate::search::settings;
 use crate::terminal;
 use crate::words::{Word, one_of};
 use report::diagnosis::DiagnosisDocument;
-use report::diagnosis_text;
 use report::record::motion_diagnosis_text;
 use report::{EARLIER, OutputFolder, identification_text, to_json};
+use report::{diagnosis_text, why_text};
 use study::{Ablation, DiagnosisRequest, NullCache, Study};
 
 /// Identification of the machine with the named effect; that before keeps its name.
@@ -63,8 +63,14 @@ pub struct DiagnoseArguments {
     /// identified
     #[arg(long, value_name = "FILE")]
     pub apply: Option<PathBuf>,
-    /// Replace an existing machine file of that name
-    #[arg(long, requires = "apply")]
+    /// File to write everything on which the verdict rests to
+    #[arg(long, value_name = "FILE")]
+    pub facts: Option<PathBuf>,
+    /// Print the rules of the verdict, and which of them held
+    #[arg(long)]
+    pub why: bool,
+    /// Replace existing files of these names
+    #[arg(long)]
     pub replace: bool,
     #[command(flatten)]
     pub search: SearchArguments,
@@ -90,22 +96,34 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
     let existing = named_file(given.replace);
     let documents = ["diagnosis.json", APPLIED];
     let out = (given.output.out.as_deref(), &documents[..]);
-    let file = given.apply.as_deref().map(|path| (path, "--apply"));
-    let target = file.map(|file| prepare_file(file, existing, out)).transpose()?;
+    let prepared = |path: Option<&Path>, argument| {
+        path.map(|path| prepare_file((path, argument), existing, out)).transpose()
+    };
+    let target = prepared(given.apply.as_deref(), "--apply")?;
+    let facts_file = prepared(given.facts.as_deref(), "--facts")?;
+    if facts_file.is_some() && study.is_on_motion() {
+        return Err("--facts: verdicts on motion records have no facts yet; omit it".into());
+    }
     let folder = prepare(&given.output, &documents)?;
     let progress = WorkProgress::begin(given.output.quiet, "diagnose");
     let study =
         resumable(study, &given.output, folder.as_ref(), &progress, &format!("diagnose {request:?}"))?;
-    let ran = on_threads(given.search.threads, || study.diagnose_with(&request))?;
+    let ran = on_threads(given.search.threads, || study.diagnose_with_facts(&request))?;
     progress.end();
-    let document = ran.map_err(shown)?;
+    let (document, facts) = ran.map_err(shown)?;
     warn(&given.output, &document.stamp.warnings);
-    let text = format!(
+    let mut text = format!(
         "{}\n{}",
         study.machine().title,
         if document.motion.is_some() { motion_diagnosis_text(&document) } else { diagnosis_text(&document) }
     );
+    if given.why {
+        text += &format!("\n{}", why_text(&document));
+    }
     deliver(&given.output, folder.as_ref(), "diagnosis.json", &document, &text)?;
+    if let Some(((target, name), facts)) = facts_file.zip(facts) {
+        write_announced(&given.output, &target, &[(&name, &to_json(&facts).map_err(to_message)?)])?;
+    }
     match (finish(&given.output, study.control(), document.stamp.complete), &given.apply, &target) {
         (Outcome::Done, Some(path), Some(target)) => {
             apply(given, &study, &document, (path, target), folder.as_ref())

@@ -5,7 +5,7 @@ use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
-use super::decision::Diagnosis;
+use super::diagnose::Diagnosis;
 use super::evidence::{Domain, DomainObjective, PartialGap, closed};
 use super::fit::{Fitted, Fitter, coordinates_of, values_of};
 use super::hypothesis::Hypothesis;
@@ -43,8 +43,8 @@ pub fn closed_interval(
     seed: u64,
     control: &Control,
 ) -> Option<(f64, f64)> {
-    let estimate =
-        closed(&found.held_out, &found.chosen_held_out).filter(|_| found.verdict.kind.explains())?;
+    let estimate = closed(&found.held_out, &found.chosen_held_out)
+        .filter(|_| found.judgement.verdict.kind.explains())?;
     let chosen = (&found.chosen.0, &found.chosen.1);
     let compared = [&found.described, &found.explained].map(|(hypothesis, fitted)| (hypothesis, fitted));
     control.begin("6/6 interval of the closed share");

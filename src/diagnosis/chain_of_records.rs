@@ -11,6 +11,7 @@ use super::evidence::{Domain, PartialGap, gap_over};
 use super::fit::{Fitted, Fitter, coordinates_of, values_of};
 use super::hypothesis::Hypothesis;
 use super::measuring_chain::{ChainFault, FREQUENCY_SCALES};
+use super::policy::OUTLIER;
 use identification::Tail;
 use identification::objective::{FrfObjective, ObjectiveError};
 use long_work::Control;
@@ -77,9 +78,6 @@ pub(super) struct GapLimits {
     pub ordinary: f64,
     pub outlier: f64,
 }
-
-/// Ratio of an outlying gap to the median gap of other records, and of the largest ordinary one.
-pub(super) const OUTLIER: (f64, f64) = (2.5, 1.5);
 
 impl GapLimits {
     /// Returns the limits that the gaps of other records give.

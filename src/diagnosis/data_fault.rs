@@ -2,16 +2,13 @@
 
 use rayon::prelude::*;
 
-use super::chain_of_records::{
-    GapLimits, OUTLIER, Records, channel, fault_of_some, fault_of_some_with_others,
-};
+use super::chain_of_records::{GapLimits, Records, channel, fault_of_some, fault_of_some_with_others};
 use super::evidence::{Domain, PartialGap};
+use super::facts::FaultFacts;
 use super::fit::{Fitted, Fitter, at_start};
 use super::hypothesis::Hypothesis;
 use super::measuring_chain::{ChainCandidate, ChainFault};
-use super::null_distribution::NullDistribution;
-use super::ranking::EQUIVALENT;
-use super::verdict::VerdictKind;
+use super::policy::{HELD_OUT_OUTLIER, OUTLIER, Policy};
 use identification::objective::ObjectiveError;
 use long_work::Control;
 use measurement::{HoldOutSet, MeasurementSet};
@@ -33,9 +30,6 @@ pub(super) enum Fault {
     OnePosition(usize),
     /// The measuring chain of all FRFs has a fault.
     OfAll(ChainCandidate),
-    /// The machine as described agrees with the records, and a fault of the measuring chain of all FRFs
-    /// accounts for the little that an effect reduces.
-    Possible(ChainCandidate),
     /// The measuring chain of these FRFs has a fault.
     OfSome(ChainFault, Records),
     /// These FRFs contradict the others.
@@ -44,36 +38,21 @@ pub(super) enum Fault {
     Exchanged(usize, usize),
 }
 
-/// Largest excess of the misfit with which the other records agree with the model.
-pub(super) const AGREES: f64 = 1.6;
 /// Steps of a fit without one record, or with two records exchanged.
 const STEPS: u64 = 25;
 /// Number of most likely pairs of records that are fitted from many starts.
 const MOST_LIKELY: usize = 3;
-/// Largest share of χ² that remains once exchanged records are corrected. Second, the allowance on the excess
-/// as a share of that before: the null distribution was simulated about the wrong fit.
-pub(super) const RESTORED: (f64, f64) = (0.2, 0.01);
-
 impl Fault {
-    /// Whether it is stated, and not only as likely as an effect.
-    pub fn is_certain(self) -> bool {
-        !matches!(self, Fault::Possible(_))
-    }
-
-    /// Returns the kind of the verdict that states it.
-    pub fn verdict_kind(self) -> VerdictKind {
-        if self == Fault::NoResonance { VerdictKind::Insufficient } else { VerdictKind::Measurement }
-    }
-
-    /// Returns id, reason and proposed measurement of a fault that is only as likely as an effect.
-    pub fn possible(self, set: &MeasurementSet) -> Option<(String, (String, String))> {
-        let Fault::Possible(found) = self else { return None };
-        Some((found.fault.id().into(), self.fault_text(set)))
+    /// Returns it as a verdict states it.
+    pub fn facts(self, set: &MeasurementSet) -> FaultFacts {
+        let (reason, next_measurement) = self.fault_text(set);
+        let is_insufficient = self == Fault::NoResonance;
+        FaultFacts { ids: self.ids(set), reason, next_measurement, is_insufficient }
     }
 
     /// Returns the ids of what is wrong, each with its record where it is one; none for a contradiction
     /// without a known cause.
-    pub fn ids(self, set: &MeasurementSet) -> Vec<String> {
+    fn ids(self, set: &MeasurementSet) -> Vec<String> {
         let name = |frf: usize| Records::One(frf).name(set);
         match self {
             Fault::NoSignal => vec!["noise".into()],
@@ -82,7 +61,6 @@ impl Fault {
             Fault::NoResonance => Vec::new(),
             Fault::OnePosition(_) => vec!["copied-record".into()],
             Fault::OfAll(found) => vec![found.fault.id().into()],
-            Fault::Possible(_) => Vec::new(),
             Fault::OfSome(fault, records) => vec![format!("{}@{}", fault.id(), records.name(set))],
             Fault::Contradicts(_) => Vec::new(),
             Fault::Exchanged(a, b) => [a, b].map(|frf| format!("swapped-records@{}", name(frf))).into(),
@@ -90,7 +68,7 @@ impl Fault {
     }
 
     /// Returns the reason and the proposed measurement.
-    pub fn fault_text(self, set: &MeasurementSet) -> (String, String) {
+    fn fault_text(self, set: &MeasurementSet) -> (String, String) {
         let source = |frf: usize| &set.frfs[frf].source;
         let position = |frf: usize| set.frfs[frf].position.map_or("?", |p| &set.positions[p].name);
         match self {
@@ -120,7 +98,7 @@ impl Fault {
                 ),
                 "check at which position each record was measured, and measure at the others".into(),
             ),
-            Fault::OfAll(fault) | Fault::Possible(fault) => (
+            Fault::OfAll(fault) => (
                 format!("{}; corrected for it, the records agree with the model", fault.text()),
                 "correct the files, or measure one record again with a known chain".into(),
             ),
@@ -154,65 +132,10 @@ impl Fault {
     }
 }
 
-/// Returns the fault that best explains why no model fits; `None` where the records do not contradict each
-/// other. Where a contradiction was sought already, it is not sought again.
-///
-/// # Errors  as [`Fitter::objective`].
-pub(super) fn fault(
-    fitter: &Fitter<'_>,
-    held_out: &HoldOutSet<'_>,
-    nominal: (&Hypothesis, &Fitted),
-    sought: Option<Option<Contradiction>>,
-    null: &NullDistribution,
-    control: &Control,
-) -> Result<Option<Fault>, ObjectiveError> {
-    let Domain::Frf(_) = fitter.domain else { return Ok(None) };
-    if let Some((a, b)) = exchanged(fitter, held_out, nominal, null, control)? {
-        return Ok(Some(Fault::Exchanged(a, b)));
-    }
-    let found = match sought {
-        None => contradiction(fitter, nominal, control)?,
-        Some(found) => found,
-    };
-    found
-        .filter(|found| null.excess(found.rest) <= AGREES)
-        .map(|found| found.fault(fitter, nominal.0, null, control))
-        .transpose()
-}
-
-/// Returns the fault of the measuring chain of all records that explains the misfit of the nominal machine:
-/// the corrected data agree with it, and no effect explains the data as they are with as few parameters.
-/// Where the records agree nearly as they are, a fault is certain only if no effect explains as much: every
-/// chain has some corner far from its band, and small effects resemble it. `rival`: χ² and number of
-/// parameters of the best significant effect.
-pub(super) fn chain_fault(
-    best: ChainCandidate,
-    base: f64,
-    rival: Option<(f64, usize)>,
-    count: f64,
-    null: &NullDistribution,
-) -> Option<Fault> {
-    let reach = AGREES + RESTORED.1 * null.excess(base / count);
-    if null.excess(best.chi_square / count) > reach {
-        return None;
-    }
-    let (explains, is_certain) = match rival {
-        None => (best.chi_square <= RESTORED.0 * base, true),
-        // Of two explanations that the data cannot tell apart, the simpler one is named.
-        Some((chi_square, added)) => {
-            let margin = EQUIVALENT * null.excess(chi_square / count);
-            let is_better = best.chi_square <= chi_square - margin;
-            let is_simpler = best.fault.parameters() < added && best.chi_square <= chi_square + margin;
-            (is_better || is_simpler, is_better || null.excess(base / count) > AGREES)
-        }
-    };
-    let fault = if is_certain { Fault::OfAll } else { Fault::Possible };
-    explains.then(|| fault(best))
-}
-
 /// A fit without some records, which contradict it.
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Contradiction {
-    records: Records,
+    pub records: Records,
     fitted: Fitted,
     /// Misfit of the others per compared number.
     pub rest: f64,
@@ -230,6 +153,7 @@ pub(super) fn contradiction(
     control: &Control,
 ) -> Result<Option<Contradiction>, ObjectiveError> {
     let Domain::Frf(_) = fitter.domain else { return Ok(None) };
+    let policy = Policy::of(fitter.domain);
     let (set, frfs) = (fitter.fit.set(), fitter.fit.frfs());
     let single: Vec<Records> =
         if frfs.len() < 3 { Vec::new() } else { frfs.iter().map(|frf| Records::One(*frf)).collect() };
@@ -249,7 +173,9 @@ pub(super) fn contradiction(
         if control.stopped() {
             return Ok(None);
         }
-        if worst.own > 10.0 * worst.rest && second.rest > 2.5 * worst.rest {
+        if worst.own > policy.contradicting * worst.rest
+            && second.rest > policy.contradicting_alone * worst.rest
+        {
             return Ok(Some(worst));
         }
     }
@@ -296,23 +222,20 @@ impl Contradiction {
         fault_of_some(&kept, &fitter.fit.to_predict(), (nominal, fitted), *records, limits)
     }
 
-    /// Returns the fault, with its cause where one of the measuring chain is found.
-    fn fault(
+    /// Returns the fault, with its cause where one of the measuring chain is found: with it corrected, all
+    /// records agree with the model.
+    ///
+    /// # Errors  as [`Fitter::objective`].
+    pub fn fault(
         &self,
         fitter: &Fitter<'_>,
         nominal: &Hypothesis,
-        null: &NullDistribution,
+        agrees: impl Fn(f64) -> bool + Sync,
         control: &Control,
     ) -> Result<Fault, ObjectiveError> {
         let Contradiction { records, fitted, .. } = self;
         let cause = match self.cause(fitter, nominal)? {
-            None => fault_of_some_with_others(
-                fitter,
-                (nominal, fitted),
-                *records,
-                |misfit| null.excess(misfit) <= AGREES,
-                control,
-            )?,
+            None => fault_of_some_with_others(fitter, (nominal, fitted), *records, agrees, control)?,
             cause => cause,
         };
         Ok(cause.map_or(Fault::Contradicts(*records), |fault| Fault::OfSome(fault, *records)))
@@ -345,42 +268,38 @@ pub(super) fn pairs<'p>(
         .filter(move |&(a, b)| alike(a, b) && !twice(a, b))
 }
 
-/// Returns two fitted records, or a fitted and a held-out one, whose exchange makes the model fit.
-fn exchanged(
+/// Returns the pairs of two fitted records, or of a fitted and a held-out one, whose exchange reduces χ²
+/// most, each with the least χ².
+///
+/// # Errors  as [`Fitter::objective`].
+pub(super) fn exchanged(
     fitter: &Fitter<'_>,
     held_out: &HoldOutSet<'_>,
     (nominal, base): (&Hypothesis, &Fitted),
-    null: &NullDistribution,
     control: &Control,
-) -> Result<Option<(usize, usize)>, ObjectiveError> {
+) -> Result<Vec<(Fault, f64)>, ObjectiveError> {
+    let Domain::Frf(_) = fitter.domain else { return Ok(Vec::new()) };
     let set = fitter.fit.set();
     let all: Vec<usize> = fitter.fit.frfs().iter().chain(held_out.frfs()).copied().collect();
     let candidates: Vec<(usize, usize)> = pairs(set, fitter.fit.frfs(), &all).collect();
-    let fits: Result<Vec<_>, ObjectiveError> = candidates
-        .into_par_iter()
-        .map(|pair| {
-            let other = with_exchanged(set, pair);
-            let right = fitter.on(fitter.fit.in_version(&other));
-            let fitted = right.descend(&right.objective(nominal)?, base, STEPS, control);
-            Ok((pair, fitted.chi_square))
-        })
-        .or_first_error();
-    let mut fits = fits?;
+    let near = |pair: (usize, usize)| {
+        let other = with_exchanged(set, pair);
+        let right = fitter.on(fitter.fit.in_version(&other));
+        let fitted = right.descend(&right.objective(nominal)?, base, STEPS, control);
+        Ok::<_, ObjectiveError>((pair, fitted.chi_square))
+    };
+    let mut fits: Vec<((usize, usize), f64)> = candidates.into_par_iter().map(near).or_first_error()?;
     fits.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let count = fitter.objective(nominal)?.observations() as f64;
-    let reach = AGREES + RESTORED.1 * null.excess(base.chi_square / count);
+    fits.truncate(MOST_LIKELY);
     // Records at wrong positions lead the joint parameters far astray: fit the most likely pairs from many
     // starts.
-    for (pair, chi_square) in fits.into_iter().take(MOST_LIKELY) {
+    let far = |(pair, chi_square): ((usize, usize), f64)| {
         let other = with_exchanged(set, pair);
         let right = fitter.on(fitter.fit.in_version(&other));
         let again = right.multistart(nominal, base, 0, control)?.chi_square;
-        let least = again.min(chi_square);
-        if least <= RESTORED.0 * base.chi_square && null.excess(least / count) <= reach {
-            return Ok(Some(pair));
-        }
-    }
-    Ok(None)
+        Ok((Fault::Exchanged(pair.0, pair.1), again.min(chi_square)))
+    };
+    fits.into_iter().map(far).collect()
 }
 
 /// Returns the fault of a held-out record that is far off while all others are not: exchanged with another,
@@ -416,5 +335,5 @@ fn contradicting(held_out: &[PartialGap]) -> Option<usize> {
     let mut gaps: Vec<(f64, Option<usize>)> = held_out.iter().map(|p| (p.gap, p.frf)).collect();
     gaps.sort_by(|a, b| b.0.total_cmp(&a.0));
     let [(worst, frf), (second, _), ..] = gaps[..] else { return None };
-    frf.filter(|_| worst > 0.2 && worst > 8.0 * second)
+    frf.filter(|_| worst > HELD_OUT_OUTLIER.0 && worst > HELD_OUT_OUTLIER.1 * second)
 }

@@ -2,16 +2,18 @@
 //! lacks, and how far including it closes the gap.
 
 mod amplitudes;
+mod beside;
 mod bootstrap;
+mod case;
 mod chain_of_records;
-mod choice;
-mod confirmation;
 mod cross_validation;
 mod data_fault;
-mod decision;
+mod diagnose;
 mod evidence;
+mod facts;
 mod fit;
-mod further;
+mod gather;
+mod held_out_loss;
 mod hypothesis;
 mod location;
 mod measuring_chain;
@@ -23,23 +25,29 @@ mod null_directions;
 mod null_distribution;
 mod one_machine;
 mod one_position;
-mod parsimony;
 mod peaks;
+mod policy;
 mod ranking;
 mod record_checks;
+mod rules;
+#[cfg(test)]
+mod rules_tests;
 mod screening;
 mod search;
-mod thresholds;
 mod verdict;
 
 pub use bootstrap::closed_interval;
-pub use decision::{Diagnosis, DiagnosisSettings, diagnose};
+pub use case::{Chosen, Need};
+pub use diagnose::{Diagnosis, DiagnosisSettings, TriedEffect, TriedLocation, diagnose};
 pub use evidence::{Domain, PartialGap, closed, floor_over, gap_over, gaps_by_mode, share_closed};
+pub use facts::{Facts, Model};
 pub use fit::{Ablation, Fitted, Fitter, at_start, values_of};
 pub use hypothesis::{Hypothesis, HypothesisKind};
 pub use model_discrepancy::{sample_discrepancy, sample_prior};
 pub use null_distribution::NullDistribution;
 pub use peaks::peak_errors;
-pub use ranking::EQUIVALENT;
+pub use policy::{EQUIVALENT, Policy};
+pub use ranking::Ranked;
+pub use rules::{Judgement, Trial, judge};
 pub use screening::{Status, fitter, hypotheses, is_plausible, largest_loss_factor, relaxes_within};
 pub use verdict::{Verdict, VerdictKind};

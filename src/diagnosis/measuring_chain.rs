@@ -12,6 +12,7 @@ use super::evidence::Domain;
 use super::fit::{Fitted, Fitter, coordinates_of};
 use super::hypothesis::Hypothesis;
 use super::multistart::MULTISTART;
+use super::policy::LEAST_UNIT;
 use identification::objective::ObjectiveError;
 use identification::{CHI_SQUARE_95, Tail};
 use long_work::Control;
@@ -56,8 +57,6 @@ const SCALES: [(f64, &str); 6] = [
 ];
 /// Relative distance within which a factor is taken for one of [`SCALES`] (1).
 pub(super) const SAME_SCALE: f64 = 0.05;
-/// Least factor, or its inverse, that is a wrong unit (1): smaller ones are the effect of a gain.
-pub(super) const LEAST_SCALE: f64 = 2.0;
 /// Trial corners of low and high passes as shares of the highest and multiples of the lowest frequency, and
 /// steps of the search between two of them.
 const CORNERS: [f64; 8] = [0.3, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
@@ -305,7 +304,7 @@ fn refined(
     Ok(match (fault, fitter.fit.set().gain) {
         (ChainFault::Scale(_), Gain::Known(stated)) => {
             let factor = objective.gain(&coordinates_of(&objective, &found)) / stated;
-            let is_unit = !(1.0 / LEAST_SCALE..=LEAST_SCALE).contains(&factor);
+            let is_unit = !(1.0 / LEAST_UNIT..=LEAST_UNIT).contains(&factor);
             is_unit.then(|| candidate(ChainFault::Scale(factor)))
         }
         _ => Some(candidate(fault)),

@@ -12,6 +12,7 @@ use num_complex::Complex64;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::evidence::{Domain, DomainObjective};
@@ -19,6 +20,7 @@ use super::fit::{Fitted, Fitter, TRUST_RADIUS, coordinates_of, read_back, start_
 use super::hypothesis::Hypothesis;
 use super::model_discrepancy::{extreme_discrepancies, sample_discrepancy, sample_prior};
 use super::null_directions::{Directions, Projection, generator, linear_draws};
+use super::policy::{LEAST_SCALE, MODE_VARIANCE, SQUARED_SCALE};
 use identification::Place;
 use identification::objective::{FrfObjective, FrfRecord, FrfSettings, ObjectiveError};
 use long_work::Control;
@@ -40,24 +42,10 @@ const FOLLOWED: usize = 5;
 /// interval of a parameter.
 const RESTARTS: usize = 12;
 const RESTART_SD: f64 = 0.08;
-/// Least scale of a reduction of χ², in units of that by noise alone per parameter; for modes per added
-/// parameter.
-pub(super) const LEAST_SCALE: f64 = 3.0;
-/// Factor of the squared number of added parameters in the least scale of FRFs. Null simulations are
-/// projected on single directions, while a fit searches all directions jointly and, with a frequency among
-/// them, the whole band.
-const SQUARED_SCALE: f64 = 0.6;
-/// Least and largest variance of the residuals of modes in a draw: their weights are a model error that is
-/// hardly known.
-const MODE_VARIANCE: (f64, f64) = (1.0, 2.5);
-
 /// Returns the least scale of a candidate with a number of added parameters.
-pub(super) fn least_scale(objective: &DomainObjective<'_>, added: usize) -> f64 {
+pub(super) fn least_scale(whole_frfs: bool, added: usize) -> f64 {
     let added = added.max(1) as f64;
-    match objective {
-        DomainObjective::Frf(_) => LEAST_SCALE.max(SQUARED_SCALE * added * added),
-        DomainObjective::Modes(_) => LEAST_SCALE * added,
-    }
+    if whole_frfs { LEAST_SCALE.max(SQUARED_SCALE * added * added) } else { LEAST_SCALE * added }
 }
 
 /// Returns the excess: a misfit over the median of those of null simulations, at least 1; 1 without
@@ -68,7 +56,7 @@ pub(crate) fn excess(misfit: f64, simulated: &[f64]) -> f64 {
 }
 
 /// Null distribution of the reduction of χ².
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NullDistribution {
     /// Scale of the reduction of χ² by each candidate, by id.
     pub scales: Vec<(String, f64)>,
@@ -99,6 +87,11 @@ impl NullDistribution {
     /// Returns the scale of a candidate; the least scale for a candidate without simulations.
     pub fn scale(&self, id: &str) -> f64 {
         self.scales.iter().find(|(known, _)| known == id).map_or(LEAST_SCALE, |s| s.1)
+    }
+
+    /// Returns the widest scale of all candidates, or three least ones.
+    pub(super) fn widest_scale(&self) -> f64 {
+        self.scales.iter().map(|s| s.1).fold(3.0 * LEAST_SCALE, f64::max)
     }
 
     /// Returns the excess of a misfit.
@@ -188,10 +181,11 @@ pub fn simulate(
     let count = gains.len().max(1) as f64;
     let means: Vec<f64> =
         (0..candidates.len()).map(|c| gains.iter().map(|g| g[c]).sum::<f64>() / count).collect();
+    let is_frf = matches!(objective, DomainObjective::Frf(_));
     // Where the noise of lines is below their weights, the scales are smaller.
     let scales_at = |variance: f64| -> Vec<f64> {
         let of = |(mean, (hypothesis, _)): (&f64, &(&Hypothesis, &Fitted))| {
-            mean.max(variance * least_scale(&objective, hypothesis.added.len()))
+            mean.max(variance * least_scale(is_frf, hypothesis.added.len()))
         };
         means.iter().zip(candidates).map(of).collect()
     };
@@ -235,9 +229,9 @@ pub fn simulate(
     let mut largest: Vec<f64> =
         gains.iter().map(|g| g.iter().zip(&scales).map(|(g, s)| g / s).fold(0.0, f64::max)).collect();
     largest.sort_by(f64::total_cmp);
-    let is_frf = matches!(objective, DomainObjective::Frf(_)) && !candidates.is_empty();
+    let is_fitted = is_frf && !candidates.is_empty();
     let mut fitted: Vec<f64> =
-        drawn.iter().filter(|_| is_frf).map(|(c, gain, _)| gain / scales[*c]).collect();
+        drawn.iter().filter(|_| is_fitted).map(|(c, gain, _)| gain / scales[*c]).collect();
     fitted.sort_by(f64::total_cmp);
     Ok(NullDistribution { scales: ids.into_iter().zip(scales).collect(), largest, fitted, misfit })
 }

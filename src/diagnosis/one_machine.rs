@@ -3,24 +3,15 @@
 
 use rayon::prelude::*;
 
+use super::facts::Farthest;
 use super::fit::{Fitted, values_of};
 use super::hypothesis::Hypothesis;
+use super::policy::ACTIVE_RECORDS;
 use measurement::modal::{CurveOptions, ModalFit, TrackRecord, fit_curve, track, with_curve_of};
 use measurement::{Activity, Frf, MeasurementSet};
 
 /// Least number of records at different nut positions over which a mode can be regular.
 const LEAST_RECORDS: usize = 3;
-/// Least number of driving points that are active beyond errors of phase, and least share of all of them,
-/// that are no fault of single records.
-const ACTIVE_RECORDS: (usize, f64) = (2, 1.0 / 3.0);
-
-/// Deviation of a number of the machine, in standard deviations of its tolerance, with which it is another
-/// machine (1).
-///
-/// # Source  Chebyshev's inequality: whatever its law, a number exceeds ten standard deviations once in a
-///   hundred machines at most.
-const IMPOSSIBLE: f64 = 10.0;
-
 /// A reason why records are not those of one passive machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Mismatch {
@@ -70,17 +61,17 @@ pub(super) fn mismatch(set: &MeasurementSet, frfs: &[usize]) -> Option<Mismatch>
     (regular_modes(set, &records)? == 0).then_some(Mismatch::NoRegularMode { records: records.len() })
 }
 
-/// Returns the number of the machine that a fit moves farthest beyond its tolerance, with its deviation in
-/// standard deviations; `None` where all are possible.
-pub(super) fn impossible_number((hypothesis, fitted): &(Hypothesis, Fitted)) -> Option<(String, f64)> {
+/// Returns the number of the machine that a fit moves farthest, with its deviation in standard deviations of
+/// its tolerance; `None` where all are exact.
+pub(super) fn farthest((hypothesis, fitted): (&Hypothesis, &Fitted)) -> Option<Farthest> {
     let values = values_of(hypothesis, fitted);
     let numbers =
         hypothesis.machine.parameters.iter().zip(values).filter(|(parameter, _)| parameter.is_tolerance());
     let deviations = numbers.filter_map(|(parameter, value)| {
-        Some((parameter.name(), parameter.prior?.deviation(parameter.start, value)))
+        let deviation = parameter.prior?.deviation(parameter.start, value);
+        Some(Farthest { name: parameter.name().into(), deviation })
     });
-    let (name, deviation) = deviations.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
-    (deviation.abs() > IMPOSSIBLE).then(|| (name.to_string(), deviation))
+    deviations.max_by(|a, b| a.deviation.abs().total_cmp(&b.deviation.abs()))
 }
 
 /// Returns the number of modes that continue over the nut positions; `None` where there are too few records

@@ -2,12 +2,11 @@
 
 use rayon::prelude::*;
 
-use super::data_fault::{AGREES, Fault, RESTORED};
+use super::data_fault::Fault;
 use super::evidence::Domain;
-use super::fit::{Fitted, Fitter};
+use super::facts::OnePosition;
+use super::fit::Fitter;
 use super::hypothesis::Hypothesis;
-use super::null_distribution::NullDistribution;
-use super::ranking::EQUIVALENT;
 use super::record_checks::factors_of_alike;
 use super::screening::nominal_fits;
 use identification::objective::ObjectiveError;
@@ -15,20 +14,17 @@ use long_work::Control;
 use measurement::HoldOutSet;
 use numeric::parallel::OrFirstError;
 
-/// Returns the fault that all records were measured at one position: they agree with each other within their
-/// noise but for a factor, and at one of the positions with the nominal machine: better than at their own
-/// with the same factors, and as well as with any effect as they are. `rival`: χ² and number of parameters of
-/// the best significant effect.
+/// Returns the position at which all records fit best, where they agree with each other within their noise but
+/// for a factor, with χ² there and at their own positions, with the same factors.
 ///
 /// # Errors  as [`Fitter::objective`].
 pub(super) fn one_position(
     fitter: &Fitter<'_>,
     held_out: &HoldOutSet<'_>,
-    (nominal, base): (&Hypothesis, &Fitted),
-    rival: Option<(f64, usize)>,
-    (null, seed): (&NullDistribution, u64),
+    nominal: &Hypothesis,
+    seed: u64,
     control: &Control,
-) -> Result<Option<Fault>, ObjectiveError> {
+) -> Result<Option<OnePosition>, ObjectiveError> {
     let Domain::Frf(_) = fitter.domain else { return Ok(None) };
     let set = fitter.fit.set();
     let all: Vec<usize> = fitter.fit.frfs().iter().chain(held_out.frfs()).copied().collect();
@@ -53,15 +49,10 @@ pub(super) fn one_position(
     if control.stopped() {
         return Ok(None);
     }
-    let count = fitter.objective(nominal)?.observations() as f64;
-    let reach = AGREES + RESTORED.1 * null.excess(base.chi_square / count);
-    let margin = |chi_square: f64| EQUIVALENT * null.excess(chi_square / count);
-    let at_their_own = fits.remove(0).0;
-    let explains = |chi_square: f64| {
-        null.excess(chi_square / count) <= reach
-            && chi_square + margin(chi_square) <= at_their_own
-            && rival.is_none_or(|(rival, _)| chi_square <= rival + margin(rival))
-    };
+    let chi_square_at_own = fits.remove(0).0;
     let best = fits.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
-    Ok(best.filter(|(chi_square, _)| explains(*chi_square)).and_then(|(_, at)| at).map(Fault::OnePosition))
+    Ok(best.and_then(|(chi_square, at)| {
+        let fault = Fault::OnePosition(at?).facts(set);
+        Some(OnePosition { fault, chi_square, chi_square_at_own })
+    }))
 }

@@ -9,25 +9,15 @@ use super::chain_of_records::channel;
 use super::data_fault::{Fault, pairs};
 use super::evidence::Domain;
 use super::fit::Fitter;
+use super::policy::{HALF_POWER, NO_NOISE, UNRELATED_PHASES};
 use measurement::{Frf, FrfLine, HoldOutSet, MeasurementSet};
 use numeric::statistics::{median, root_mean_square};
 use numeric::unit::omega_rad_s;
 
 /// Least number of lines at which a record is tested.
 const LEAST_LINES: usize = 20;
-/// Largest n·R² of phase steps that are unrelated: exceeded by one of a thousand records of noise.
-///
-/// # Source  Rayleigh's test of uniformity, p = exp(−n·R²); Mardia and Jupp, Directional Statistics (2000),
-///   section 6.3.
-const UNRELATED: f64 = 6.9;
 /// Relative difference of values that are equal but for the rounding of a file (1).
 const ROUNDING: f64 = 1e-6;
-/// ln of the ratio of amplitudes at half of the power (1).
-const HALF_POWER: f64 = std::f64::consts::LN_2 / 2.0;
-/// Quantile of the normal distribution beyond which a series is no noise: one of 30,000 of equal noise is
-/// (1).
-const NO_NOISE: f64 = 4.0;
-
 /// Returns a fault that the records show by themselves: no signal, a copy of another record, or no resonance.
 pub(super) fn fault_of_records(fitter: &Fitter<'_>, held_out: &HoldOutSet<'_>) -> Option<Fault> {
     let Domain::Frf(_) = fitter.domain else { return None };
@@ -59,7 +49,8 @@ fn is_noise(frf: &Frf) -> bool {
         .filter(|step| step.norm() > 0.0);
     let (count, sum) =
         steps.fold((0, Complex64::ZERO), |(count, sum), step| (count + 1, sum + step / step.norm()));
-    count >= LEAST_LINES && sum.norm_sqr() / f64::from(u32::try_from(count).unwrap_or(u32::MAX)) < UNRELATED
+    count >= LEAST_LINES
+        && sum.norm_sqr() / f64::from(u32::try_from(count).unwrap_or(u32::MAX)) < UNRELATED_PHASES
 }
 
 /// Whether a record follows a power of the frequency, possibly delayed, but for noise, as those of a mass,

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::evidence::{Domain, DomainObjective};
 use super::fit::{Ablation, COARSE_STEPS, Fitted, Fitter, at_start, distinct_minima, read_back, values_of};
 use super::hypothesis::Hypothesis;
+use super::policy::{ARMS, LEAST_POWER};
 use identification::frf_search_minima;
 use identification::objective::{FrfSettings, ObjectiveError};
 use long_work::Control;
@@ -35,9 +36,6 @@ pub struct Candidate {
     pub fitted: Option<(Hypothesis, Fitted)>,
     /// Reduction of χ² of the fitted data.
     pub gain: f64,
-    /// Cross-validation loss: −2 ln of the predictive density of each left-out fit position, summed (χ² for
-    /// modes). `None` where it was not computed.
-    pub left_out: Option<f64>,
     /// Whether its fit is hardly different from that of another effect ([`relaxes_within`] is false).
     pub is_limit: bool,
 }
@@ -49,7 +47,7 @@ impl Candidate {
     }
 
     pub(super) fn without_fit(id: &str, status: Status) -> Self {
-        Candidate { id: id.into(), status, fitted: None, gain: 0.0, left_out: None, is_limit: false }
+        Candidate { id: id.into(), status, fitted: None, gain: 0.0, is_limit: false }
     }
 }
 
@@ -71,13 +69,6 @@ const NOMINAL_STEPS: [(u64, f64); 2] = [(400, 1e-7), (120, 1e-4)];
 const SEARCHED_LINES: (usize, usize, usize) = (360, 40, 120);
 /// Starts of the nominal fit of FRFs all over the parameter ranges, and the number that continue.
 const NOMINAL_MULTISTART: (usize, usize) = (48, 4);
-/// Least distance of a power of iω from 0 that counts as another measured quantity.
-const LEAST_POWER: f64 = 0.6;
-/// Range of lever arms, in lengths of the arm at which the nut takes part in a motion. Where both arms are
-/// below it, the fit is a resonator in the path of the force. No table has a longer arm: a mass that hardly
-/// rocks stands for another effect.
-const ARMS: (f64, f64) = (0.3, 8.0);
-
 /// Returns the fitter of a diagnosis. For FRFs nut positions and the gains and delays of channels have
 /// priors, and the error of the model is a share of the level around a line.
 pub fn fitter<'s>(fit: &FitSet<'s>, domain: Domain, frozen: &[String], ablated: &[Ablation]) -> Fitter<'s> {

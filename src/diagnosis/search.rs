@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::evidence::{Domain, DomainObjective};
 use super::fit::{Ablation, Fitted, Fitter, IMPROVEMENT, close, start_of};
 use super::hypothesis::{Hypothesis, interfaces};
-use super::null_distribution::LEAST_SCALE;
+use super::policy::LEAST_SCALE;
 use super::screening::{Candidate, Screening, Status, descend_to_minimum, is_plausible, relaxes_within};
 use identification::CHI_SQUARE_95;
 use identification::objective::ObjectiveError;

@@ -1,8 +1,6 @@
 //! Verdicts on FRFs and on motion records.
 
-use super::hypothesis::HypothesisKind;
-use super::screening::Candidate;
-use machine::{Effect, EffectIds, Parameter};
+use machine::{EffectIds, Parameter};
 
 /// Next measurement where an effect is missing at a known location.
 pub(super) const NEXT_AT_LOCATION: &str = "mount an accelerometer at that location and strike there, too";
@@ -67,14 +65,9 @@ impl Verdict {
         Verdict::new(VerdictKind::WrongParameter, reason, Some(format!("identify without freezing {id}")))
     }
 
-    /// Returns the verdict «effect» on one explanation, «ambiguous» on several, for a reason. `ids` are those
-    /// of the first effects of each; the next measurement is that of the first of them that the library has.
-    pub(super) fn naming<'i>(
-        explanations: Vec<EffectIds>,
-        reason: String,
-        library: &[Effect],
-        mut ids: impl Iterator<Item = &'i str>,
-    ) -> Verdict {
+    /// Returns the verdict «effect» on one explanation, «ambiguous» on several, for a reason. `test` tells the
+    /// first of them from the others.
+    pub(super) fn naming(explanations: Vec<EffectIds>, reason: String, test: Option<String>) -> Verdict {
         let [_, others @ ..] = explanations.as_slice() else {
             return Verdict::new(VerdictKind::Unknown, reason, None);
         };
@@ -83,23 +76,7 @@ impl Verdict {
         }
         let others: Vec<String> = others.iter().map(EffectIds::to_string).collect();
         let reason = format!("{reason}; these data cannot distinguish it from {}", others.join(", "));
-        let next = ids
-            .find_map(|id| library.iter().find(|e| e.id == id))
-            .and_then(|e| e.discriminating_test.clone());
-        Verdict { effects: explanations, ..Verdict::new(VerdictKind::Ambiguous, reason, next) }
-    }
-
-    /// Returns the verdict with whether held-out data speak for its effects for certain. Where they do not,
-    /// no effect is named, be it one or a set of which one is missing: the verdict is «unknown», for a
-    /// reason.
-    pub(super) fn judged_by_held_out(self, is_certain: bool, reason: &str) -> Verdict {
-        let is_kept = is_certain || !self.kind.names_effects();
-        let verdict = if is_kept {
-            self
-        } else {
-            self.unnamed(reason, "measure at more positions, or with less noise")
-        };
-        Verdict { confirmed: Some(is_certain), ..verdict }
+        Verdict { effects: explanations, ..Verdict::new(VerdictKind::Ambiguous, reason, test) }
     }
 
     /// Returns the verdict «unknown» in place of a name, for a reason that is added.
@@ -116,10 +93,10 @@ impl Verdict {
 
     /// Returns the verdict «ambiguous» where something else explains as much as the named effects: its id, a
     /// reason and the next measurement. Where no effect is named, the reason of «unknown» states it.
-    pub(super) fn or_else(self, other: Option<(String, (String, String))>) -> Verdict {
-        let Some((id, (text, next))) = other else { return self };
+    pub(super) fn or_else(self, id: &str, text: &str, next: &str) -> Verdict {
+        let next = next.to_string();
         if self.kind.names_effects() {
-            let effects = self.effects.into_iter().chain([EffectIds::single(&id)]).collect();
+            let effects = self.effects.into_iter().chain([EffectIds::single(id)]).collect();
             let reason =
                 format!("{}; these data cannot distinguish it from another cause: {text}", self.reason);
             return Verdict {
@@ -157,14 +134,6 @@ pub(super) fn with_first(id: &str, names: &EffectIds) -> EffectIds {
     names.after_first().iter().fold(EffectIds::single(id), |all, more| all.with(more))
 }
 
-/// Returns the interface of a generic impedance and the word for its shape; `None` for other candidates.
-pub(super) fn impedance_of(candidate: &Candidate) -> Option<(&str, &'static str)> {
-    match &candidate.fitted.as_ref()?.0.kind {
-        HypothesisKind::Interface { interface, shape } => Some((interface, shape.word())),
-        _ => None,
-    }
-}
-
 /// Formats a p-value for a verdict.
 pub(super) fn p_value_text(p_value: f64) -> String {
     match p_value {
@@ -182,60 +151,24 @@ pub(crate) fn percent_text(percent: f64) -> String {
 mod tests {
     use super::*;
 
-    /// One name or a set: held-out data that do not speak for it leave none. A released parameter is no
-    /// effect, and its verdict stays.
-    #[test]
-    fn what_held_out_data_do_not_confirm_is_not_named() {
-        let of = |kind, ids: &[&str]| Verdict {
-            effects: ids.iter().copied().map(EffectIds::single).collect(),
-            ..Verdict::new(kind, "it reduces χ² by 1 %".into(), None)
-        };
-        for (kind, ids) in [
-            (VerdictKind::Effect, &["screw-lead"][..]),
-            (VerdictKind::Ambiguous, &["screw-lead", "frf-gain"]),
-        ] {
-            let named = of(kind, ids).judged_by_held_out(true, "no");
-            assert_eq!((named.kind, named.effects.len(), named.confirmed), (kind, ids.len(), Some(true)));
-            let unnamed = of(kind, ids).judged_by_held_out(false, "no");
-            assert_eq!(
-                (unnamed.kind, unnamed.effects.len(), unnamed.confirmed),
-                (VerdictKind::Unknown, 0, Some(false))
-            );
-            assert_eq!(unnamed.reason, "no (it reduces χ² by 1 %)");
-        }
-        assert_eq!(
-            of(VerdictKind::Effect, &["screw-lead"])
-                .judged_by_held_out(true, "no")
-                .unnamed("no", "measure")
-                .confirmed,
-            None
-        );
-        let released = of(VerdictKind::WrongParameter, &[]).judged_by_held_out(false, "no");
-        assert_eq!((released.kind, released.next_measurement), (VerdictKind::WrongParameter, None));
-    }
-
     /// A fault of the measuring chain that explains as much as an effect is a second name beside one, and
     /// stated where none is named.
     #[test]
     fn another_cause_is_stated_whether_an_effect_is_named_or_not() {
-        let other = || {
-            Some((
-                "low-pass".to_string(),
-                ("low pass at 5 kHz".to_string(), "measure one record again".to_string()),
-            ))
-        };
+        let with =
+            |verdict: Verdict| verdict.or_else("low-pass", "low pass at 5 kHz", "measure one record again");
         let of = |kind, effects| Verdict { effects, ..Verdict::new(kind, "it is so".into(), None) };
-        let named = of(VerdictKind::Effect, vec![EffectIds::single("screw-lead")]).or_else(other());
+        let named = with(of(VerdictKind::Effect, vec![EffectIds::single("screw-lead")]));
         assert_eq!(
             (named.kind, named.effects.len(), named.reason.contains("low pass at 5 kHz")),
             (VerdictKind::Ambiguous, 2, true)
         );
-        let unnamed = of(VerdictKind::Unknown, Vec::new()).or_else(other());
+        let unnamed = with(of(VerdictKind::Unknown, Vec::new()));
         assert_eq!(
             (unnamed.kind, unnamed.effects.len(), unnamed.next_measurement.as_deref()),
             (VerdictKind::Unknown, 0, Some("measure one record again"))
         );
         assert_eq!(unnamed.reason, "it is so; a possible cause: low pass at 5 kHz");
-        assert_eq!(of(VerdictKind::None, Vec::new()).or_else(other()).reason, "it is so");
+        assert_eq!(with(of(VerdictKind::None, Vec::new())).reason, "it is so");
     }
 }

@@ -78,6 +78,9 @@ pub struct DiagnosisDocument {
     pub chosen: Chosen,
     /// Verdict.
     pub verdict: VerdictRow,
+    /// Rules of the verdict in their order, and what came of each; empty for motion records.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rules: Vec<RuleRow>,
 }
 
 /// Returns the ids of a combination of effects as documents state it: joined with `+`.
@@ -333,6 +336,9 @@ pub struct VerdictRow {
     /// Ids of faults of the measuring chain, `id@record` where one record is concerned.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<String>,
+    /// Name of the rule that gave it last; absent for motion records.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rule: Option<String>,
     /// Whether held-out data speak for the named explanation for certain, false also where that leaves none;
     /// null where nothing is named or held out.
     #[serde(default)]
@@ -352,6 +358,20 @@ pub struct VerdictRow {
     /// Phase of the motion with the largest residual.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub phase: Option<String>,
+}
+
+/// A rule of the verdict.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct RuleRow {
+    /// Name.
+    pub rule: String,
+    /// Condition in words.
+    pub when: String,
+    /// Whether it held; null where a rule before it had decided, or where there was nothing to override.
+    pub held: Option<bool>,
+    /// Figures that it compared where it did not hold.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub figures: String,
 }
 
 impl VerdictRow {

@@ -1,8 +1,10 @@
 //! The text of a diagnosis on a terminal.
 
-use super::diagnosis::{DiagnosisDocument, NAMED};
+use super::diagnosis::{DiagnosisDocument, NAMED, RuleRow};
 use super::table::moved_tolerances;
-use super::terminal::{columns, figure, listed, percent, probability, share_closed, unit, wrapped};
+use super::terminal::{
+    columns, figure, listed, percent, probability, share_closed, table, table_text, unit, wrapped,
+};
 use super::vocabulary::{EffectStatus, VerdictKind};
 
 fn gap(x: Option<f64>) -> String {
@@ -48,6 +50,21 @@ pub(super) fn verdict_text(document: &DiagnosisDocument) -> String {
         .as_ref()
         .map_or(String::new(), |next| wrapped(&format!("next measurement: {next}")));
     wrapped(&head) + &described.collect::<String>() + &wrapped(&verdict.reason) + &next
+}
+
+/// Returns the rules of the verdict as text: those that held, that did not with the figures that they
+/// compared, and that were not asked.
+pub fn why_text(document: &DiagnosisDocument) -> String {
+    let Some(last) = &document.verdict.rule else {
+        return wrapped("rules: there is no table of rules for this kind of data yet");
+    };
+    let mut rules = table(["rule", "holds", "condition", "compared"]);
+    for RuleRow { rule, when, held, figures } in &document.rules {
+        let holds = held.map_or("–", |held| if held { "yes" } else { "no" });
+        rules.add_row([rule, holds, when, figures]);
+    }
+    let head = format!("rules, read from the top («–»: not asked); the verdict is that of «{last}»");
+    wrapped(&head) + &table_text(&rules)
 }
 
 /// Returns the held-out gap before and after, and the share that the chosen model closes. `name` is the name

@@ -40,7 +40,7 @@ pub use change::change_text;
 pub use claim::release_claims;
 pub use content::{UniqueKeys, content_fault, digest_of};
 pub use csv_cell::csv_cell;
-pub use diagnosis_text::diagnosis_text;
+pub use diagnosis_text::{diagnosis_text, why_text};
 pub use error::ReportError;
 pub use file_access::{Existing, printable, shortened};
 pub use friction::friction_text;

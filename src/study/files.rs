@@ -1,8 +1,9 @@
 //! Files to begin with, and schemas of files and documents.
 
+use crate::FactsDocument;
 use config::{MACHINE_TEMPLATE, effects_schema, machine_schema};
 use measurement::{SET_TEMPLATE, manifest_schema};
-use schemars::Schema;
+use schemars::{Schema, schema_for};
 
 /// Returns name and text of a commented machine description and an empty measurement set to fill in.
 pub fn templates() -> Vec<(String, &'static str)> {
@@ -14,6 +15,7 @@ pub fn templates() -> Vec<(String, &'static str)> {
 pub fn schema_names() -> Vec<&'static str> {
     let mut names = vec!["machine", "effects", "manifest"];
     names.extend(report::SCHEMAS);
+    names.push("facts");
     names
 }
 
@@ -23,6 +25,7 @@ pub fn schema(name: &str) -> Option<Schema> {
         "machine" => Some(machine_schema()),
         "effects" => Some(effects_schema()),
         "manifest" => Some(manifest_schema()),
+        "facts" => Some(schema_for!(FactsDocument)),
         other => report::schema(other),
     }
 }

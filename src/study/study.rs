@@ -311,7 +311,7 @@ impl Study {
     }
 
     /// Whether the set holds motion records, and neither FRFs nor modes.
-    pub(crate) fn is_on_motion(&self) -> bool {
+    pub fn is_on_motion(&self) -> bool {
         !self.set.motions.is_empty() && self.set.frfs.is_empty() && self.set.modes.is_none()
     }
 }

@@ -239,7 +239,9 @@ fn explanation(inputs: &MotionDecisionInputs<'_>) -> Verdict {
         )
         .map(|id| with_first(&id, names))
         .collect();
-    Verdict::naming(alternatives, reason, context.effects, same.iter().map(|at| first.id(*at)))
+    let known = |at: &usize| context.effects.iter().find(|effect| effect.id == first.id(*at));
+    let test = same.iter().find_map(known).and_then(|effect| effect.discriminating_test.clone());
+    Verdict::naming(alternatives, reason, test)
 }
 
 /// Formats the parameters of the chosen effects where extra measuring points were recorded; short lengths in

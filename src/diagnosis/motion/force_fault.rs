@@ -1,7 +1,8 @@
 //! Sign and unit of the recorded force of one record, or of all: sought in every record before any effect.
 
 use super::gap::{MotionPart, part, square};
-use crate::measuring_chain::{ChainFault, LEAST_SCALE, SAME_SCALE, figures};
+use crate::measuring_chain::{ChainFault, SAME_SCALE, figures};
+use crate::policy::LEAST_UNIT;
 use crate::{Verdict, VerdictKind};
 use dynamics::inverse_dynamics::{InverseError, MotionSignal, Rigid};
 use identification::motion::{ForceFit, estimate_identifiable};
@@ -79,7 +80,7 @@ pub(super) fn texts(found: &[ForceFault]) -> Vec<String> {
 }
 
 fn is_scale(factor: f64) -> bool {
-    !(1.0 / LEAST_SCALE..=LEAST_SCALE).contains(&factor.abs())
+    !(1.0 / LEAST_UNIT..=LEAST_UNIT).contains(&factor.abs())
 }
 
 fn multiply(motion: &mut MotionSignal, by: f64) {

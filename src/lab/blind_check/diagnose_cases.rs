@@ -16,6 +16,8 @@ use numeric::parallel::OrFirstError;
 use report::{OutputFolder, digest, to_json};
 use study::{StudyError, StudyResult};
 
+/// Folder of the answers.
+pub(super) const DIAGNOSES: &str = "diagnoses";
 /// Number of characters kept from the end of a diagnosis' stderr.
 const STDERR_CHARACTERS: usize = 2000;
 
@@ -32,6 +34,11 @@ pub struct CaseAnswers {
     pub(super) threads_each: usize,
 }
 
+/// Returns the file of the facts of a case, beside its answer.
+pub(super) fn facts_file(kept: &Path, case: &str) -> PathBuf {
+    kept.join(format!("{case}.facts.json"))
+}
+
 /// Runs the diagnoses of all cases.
 struct DiagnosisRunner<'r> {
     program: &'r Program,
@@ -41,6 +48,7 @@ struct DiagnosisRunner<'r> {
     results: OutputFolder,
     seed: u64,
     ablation: &'r [String],
+    facts: bool,
     threads_each: usize,
     limit: Duration,
 }
@@ -70,7 +78,8 @@ pub fn diagnose_cases(
             format!("{} has no such case; list its folder {CASES}", folder.display()),
         ));
     }
-    let kept = folder.join(place).join("diagnoses");
+    let kept = std::path::absolute(folder.join(place).join(DIAGNOSES));
+    let kept = kept.map_err(|e| StudyError::input(folder.display(), e.to_string()))?;
     if kept.is_symlink() {
         return Err(StudyError::input(kept.display(), "is a link; remove it"));
     }
@@ -85,6 +94,7 @@ pub fn diagnose_cases(
         kept,
         seed: seal.generator.seed,
         ablation: &request.ablation,
+        facts: request.facts,
         threads_each: (cores / jobs).max(1),
         limit: Duration::from_secs(request.time_limit_s),
     };
@@ -133,6 +143,9 @@ impl DiagnosisRunner<'_> {
         }
         words.extend(["--seed".into(), self.seed.to_string(), "--json".into()]);
         words.extend(self.ablation.iter().cloned());
+        if self.facts {
+            words.extend(["--facts".into(), facts_file(&self.kept, &case.name).display().to_string()]);
+        }
         words
     }
 

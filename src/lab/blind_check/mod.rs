@@ -8,6 +8,7 @@ mod layouts;
 mod make_cases;
 mod own_cases;
 mod page;
+pub mod replay;
 mod request;
 
 pub use crate::withheld::{Seal, WithheldDocument, withheld_text};

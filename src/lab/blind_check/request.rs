@@ -60,6 +60,8 @@ pub struct BlindCheckRequest {
     pub time_limit_s: u64,
     /// Names of the cases to diagnose, whose answers are kept for the scores of a later run; empty: all.
     pub only: Vec<String>,
+    /// Whether the facts of each verdict are kept beside its answer.
+    pub facts: bool,
 }
 
 impl Default for BlindCheckRequest {
@@ -74,13 +76,23 @@ impl Default for BlindCheckRequest {
             jobs: None,
             time_limit_s: 1800,
             only: Vec::new(),
+            facts: false,
         }
     }
 }
 
 /// Arguments of a diagnosis that its case determines.
-const OF_THE_CASE: [&str; 8] =
-    ["--config", "--measurements", "--freeze", "--seed", "--json", "--out", "--positions", "--hold-out"];
+const OF_THE_CASE: [&str; 9] = [
+    "--config",
+    "--measurements",
+    "--freeze",
+    "--seed",
+    "--json",
+    "--out",
+    "--positions",
+    "--hold-out",
+    "--facts",
+];
 
 impl BlindCheckRequest {
     /// Checks the request.

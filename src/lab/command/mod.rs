@@ -7,6 +7,7 @@ mod hybrid;
 mod machine;
 mod matrices;
 mod published;
+mod replay;
 mod sensitivity;
 mod withheld;
 
@@ -41,6 +42,11 @@ enum Command {
         after_help = "Example:\n  jointid lab withheld --out blind --cases quick\n  jointid lab withheld --out moved --arm motion\n  jointid lab withheld --out blind --ablation '--exclude table-mass'"
     )]
     Withheld(withheld::arguments::WithheldArguments),
+    /// Judge stored facts of a blind check again, also with other numbers
+    #[command(
+        after_help = "Example:\n  jointid lab withheld --out blind --cases quick --facts\n  jointid lab replay blind --times 0.5"
+    )]
+    Replay(replay::ReplayArguments),
     /// Compare the lumped model with the exact one
     #[command(after_help = "Example:\n  jointid lab convergence --positions l1,l3,l5 --counts 5,10,20,40")]
     Convergence(convergence::ConvergenceArguments),
@@ -86,7 +92,7 @@ enum Command {
 
 /// The commands by heading.
 const COMMANDS: [Group; 3] = [
-    ("Checks of the method", &["withheld", "convergence", "machine", "hybrid"]),
+    ("Checks of the method", &["withheld", "replay", "convergence", "machine", "hybrid"]),
     ("Figures of the papers", &["published", "matrices", "sensitivity", "gain", "circle"]),
     ("Files", &["schema", "completions", "man"]),
 ];
@@ -106,6 +112,7 @@ pub fn run() -> ExitCode {
     }
     let outcome = match cli::begun::<Arguments>(command(), std::iter::once(own).chain(words)).command {
         Command::Withheld(given) => withheld::run(&given),
+        Command::Replay(given) => replay::run(&given),
         Command::Convergence(given) => convergence::run(&given),
         Command::Machine(given) => machine::run(&given),
         Command::Hybrid(given) => hybrid::run(&given),

@@ -58,6 +58,7 @@ pub fn verdict_row(verdict: &Verdict, place: Option<String>) -> VerdictRow {
         },
         effects: verdict.effects.iter().map(ToString::to_string).collect(),
         faults: verdict.faults.clone(),
+        rule: None,
         confirmed: verdict.confirmed,
         reason: verdict.reason.clone(),
         next_measurement: verdict.next_measurement.clone(),

@@ -2,6 +2,7 @@
 //! closes the gap.
 
 mod effects;
+mod facts;
 mod learnable;
 mod records;
 mod residual_map;
@@ -9,8 +10,9 @@ mod responses;
 
 use std::path::PathBuf;
 
+pub use self::facts::FactsDocument;
 use crate::{Study, StudyError, StudyResult};
-pub use diagnosis::Ablation;
+pub use diagnosis::{Ablation, Policy};
 use report::diagnosis::DiagnosisDocument;
 
 /// Where null simulations are cached.
@@ -84,6 +86,16 @@ impl Study {
     ///
     /// # Errors  as [`Study::diagnose`]; an effect is unknown.
     pub fn diagnose_with(&self, request: &DiagnosisRequest) -> StudyResult<DiagnosisDocument> {
+        Ok(self.diagnose_with_facts(request)?.0)
+    }
+
+    /// As [`Study::diagnose_with`], with everything on which the verdict rests; `None` for motion records.
+    ///
+    /// # Errors  as [`Study::diagnose_with`].
+    pub fn diagnose_with_facts(
+        &self,
+        request: &DiagnosisRequest,
+    ) -> StudyResult<(DiagnosisDocument, Option<FactsDocument>)> {
         self.check_observations()?;
         if !(20..=2000).contains(&request.nulls) {
             return Err(StudyError::setting(
@@ -92,6 +104,9 @@ impl Study {
                 "write a number of null simulations from 20 to 2000",
             ));
         }
-        if self.is_on_motion() { self.diagnose_records(request) } else { self.diagnose_responses(request) }
+        if self.is_on_motion() {
+            return Ok((self.diagnose_records(request)?, None));
+        }
+        self.diagnose_responses(request).map(|(document, facts)| (document, Some(facts)))
     }
 }

@@ -127,6 +127,7 @@ fn to_document(
         residual_map: Vec::new(),
         delta_z: Vec::new(),
         motion: Some(motion_rows(study, (fit, held_out), found)?),
+        rules: Vec::new(),
         tolerances: BTreeMap::new(),
         effects: list_effects(found, effects, &chosen),
         chosen,

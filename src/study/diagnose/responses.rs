@@ -5,13 +5,13 @@ use std::path::PathBuf;
 
 use file_access::{MOST_DOCUMENT_BYTES, read_text};
 
-use super::DiagnosisRequest;
 use super::effects::{at_bound, choose_effects, names_effect, status_words, units, verdict_row};
 use super::residual_map::{by_band, by_mode, delta_z, ratios, residual_map};
+use super::{DiagnosisRequest, FactsDocument};
 use crate::{Study, StudyError, StudyResult, document_rows};
 use diagnosis::{
     Ablation, Diagnosis, DiagnosisSettings, Domain, Fitted, Hypothesis, HypothesisKind, NullDistribution,
-    PartialGap, closed, closed_interval, diagnose, fitter, floor_over, gap_over, largest_loss_factor,
+    PartialGap, Trial, closed, closed_interval, diagnose, fitter, floor_over, gap_over, largest_loss_factor,
     peak_errors, relaxes_within, values_of,
 };
 use long_work::{found_in, kept_as};
@@ -30,7 +30,7 @@ impl Study {
     pub(super) fn diagnose_responses(
         &self,
         request: &DiagnosisRequest,
-    ) -> StudyResult<document::DiagnosisDocument> {
+    ) -> StudyResult<(document::DiagnosisDocument, FactsDocument)> {
         let made = self.identification_settings()?;
         let (fit, held_out) = self.set.split(self.fit.as_deref(), &self.hold_out)?;
         let machine = &self.config.machine;
@@ -65,11 +65,17 @@ impl Study {
         let interval = closed_interval(&fitter, &held_out, &found, settings.seed, &self.control);
         if let Some((folder, file)) = cache.filter(|_| !cached && found.complete) {
             // A cache that cannot be written costs time, not the result.
-            let _ = kept_as(&file, &found.null).map(|line| {
+            let _ = kept_as(&file, &found.facts.null).map(|line| {
                 OutputFolder::prepare(&folder).and_then(|folder| folder.write(&file, line.as_bytes()))
             });
         }
-        to_document(self, (&fit, &held_out), &found, (interval, fitter.band_hz()), &effects)
+        let document = to_document(self, (&fit, &held_out), &found, (interval, fitter.band_hz()), &effects)?;
+        let facts = FactsDocument {
+            stamp: self.stamp("facts", made.seed, found.complete, Vec::new()),
+            verdict: document.verdict.clone(),
+            facts: found.facts,
+        };
+        Ok((document, facts))
     }
 
     /// Folder and file of the cached null distribution of this machine, these data and this build; `None`
@@ -134,10 +140,11 @@ fn to_document(
             ..document::GapRow::default()
         },
         misfit_over_null: found.excess,
-        null: null_row(&found.null),
+        null: null_row(&found.facts.null),
         verdict: document::VerdictRow {
             band_hz: found.location.band_hz,
-            ..verdict_row(&found.verdict, found.location.interface.clone())
+            rule: Some(found.judgement.rule.into()),
+            ..verdict_row(&found.judgement.verdict, found.location.interface.clone())
         },
         places: list_places(found),
         ratio: ratios(&map),
@@ -156,8 +163,13 @@ fn to_document(
                 .zip(values_of(hypothesis, fitted))
                 .collect()
         },
+        rules: found.judgement.trials.iter().map(rule_row).collect(),
         chosen,
     })
+}
+
+fn rule_row(Trial { rule, when, held, figures }: &Trial) -> document::RuleRow {
+    document::RuleRow { rule: rule.clone(), when: when.clone(), held: *held, figures: figures.clone() }
 }
 
 /// Returns the laws of null simulations; `None` without draws.
@@ -201,14 +213,14 @@ fn list_effects(
         .filter(|t| {
             let id = &t.candidate.id;
             t.candidate.fitted.is_some()
-                || names_effect(&found.verdict, id)
+                || names_effect(&found.judgement.verdict, id)
                 || !found.chosen.0.effects.contains(id)
         })
         .map(|t| {
             let (status, why) = status_words(&t.candidate.status);
             // The row of an effect that is named alone is that of the chosen model.
             let is_named_first =
-                found.verdict.effects.first().is_some_and(|first| first.is_only(&t.candidate.id));
+                found.judgement.verdict.effects.first().is_some_and(|first| first.is_only(&t.candidate.id));
             let is_chosen = is_named_first && found.chosen.0.effects.first() == Some(&t.candidate.id);
             let (fitted, held_out, gain) = match is_chosen {
                 true => (
@@ -220,7 +232,7 @@ fn list_effects(
             };
             let why = why
                 .or_else(|| fitted.and_then(|(hypothesis, fitted)| doubt_about(hypothesis, fitted, band_hz)));
-            let is_selected = names_effect(&found.verdict, &t.candidate.id);
+            let is_selected = names_effect(&found.judgement.verdict, &t.candidate.id);
             let own: Vec<(&Parameter, f64)> = fitted.map_or_else(Vec::new, |(hypothesis, fitted)| {
                 let values = values_of(hypothesis, fitted);
                 hypothesis.added.iter().map(|i| (&hypothesis.machine.parameters[*i], values[*i])).collect()
@@ -253,15 +265,15 @@ fn list_effects(
 /// Returns the interfaces where a generic impedance reduces χ² most.
 fn list_places(found: &Diagnosis) -> Vec<document::WhereRow> {
     // The named effect comes first, at its location.
-    let named = found.location.interface.clone().filter(|_| found.verdict.kind.explains()).map(|interface| {
-        document::WhereRow {
+    let named = found.location.interface.clone().filter(|_| found.judgement.verdict.kind.explains()).map(
+        |interface| document::WhereRow {
             interface,
             over: None,
             shape: document::NAMED.into(),
             misfit_reduction: 1.0 - found.chosen.1.chi_square / found.nominal.1.chi_square,
             gap_held_out: gap_over(&found.chosen_held_out),
-        }
-    });
+        },
+    );
     named
         .into_iter()
         .chain(found.located.iter().filter_map(|l| match &l.candidate.fitted.as_ref()?.0.kind {

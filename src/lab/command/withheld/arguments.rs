@@ -82,6 +82,9 @@ pub struct WithheldArguments {
         hide_default_value = true
     )]
     pub ablation: String,
+    /// Keep the facts of each verdict beside its answer, for `jointid lab replay`
+    #[arg(long)]
+    pub facts: bool,
     /// Number of cases in parallel; all cores by default
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub jobs: Option<u16>,

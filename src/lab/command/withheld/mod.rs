@@ -119,6 +119,7 @@ impl WithheldArguments {
             jobs: self.jobs.map(usize::from),
             time_limit_s: self.time_limit_s.into(),
             only: self.case.clone(),
+            facts: self.facts,
         }
     }
 }

@@ -1,0 +1,562 @@
+//! The rules of a verdict on FRFs or modes: one table, read from the top.
+//!
+//! The first of the deciding rules that holds gives the verdict. The overriding rules after them are then
+//! tried in turn: each that holds replaces it.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::case::{Asked, Case, Chosen, Confirmation, Need};
+use super::facts::{CandidateFacts, ChainFacts, Facts, FaultFacts, ImpedanceFacts, Model};
+use super::policy::Policy;
+use super::ranking::Ranked;
+use super::verdict::{NEXT_AT_LOCATION, Verdict, VerdictKind, p_value_text, percent_text};
+
+/// What a rule found: the figures that it compared where it does not hold, else a verdict with the model on
+/// which it rests.
+enum Finding {
+    Fails(String),
+    Holds(Verdict, Chosen),
+}
+use Finding::{Fails, Holds};
+
+/// How a rule acts: it gives the verdict if none before it does, or replaces that of one before it.
+enum Act {
+    Decides(fn(&Case<'_>) -> Asked<Finding>),
+    Overrides(fn(&Case<'_>, (&Verdict, &Chosen)) -> Asked<Finding>),
+}
+use Act::{Decides, Overrides};
+
+/// Name of a rule, its condition in words, and the function that compares it with the facts.
+type Rule = (&'static str, &'static str, Act);
+
+/// All rules, in their order.
+#[rustfmt::skip]
+const RULES: [Rule; 21] = [
+    ("too-few-numbers", "no more numbers were measured than are unknown", Decides(too_few_numbers)),
+    ("fault-in-records", "records show a fault by themselves", Decides(fault_in_records)),
+    ("one-position", "all records agree as if measured at one position", Decides(one_position)),
+    ("fault-held-out", "a held-out record is far off, with the best effect, too", Decides(fault_held_out)),
+    ("fault-of-all", "a fault of the chain of all records explains what no effect does", Decides(fault_of_all)),
+    ("exchanged-records", "two records agree at each other's positions", Decides(exchanged_records)),
+    ("contradicting-record", "all other records agree without one, or one channel", Decides(contradicting_record)),
+    ("unexplained", "no effect is significant, but an impedance is, or the misfit is huge", Decides(unexplained)),
+    ("agrees", "no effect is significant", Decides(agrees)),
+    ("released-parameter", "a released parameter explains as much as any effect", Decides(released_parameter)),
+    ("released-with-effects", "a released parameter is the best candidate", Decides(released_with_effects)),
+    ("impedance-as-simple", "an impedance explains as much with fewer parameters", Decides(impedance_as_simple)),
+    ("effects-exhausted", "a combination of effects leaves too much", Decides(effects_exhausted)),
+    ("little-reduced", "the effects leave much, and reduce χ² by too little", Decides(little_reduced)),
+    ("impossible-number", "they leave much, and move a number beyond any tolerance", Decides(impossible_number)),
+    ("impedance-better", "an impedance leaves clearly less than the effects", Decides(impedance_better)),
+    ("predicts-worse", "the effects predict left-out positions worse than they fit", Decides(predicts_worse)),
+    ("explained", "an effect, or one of several, explains the data", Decides(explained)),
+    ("held-out-disagrees", "held-out data do not speak for what is named", Overrides(held_out_disagrees)),
+    ("half-unexplained", "half of the misfit and of the held-out gap is left", Overrides(half_unexplained)),
+    ("other-cause", "records are of several machines, or a fault of their chain is as likely", Overrides(other_cause)),
+];
+
+/// A rule and what came of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Trial {
+    /// Name of the rule.
+    pub rule: String,
+    /// Its condition in words.
+    pub when: String,
+    /// Whether it held; null where a rule before it had decided, or where none had that it could override.
+    pub held: Option<bool>,
+    /// Figures that it compared where it did not hold.
+    pub figures: String,
+}
+
+/// A judged case.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Judgement {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// Name of the rule that gave it last.
+    pub rule: &'static str,
+    /// The chosen model.
+    pub chosen: Chosen,
+    /// Fitted candidates, best first.
+    pub ranked: Vec<Ranked>,
+    /// All rules, in their order.
+    pub trials: Vec<Trial>,
+}
+
+/// Judges facts by all rules in their order.
+///
+/// # Errors  facts that a rule needs and that were not gathered.
+pub fn judge(facts: &Facts, policy: &Policy) -> Result<Judgement, Need> {
+    let case = Case::new(facts, policy)?;
+    let mut decided: Option<(&'static str, Verdict, Chosen)> = None;
+    let mut trials = Vec::new();
+    for (rule, when, act) in &RULES {
+        let found = match (act, &decided) {
+            (Decides(check), None) => Some(check(&case)?),
+            (Overrides(check), Some((_, verdict, chosen))) => Some(check(&case, (verdict, chosen))?),
+            _ => None,
+        };
+        let held = found.as_ref().map(|found| matches!(found, Holds(..)));
+        let mut figures = String::new();
+        match found {
+            Some(Fails(compared)) => figures = compared,
+            Some(Holds(mut verdict, chosen)) => {
+                if decided.is_none() && verdict.kind.explains() {
+                    let found = case.confirmed(&verdict, &chosen)?;
+                    verdict.confirmed = found.map(|found| case.is_certain(found));
+                }
+                decided = Some((rule, verdict, chosen));
+            }
+            None => {}
+        }
+        trials.push(Trial { rule: (*rule).into(), when: (*when).into(), held, figures });
+    }
+    let (rule, verdict, chosen) = decided.unwrap_or_else(|| {
+        let reason = "no rule decides".to_string();
+        ("", Verdict::new(VerdictKind::Unknown, reason, None), Chosen::nominal(facts))
+    });
+    Ok(Judgement { verdict, rule, chosen, ranked: case.ranking.tried, trials })
+}
+
+/// Returns the verdict on the machine as described.
+fn on_nominal(case: &Case<'_>, verdict: Verdict) -> Asked<Finding> {
+    Ok(Holds(verdict, Chosen::nominal(case.facts)))
+}
+
+fn fails(figures: impl Into<String>) -> Asked<Finding> {
+    Ok(Fails(figures.into()))
+}
+
+/// Returns the verdict that states a fault.
+fn at_fault(case: &Case<'_>, fault: &FaultFacts) -> Asked<Finding> {
+    let kind = if fault.is_insufficient { VerdictKind::Insufficient } else { VerdictKind::Measurement };
+    let next = Some(fault.next_measurement.clone());
+    on_nominal(case, Verdict { faults: fault.ids.clone(), ..Verdict::new(kind, fault.reason.clone(), next) })
+}
+
+/// Returns the verdict «unknown» at the location of a generic impedance.
+fn unknown(reason: String) -> Verdict {
+    Verdict::new(VerdictKind::Unknown, reason, Some(NEXT_AT_LOCATION.to_string()))
+}
+
+fn too_few_numbers(case: &Case<'_>) -> Asked<Finding> {
+    let Facts { count, unknowns, .. } = case.facts;
+    if *count > *unknowns as f64 {
+        return fails(format!("{count} numbers for {unknowns} unknowns"));
+    }
+    let reason =
+        format!("{count} numbers were measured for {unknowns} unknown parameters: any model would fit");
+    let next = "measure more modes, more positions, or a whole FRF at each position";
+    on_nominal(case, Verdict::new(VerdictKind::Insufficient, reason, Some(next.into())))
+}
+
+fn fault_in_records(case: &Case<'_>) -> Asked<Finding> {
+    match &case.facts.fault_in_records {
+        // What agrees with the machine lacks nothing, with or without a resonance.
+        Some(fault) if case.needs_explanation() || !fault.is_insufficient => at_fault(case, fault),
+        _ => fails("none does"),
+    }
+}
+
+fn one_position(case: &Case<'_>) -> Asked<Finding> {
+    let Case { facts, policy, before, ranking, .. } = case;
+    if !case.needs_explanation() || facts.fault_in_records.is_some() {
+        return fails(format!("misfit {before:.1} times that of null simulations"));
+    }
+    let Some(found) = &facts.one_position.as_ref().ok_or(Need::OnePosition)?.found else {
+        return fails("they differ by more than noise and a factor");
+    };
+    let margin = ranking.margin(found.chi_square);
+    let explains = facts.excess(found.chi_square) <= policy.reach(*before)
+        && found.chi_square + margin <= found.chi_square_at_own
+        && case
+            .best()
+            .is_none_or(|best| found.chi_square <= best.chi_square() + ranking.margin(best.chi_square()));
+    if explains { at_fault(case, &found.fault) } else { fails(format!("χ² {:.0} there", found.chi_square)) }
+}
+
+fn fault_held_out(case: &Case<'_>) -> Asked<Finding> {
+    let Some(fault) = &case.facts.fault_held_out else { return fails("none is") };
+    // A record that agrees with the others once an effect is included is not faulty.
+    let remains = match &case.significant {
+        None => true,
+        Some(best) => {
+            let need = Need::FaultHeldOut(Model::Candidate(best.at));
+            case.facts.fault_held_out_remains.ok_or(need)?
+        }
+    };
+    if remains { at_fault(case, fault) } else { fails("the best effect restores it") }
+}
+
+/// Returns the fault of the measuring chain of all records that explains the misfit of the nominal machine:
+/// the corrected data agree with it, and no effect explains the data as they are with as few parameters.
+/// Second, whether it is certain: where the records agree nearly as they are, only if no effect explains as
+/// much. Every chain has some corner far from its band, and small effects resemble it.
+fn chain_fault<'f>(case: &Case<'f>) -> Asked<Option<(&'f ChainFacts, bool)>> {
+    let Case { facts, policy, before, .. } = *case;
+    if !case.needs_explanation() {
+        return Ok(None);
+    }
+    let Some(chain) = &facts.chain.as_ref().ok_or(Need::Chain)?.found else { return Ok(None) };
+    if facts.excess(chain.chi_square) > policy.reach(before) {
+        return Ok(None);
+    }
+    let (explains, is_certain) = match case.best() {
+        None => (chain.chi_square <= policy.restored * facts.chi_square, true),
+        // Of two explanations that the data cannot tell apart, the simpler one is named.
+        Some(best) => {
+            let (chi_square, margin) = (best.chi_square(), case.ranking.margin(best.chi_square()));
+            let is_better = chain.chi_square <= chi_square - margin;
+            let is_simpler = chain.parameters < best.added && chain.chi_square <= chi_square + margin;
+            (is_better || is_simpler, is_better || before > policy.agrees)
+        }
+    };
+    Ok(explains.then_some((chain, is_certain)))
+}
+
+fn fault_of_all(case: &Case<'_>) -> Asked<Finding> {
+    match chain_fault(case)? {
+        Some((chain, true)) => at_fault(case, &chain.fault),
+        Some((chain, false)) => fails(format!("{} explains no more than the best effect", chain.id)),
+        None => fails("none does"),
+    }
+}
+
+/// Whether records may be faulty: neither the best effect nor a fault of their chain accounts for the misfit.
+fn records_may_be_faulty(case: &Case<'_>) -> Asked<bool> {
+    Ok(case.needs_explanation() && !case.agrees_with_best() && chain_fault(case)?.is_none())
+}
+
+fn exchanged_records(case: &Case<'_>) -> Asked<Finding> {
+    let Case { facts, policy, before, .. } = case;
+    if !records_may_be_faulty(case)? {
+        return fails("the misfit is small, or accounted for");
+    }
+    let pairs = facts.exchanged.as_ref().ok_or(Need::Exchanged)?;
+    let agrees = |chi_square: f64| {
+        chi_square <= policy.restored * facts.chi_square && facts.excess(chi_square) <= policy.reach(*before)
+    };
+    match pairs.iter().find(|pair| agrees(pair.chi_square)) {
+        Some(pair) => at_fault(case, &pair.fault),
+        None => fails("no pair does"),
+    }
+}
+
+fn contradicting_record(case: &Case<'_>) -> Asked<Finding> {
+    if !records_may_be_faulty(case)? {
+        return fails("the misfit is small, or accounted for");
+    }
+    match &case.facts.contradiction.as_ref().ok_or(Need::Contradiction)?.found {
+        Some(found) if case.facts.null.excess(found.rest) <= case.policy.agrees => {
+            at_fault(case, &found.fault)
+        }
+        _ => fails("they do not"),
+    }
+}
+
+fn unexplained(case: &Case<'_>) -> Asked<Finding> {
+    let Case { facts, policy, before, .. } = case;
+    if let Some(best) = case.best() {
+        return fails(format!("{} is", best.id));
+    }
+    let statistic = facts
+        .best_impedance()
+        .map_or(0.0, |(_, best)| best.gain / facts.null.widest_scale() / case.impedance_excess());
+    let is_clear = statistic > policy.least_generic_statistic && facts.null.p_value(statistic) < policy.alpha;
+    if facts.impedances.is_empty() || !(is_clear || *before > policy.huge_excess) {
+        return fails(format!("statistic of the best impedance {statistic:.1}, misfit {before:.1} × null"));
+    }
+    let place = case.impedance_place();
+    let reason = format!(
+        "the misfit is {before:.1} times that of null simulations and no effect of the library explains it; a generic impedance at \
+         {place} reduces χ² most"
+    );
+    on_nominal(case, unknown(reason))
+}
+
+fn agrees(case: &Case<'_>) -> Asked<Finding> {
+    if let Some(best) = case.best() {
+        return fails(format!("{} is", best.id));
+    }
+    let best = case.ranking.tried.iter().max_by(|a, b| a.statistic.total_cmp(&b.statistic));
+    let is_worse = |t: &Ranked| {
+        t.p_value < case.policy.alpha_predictive
+            && case.facts.left_out(Model::Candidate(t.at)).is_some_and(|loss| loss >= case.nominal_loss)
+    };
+    let remark = |t: &Ranked| {
+        if is_worse(t) { "; it does not improve the prediction of left-out positions" } else { "" }
+    };
+    let best = best.map_or("none".to_string(), |t| {
+        format!("{}, {}{}", case.ranking.candidate(t).id, p_value_text(t.p_value), remark(t))
+    });
+    let reason = format!(
+        "the residual is consistent with null simulations of this machine and layout (most significant candidate: {best})"
+    );
+    on_nominal(case, Verdict::new(VerdictKind::None, reason, None))
+}
+
+fn released_parameter(case: &Case<'_>) -> Asked<Finding> {
+    let Case { facts, policy, ranking, .. } = case;
+    let most = ranking.candidate(&ranking.tried[0]).gain;
+    let explains = |candidate: &CandidateFacts| {
+        (candidate.chi_square() <= (1.0 - policy.release_reduction) * facts.chi_square
+            || facts.excess(candidate.chi_square()) <= policy.release_excess)
+            && candidate.gain >= policy.release_share * most
+    };
+    let found = ranking.tried.iter().find_map(|t| {
+        let candidate = ranking.candidate(t);
+        Some((t, candidate, candidate.released.as_ref().filter(|_| explains(candidate))?))
+    });
+    let Some((ranked, candidate, statement)) = found else { return fails("none does") };
+    let share = percent_text(100.0 * candidate.gain / facts.chi_square);
+    let reason = format!("{statement} reduces χ² by {share}: no effect is needed");
+    let chosen = Chosen::candidate(candidate, ranked.at);
+    Ok(Holds(Verdict::wrong_parameter(&candidate.id, reason), chosen))
+}
+
+fn released_with_effects(case: &Case<'_>) -> Asked<Finding> {
+    let best = case.ranking.candidate(&case.ranking.tried[0]);
+    if best.released.is_none() {
+        return fails(format!("{} is", best.id));
+    }
+    let chosen = case.chosen()?;
+    let (after, names) = (case.facts.excess(chosen.chi_square), &chosen.names);
+    let lacks = match names.len() {
+        0 | 1 => String::new(),
+        _ => format!(", and the model lacks {}", names.after_first().join(" and ")),
+    };
+    let reason = format!(
+        "the frozen value of {} is wrong{lacks}; the remaining misfit is {after:.1} times that of null simulations",
+        best.id
+    );
+    let next = Some(format!("identify without freezing {}, then diagnose again", best.id));
+    Ok(Holds(Verdict::new(VerdictKind::WrongParameter, reason, next), chosen))
+}
+
+/// Returns the names of a chosen model with what describes them in more detail.
+fn stated(chosen: &Chosen) -> String {
+    let detail: Vec<&str> = chosen.effects.iter().filter(|id| !chosen.names.contains(id)).collect();
+    if detail.is_empty() {
+        chosen.names.to_string()
+    } else {
+        format!("{} with {}", chosen.names, detail.join(" and "))
+    }
+}
+
+/// - Effects with more parameters than any generic impedance must fit better than each of them. None is named
+///   where a generic impedance explains the whole residual.
+/// - A single effect that explains the whole residual must fit as well as generic impedances with no more
+///   parameters.
+fn impedance_as_simple(case: &Case<'_>) -> Asked<Finding> {
+    let Case { facts, policy, before, .. } = case;
+    let chosen = case.chosen()?;
+    let (after, margin) = (facts.excess(chosen.chi_square), case.ranking.margin(chosen.chi_square));
+    let is_single = chosen.names.len() == 1;
+    let is_flexible = chosen.added > policy.generic_parameters && (policy.calibrated || is_single);
+    let of_gain = policy.least_improvement * (facts.chi_square - chosen.chi_square);
+    let reach = chosen.chi_square + margin + policy.margin(of_gain, chosen.chi_square, after);
+    let explains_all = |c: &ImpedanceFacts| {
+        policy.calibrated && *before > policy.large_excess && facts.excess(c.chi_square) <= policy.explained
+    };
+    let explains_alone = policy.calibrated && is_single && after <= policy.large_excess;
+    let comparison = |c: &ImpedanceFacts| {
+        let is_better =
+            explains_alone && c.parameters <= chosen.added && c.chi_square + margin < chosen.chi_square;
+        match (is_better, is_flexible && (c.chi_square <= reach || explains_all(c))) {
+            (true, _) => Some("fits better than"),
+            (false, true) => Some("fits, with fewer parameters, as well as"),
+            (false, false) => None,
+        }
+    };
+    let matching = facts.impedances.iter().filter_map(|c| Some((c, comparison(c)?)));
+    match matching.min_by(|(a, _), (b, _)| a.chi_square.total_cmp(&b.chi_square)) {
+        None => fails(format!("χ² {:.0} with {} parameters", chosen.chi_square, chosen.added)),
+        Some((ImpedanceFacts { interface, shape, .. }, comparison)) => {
+            let reason = format!(
+                "a generic {shape} at {interface} {comparison} {}: these data show that such an impedance is missing there, but do not identify \
+                 the effect",
+                stated(&chosen)
+            );
+            Ok(Holds(unknown(reason), chosen))
+        }
+    }
+}
+
+/// Returns the verdict that the best effects leave too much.
+fn leaves_too_much(case: &Case<'_>, chosen: Chosen) -> Asked<Finding> {
+    let after = case.facts.excess(chosen.chi_square);
+    let moved = case.impossible_number_beside_much(&chosen)?.map_or(String::new(), |(name, deviation)| {
+        format!(", although {name} moves by {deviation:+.0} of its standard deviations")
+    });
+    let worse = if case.predicts_worse(&chosen)? {
+        ", and predicts left-out positions worse than it fits"
+    } else {
+        ""
+    };
+    let reason = format!(
+        "the best effect of the library, {}, leaves a misfit {after:.1} times that of null simulations{moved}{worse}; a generic impedance at \
+         {} leaves {:.1} times",
+        stated(&chosen),
+        case.impedance_place(),
+        case.impedance_excess()
+    );
+    Ok(Holds(unknown(reason), chosen))
+}
+
+fn effects_exhausted(case: &Case<'_>) -> Asked<Finding> {
+    let (chosen, policy) = (case.chosen()?, case.policy);
+    let (after, effects) = (case.facts.excess(chosen.chi_square), chosen.names.len());
+    // Only the largest number ended the search for further effects: records of another machine need ever
+    // more.
+    let is_exhausted = policy.calibrated && effects == policy.most_effects && after > policy.excess;
+    if is_exhausted || (effects > 1 && after > policy.combination_excess) {
+        return leaves_too_much(case, chosen);
+    }
+    fails(format!("{} leaves {after:.1} × null", stated(&chosen)))
+}
+
+fn little_reduced(case: &Case<'_>) -> Asked<Finding> {
+    let Case { facts, policy, .. } = case;
+    let chosen = case.chosen()?;
+    let after = facts.excess(chosen.chi_square);
+    let is_matched = after >= policy.generic_better * case.impedance_excess();
+    let least = if is_matched { policy.least_reduction } else { policy.least_reduction_unmatched };
+    if after > policy.large_excess && chosen.chi_square > (1.0 - least) * facts.chi_square {
+        return leaves_too_much(case, chosen);
+    }
+    let reduced = percent_text(100.0 * (1.0 - chosen.chi_square / facts.chi_square));
+    fails(format!("reduced by {reduced}, {after:.1} × null left"))
+}
+
+fn impossible_number(case: &Case<'_>) -> Asked<Finding> {
+    let chosen = case.chosen()?;
+    match case.impossible_number_beside_much(&chosen)? {
+        Some(_) => leaves_too_much(case, chosen),
+        None => fails("none, or little is left"),
+    }
+}
+
+fn impedance_better(case: &Case<'_>) -> Asked<Finding> {
+    let (chosen, policy) = (case.chosen()?, case.policy);
+    let (after, generic) = (case.facts.excess(chosen.chi_square), case.impedance_excess());
+    if after > policy.doubtful_excess && generic < policy.generic_better * after {
+        return leaves_too_much(case, chosen);
+    }
+    fails(format!("{generic:.1} for {after:.1} × null"))
+}
+
+fn predicts_worse(case: &Case<'_>) -> Asked<Finding> {
+    let chosen = case.chosen()?;
+    if case.predicts_worse(&chosen)? { leaves_too_much(case, chosen) } else { fails("they do not") }
+}
+
+fn explained(case: &Case<'_>) -> Asked<Finding> {
+    let Case { facts, ranking, .. } = case;
+    let (chosen, best) = (case.chosen()?, ranking.tried[0]);
+    let share = |loss: f64| 100.0 * (1.0 - loss / case.nominal_loss).max(0.0);
+    let predicted = case.loss(&chosen)?.map(share).filter(|share| *share > 0.0);
+    let predicted = predicted
+        .map_or(String::new(), |share| format!(", and by {share:.0} % at positions left out of the fit"));
+    let gained = percent_text(100.0 * (1.0 - chosen.chi_square / facts.chi_square));
+    let others: Vec<String> = ranking.tried[ranking.rejected.clone()]
+        .iter()
+        .filter_map(|t| {
+            let loss = facts.left_out(Model::Candidate(t.at))?;
+            Some(format!("{} ({:.0} %)", ranking.candidate(t).id, share(loss)))
+        })
+        .collect();
+    let others = match others.len() {
+        0 => String::new(),
+        _ => format!("; rejected by cross-validation although they fit as well: {}", others.join(", ")),
+    };
+    let after = facts.excess(chosen.chi_square);
+    let rest = if after > case.policy.continue_from {
+        format!("; a misfit {after:.1} times that of null simulations remains")
+    } else {
+        String::new()
+    };
+    let reason = format!(
+        "{} reduces χ² by {gained}{predicted} ({}){others}{rest}",
+        stated(&chosen),
+        p_value_text(best.p_value)
+    );
+    let alternatives = case.alternatives(&chosen)?;
+    let explanations = if alternatives.len() < 2 { vec![chosen.names.clone()] } else { alternatives };
+    let effects = ranking.same.iter().map(|at| ranking.candidate(&ranking.tried[*at]));
+    let first = effects.into_iter().find(|candidate| candidate.released.is_none());
+    let test = first.and_then(|candidate| candidate.discriminating_test.clone());
+    Ok(Holds(Verdict::naming(explanations, reason, test), chosen))
+}
+
+fn held_out_disagrees(case: &Case<'_>, (verdict, chosen): (&Verdict, &Chosen)) -> Asked<Finding> {
+    if !verdict.kind.names_effects() {
+        return fails("no effect is named");
+    }
+    let named = case.named(verdict, chosen).len();
+    let Some(found) = case.confirmed(verdict, chosen)? else { return fails("nothing is held out") };
+    let Confirmation { over_nominal, over_rival } = found;
+    // Of combinations the first alone is fitted: the others might be confirmed.
+    if case.is_certain(found) || named < verdict.effects.len() {
+        return fails(format!("ln of the density ratio {over_nominal:.1}"));
+    }
+    let effect = if named > 1 { "the named effects" } else { "the best effect" };
+    let reason = match over_rival.filter(|_| over_nominal >= case.policy.decisive) {
+        Some(rival) => format!(
+            "a generic impedance predicts held-out data better than {effect} (ln of the density ratio {:.1})",
+            -rival
+        ),
+        None => format!(
+            "held-out data do not speak for {effect} for certain (ln of the density ratio {over_nominal:.1})"
+        ),
+    };
+    let verdict = verdict.clone().unnamed(&reason, "measure at more positions, or with less noise");
+    Ok(Holds(Verdict { confirmed: Some(false), ..verdict }, chosen.clone()))
+}
+
+fn half_unexplained(case: &Case<'_>, (verdict, chosen): (&Verdict, &Chosen)) -> Asked<Finding> {
+    let Case { facts, policy, before, .. } = case;
+    let after = facts.excess(chosen.chi_square);
+    let leaves_much = after > policy.excess || after - 1.0 > policy.unexplained * (before - 1.0);
+    if verdict.kind != VerdictKind::Effect
+        || !(policy.calibrated && facts.null.exceeds(chosen.chi_square / facts.count) && leaves_much)
+    {
+        return fails(format!("{after:.1} × null left of {before:.1}"));
+    }
+    let closed = case.closed(chosen.model)?;
+    if closed.is_some_and(|closed| closed >= 1.0 - policy.unexplained) {
+        return fails("the held-out gap is closed");
+    }
+    let gap = if closed.is_some() { ", and more than half of the held-out gap" } else { "" };
+    let reason = format!(
+        "the best effect leaves a misfit {after:.1} times that of null simulations, {before:.1} times without it{gap}"
+    );
+    Ok(Holds(verdict.clone().unnamed(&reason, NEXT_AT_LOCATION), chosen.clone()))
+}
+
+/// Records of several machines have a large misfit that no model explains. A fault of the chain of all records
+/// that explains as much as the named effect stands beside it.
+fn other_cause(case: &Case<'_>, (verdict, chosen): (&Verdict, &Chosen)) -> Asked<Finding> {
+    let Case { facts, policy, before, .. } = case;
+    if verdict.kind != VerdictKind::Unknown && !verdict.kind.explains() {
+        return fails("nothing is missing");
+    }
+    let after = facts.excess(chosen.chi_square);
+    let is_unexplained = after > policy.excess && after - 1.0 > policy.unrelated * (before - 1.0);
+    let mismatch = match facts.whole_frfs && is_unexplained {
+        true => facts.mismatch.as_ref().ok_or(Need::Mismatch)?.found.as_ref(),
+        false => None,
+    };
+    let possible = chain_fault(case)?.filter(|(_, is_certain)| !is_certain).map(|(chain, _)| chain);
+    if mismatch.is_none() && (possible.is_none() || verdict.kind == VerdictKind::WrongParameter) {
+        return fails("neither is so");
+    }
+    let mut other = verdict.clone();
+    if let Some(found) = mismatch {
+        other = other.unnamed(&found.reason, &found.next_measurement);
+    }
+    if let Some(chain) = possible {
+        other = other.or_else(&chain.id, &chain.fault.reason, &chain.fault.next_measurement);
+    }
+    Ok(Holds(other, chosen.clone()))
+}

@@ -1,0 +1,253 @@
+//! Rules judge facts without a fit: each row of the table changes the facts of a plain case.
+
+use super::case::Need;
+use super::facts::{
+    Answer, Beside, CandidateFacts, ChainFacts, ContradictionFacts, ExchangedFacts, Facts, Farthest,
+    FaultFacts, ImpedanceFacts, Model, Of, OnePosition, Remark,
+};
+use super::null_distribution::NullDistribution;
+use super::policy::Policy;
+use super::rules::{Judgement, judge};
+use super::verdict::VerdictKind;
+
+/// An effect that adds one parameter.
+fn effect(id: &str, before: f64, chi_square: f64) -> CandidateFacts {
+    CandidateFacts {
+        id: id.into(),
+        effects: vec![id.into()],
+        names: vec![id.into()],
+        released: None,
+        discriminating_test: None,
+        added: 1,
+        chi_square: Some(chi_square),
+        gain: before - chi_square,
+        is_limit: false,
+        chi_square_in_detail: None,
+        impedances: None,
+    }
+}
+
+/// 1000 numbers whose misfit is five times that of null simulations; one effect closes it, at held-out data,
+/// too.
+fn plain() -> Facts {
+    let of = |model, value| Of { model, value };
+    let of_left_out = |model, value| Of { model, value: Some(value) };
+    let first = Model::Candidate(0);
+    Facts {
+        whole_frfs: true,
+        count: 1000.0,
+        unknowns: 8,
+        in_sample: false,
+        holds_out: true,
+        chi_square: 5000.0,
+        candidates: vec![effect("screw-lead", 5000.0, 1000.0)],
+        impedances: Vec::new(),
+        null: NullDistribution {
+            scales: Vec::new(),
+            largest: (0..2000).map(|at| f64::from(at) * 1e-3).collect(),
+            fitted: Vec::new(),
+            misfit: vec![0.9, 1.0, 1.1],
+        },
+        left_out: vec![of_left_out(Model::Nominal, 5000.0), of_left_out(first, 1000.0)],
+        beside: Vec::new(),
+        held_out_loss: vec![of(Model::Nominal, 3000.0), of(first, 600.0)],
+        closed: vec![of_left_out(first, 0.9)],
+        farthest: Vec::new(),
+        fault_in_records: None,
+        fault_held_out: None,
+        fault_held_out_remains: Some(true),
+        one_position: None,
+        chain: None,
+        exchanged: None,
+        contradiction: None,
+        mismatch: None,
+    }
+}
+
+/// Judges facts; whatever a rule asks for was not found.
+fn judged(mut facts: Facts) -> Judgement {
+    loop {
+        match judge(&facts, Policy::for_frfs(facts.whole_frfs)) {
+            Ok(judgement) => return judgement,
+            Err(Need::OnePosition) => facts.one_position = Some(Answer { found: None }),
+            Err(Need::Chain) => facts.chain = Some(Answer { found: None }),
+            Err(Need::Exchanged) => facts.exchanged = Some(Vec::new()),
+            Err(Need::Contradiction) => facts.contradiction = Some(Answer { found: None }),
+            Err(Need::Mismatch) => facts.mismatch = Some(Answer { found: None }),
+            Err(Need::Farthest(model)) => facts.farthest.push(Of { model, value: None }),
+            Err(Need::Closed(model)) => facts.closed.push(Of { model, value: None }),
+            Err(Need::LeftOut(models)) => {
+                facts.left_out.extend(models.into_iter().map(|model| Of { model, value: None }));
+            }
+            Err(Need::HeldOut(models)) => {
+                facts.held_out_loss.extend(models.into_iter().map(|model| Of { model, value: 3000.0 }));
+            }
+            Err(Need::Beside(of)) => {
+                let chi_square = facts.candidates[0].chi_square.unwrap();
+                facts.beside.push(Beside { of, chi_square, is_deeper: false, candidates: Vec::new() });
+            }
+            Err(need) => panic!("{need:?}"),
+        }
+    }
+}
+
+fn fault(id: &str) -> FaultFacts {
+    FaultFacts {
+        ids: vec![id.into()],
+        reason: id.into(),
+        next_measurement: "measure again".into(),
+        is_insufficient: false,
+    }
+}
+
+fn impedance(parameters: usize, before: f64, chi_square: f64) -> ImpedanceFacts {
+    let gain = before - chi_square;
+    ImpedanceFacts { interface: "nut".into(), shape: "mass".into(), parameters, chi_square, gain }
+}
+
+/// Replaces the misfit of the machine and of its one effect.
+fn fits(facts: &mut Facts, before: f64, after: f64) {
+    facts.chi_square = before;
+    facts.candidates[0] = effect("screw-lead", before, after);
+}
+
+/// Releases a parameter instead of the effect.
+fn releases(facts: &mut Facts, before: f64, after: f64) {
+    fits(facts, before, after);
+    facts.candidates[0].released = Some("k_m was frozen".into());
+}
+
+type Row = (&'static str, VerdictKind, fn(&mut Facts));
+
+const ROWS: [Row; 21] = [
+    ("too-few-numbers", VerdictKind::Insufficient, |facts| facts.unknowns = 1000),
+    ("fault-in-records", VerdictKind::Measurement, |facts| facts.fault_in_records = Some(fault("noise"))),
+    ("one-position", VerdictKind::Measurement, |facts| {
+        let found = OnePosition { fault: fault("copied"), chi_square: 990.0, chi_square_at_own: 5000.0 };
+        facts.one_position = Some(Answer { found: Some(found) });
+    }),
+    ("fault-held-out", VerdictKind::Measurement, |facts| facts.fault_held_out = Some(fault("scale@l4"))),
+    ("fault-of-all", VerdictKind::Measurement, |facts| {
+        let id = "low-pass".to_string();
+        let found = ChainFacts { fault: fault(&id), id, parameters: 1, chi_square: 900.0 };
+        facts.chain = Some(Answer { found: Some(found) });
+    }),
+    ("exchanged-records", VerdictKind::Measurement, |facts| {
+        fits(facts, 5000.0, 4000.0);
+        facts.exchanged = Some(vec![ExchangedFacts { fault: fault("swapped"), chi_square: 900.0 }]);
+    }),
+    ("contradicting-record", VerdictKind::Measurement, |facts| {
+        fits(facts, 5000.0, 4000.0);
+        let found = ContradictionFacts { fault: fault("scale@l1"), rest: 1.2 };
+        facts.contradiction = Some(Answer { found: Some(found) });
+    }),
+    ("unexplained", VerdictKind::Unknown, |facts| {
+        fits(facts, 5000.0, 5000.0);
+        facts.impedances = vec![impedance(3, 5000.0, 1000.0)];
+    }),
+    ("agrees", VerdictKind::None, |facts| fits(facts, 1000.0, 999.0)),
+    ("released-parameter", VerdictKind::WrongParameter, |facts| releases(facts, 5000.0, 1000.0)),
+    ("released-with-effects", VerdictKind::WrongParameter, |facts| releases(facts, 20000.0, 8000.0)),
+    ("impedance-as-simple", VerdictKind::Unknown, |facts| {
+        facts.impedances = vec![impedance(1, 5000.0, 900.0)];
+    }),
+    ("effects-exhausted", VerdictKind::Unknown, |facts| {
+        fits(facts, 100_000.0, 30_000.0);
+        let (of, added) = (Model::Candidate(0), effect("frf-gain", 30_000.0, 12_000.0));
+        let effects = vec!["screw-lead".to_string(), "frf-gain".into()];
+        let more = CandidateFacts {
+            names: effects.clone(),
+            effects,
+            added: 2,
+            impedances: Some(Vec::new()),
+            ..added
+        };
+        let (chi_square, is_deeper) = (30_000.0, false);
+        facts.beside = vec![Beside { of, chi_square, is_deeper, candidates: vec![more] }];
+        let of = Model::With(0, 0);
+        facts.beside.push(Beside { of, chi_square: 12_000.0, is_deeper, candidates: Vec::new() });
+    }),
+    ("little-reduced", VerdictKind::Unknown, |facts| fits(facts, 5000.0, 3500.0)),
+    ("impossible-number", VerdictKind::Unknown, |facts| {
+        fits(facts, 20000.0, 6000.0);
+        let value = Some(Farthest { name: "mass of table".into(), deviation: -12.0 });
+        facts.farthest = vec![Of { model: Model::Candidate(0), value }];
+    }),
+    ("impedance-better", VerdictKind::Unknown, |facts| {
+        fits(facts, 5000.0, 1800.0);
+        facts.impedances = vec![impedance(3, 5000.0, 1100.0)];
+    }),
+    ("predicts-worse", VerdictKind::Unknown, |facts| facts.left_out[1].value = Some(6000.0)),
+    ("explained", VerdictKind::Effect, |_| {}),
+    ("held-out-disagrees", VerdictKind::Unknown, |facts| facts.held_out_loss[1].value = 2999.0),
+    ("half-unexplained", VerdictKind::Unknown, |facts| {
+        fits(facts, 5000.0, 2200.0);
+        facts.closed[0].value = Some(0.3);
+    }),
+    ("other-cause", VerdictKind::Unknown, |facts| {
+        fits(facts, 5000.0, 5000.0);
+        facts.impedances = vec![impedance(3, 5000.0, 1000.0)];
+        let (reason, next_measurement) = ("several machines".to_string(), "look".to_string());
+        facts.mismatch = Some(Answer { found: Some(Remark { reason, next_measurement }) });
+    }),
+];
+
+/// Each rule gives the verdict of the facts that it is for, and is listed as the last that held.
+#[test]
+fn each_rule_decides_its_case() {
+    for (rule, kind, change) in ROWS {
+        let mut facts = plain();
+        change(&mut facts);
+        let found = judged(facts);
+        assert_eq!((found.rule, found.verdict.kind), (rule, kind), "{}", found.verdict.reason);
+        let last = found.trials.iter().rev().find(|trial| trial.held == Some(true));
+        assert_eq!(last.map(|trial| trial.rule.as_str()), Some(rule));
+    }
+    let tested: Vec<&str> = ROWS.iter().map(|row| row.0).collect();
+    let all = judged(plain()).trials;
+    assert_eq!(tested, all.iter().map(|trial| trial.rule.as_str()).collect::<Vec<_>>());
+}
+
+/// Two effects that fit alike are named together; held-out data that do not speak for them leave none.
+#[test]
+fn effects_that_fit_alike_are_named_together() {
+    let mut facts = plain();
+    facts.candidates.push(effect("frf-gain", 5000.0, 1003.0));
+    facts.left_out.push(Of { model: Model::Candidate(1), value: Some(1005.0) });
+    facts.held_out_loss.push(Of { model: Model::Candidate(1), value: 601.0 });
+    let found = judged(facts.clone()).verdict;
+    let names: Vec<String> = found.effects.iter().map(ToString::to_string).collect();
+    assert_eq!((found.kind, found.confirmed), (VerdictKind::Ambiguous, Some(true)));
+    assert_eq!(names, ["screw-lead", "frf-gain"]);
+    facts.held_out_loss.iter_mut().for_each(|of| of.value = 3000.0);
+    let found = judged(facts).verdict;
+    assert_eq!((found.kind, found.effects.len(), found.confirmed), (VerdictKind::Unknown, 0, Some(false)));
+    assert!(found.reason.contains("the named effects"), "{}", found.reason);
+}
+
+/// A fault of the chain of all records that explains as much as an effect of a machine that agrees nearly as
+/// it is stands beside its name.
+#[test]
+fn a_fault_as_likely_stands_beside_the_effect() {
+    let mut facts = plain();
+    fits(&mut facts, 1500.0, 1000.0);
+    facts.candidates[0].added = 2;
+    let id = "low-pass".to_string();
+    let found = ChainFacts { fault: fault(&id), id, parameters: 1, chi_square: 1003.0 };
+    facts.chain = Some(Answer { found: Some(found) });
+    let found = judged(facts);
+    let names: Vec<String> = found.verdict.effects.iter().map(ToString::to_string).collect();
+    assert_eq!((found.rule, found.verdict.kind), ("other-cause", VerdictKind::Ambiguous));
+    assert_eq!(names, ["screw-lead", "low-pass"]);
+}
+
+/// Facts keep every bit in a document, and rules ask for what is not there.
+#[test]
+fn limit_facts_survive_a_document_and_open_ones_are_asked_for() {
+    let facts = plain();
+    assert_eq!(judge(&facts, Policy::for_frfs(true)).unwrap_err(), Need::OnePosition);
+    let text = serde_json::to_string(&facts).unwrap();
+    assert_eq!(serde_json::from_str::<Facts>(&text).unwrap(), facts);
+    let cut = text.replace("\"unknowns\":8,", "");
+    assert!(serde_json::from_str::<Facts>(&cut).is_err_and(|error| error.to_string().contains("unknowns")));
+}
