@@ -367,9 +367,10 @@ fn diagnoses(table: &Table) {
     // The null distribution of all effects, once: the row shows the cost of a diagnosis that reuses it.
     let mut null = None;
     table.row("diagnosis, modes, null distribution known", "effects", &[1, 4, 12], |n| {
-        let known =
-            null.get_or_insert_with(|| run(12, &DiagnosisSettings { seed: 1, draws: 2, null: None }).1);
-        run(n, &DiagnosisSettings { seed: 1, draws: 2, null: Some(known.clone()) }).0
+        let known = null.get_or_insert_with(|| {
+            run(12, &DiagnosisSettings { seed: 1, draws: 2, null: None, all_facts: false }).1
+        });
+        run(n, &DiagnosisSettings { seed: 1, draws: 2, null: Some(known.clone()), all_facts: false }).0
     });
     for held in [false, true] {
         let title =
@@ -421,7 +422,7 @@ fn frf_diagnosis_seconds(
         &library,
         &fitter,
         &held_out,
-        &DiagnosisSettings { seed: 1, draws: NULL_SIMULATIONS, null },
+        &DiagnosisSettings { seed: 1, draws: NULL_SIMULATIONS, null, all_facts: false },
         &control,
     )
     .expect("the diagnosis succeeds");

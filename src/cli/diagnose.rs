@@ -92,6 +92,7 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
             (false, None) => NullCache::Platform,
         },
         ablated: given.ablate.clone(),
+        all_facts: given.facts.is_some(),
     };
     let existing = named_file(given.replace);
     let documents = ["diagnosis.json", APPLIED];

@@ -97,6 +97,8 @@ pub struct DiagnosisSettings {
     pub draws: usize,
     /// A null distribution of the same machine and layout from an earlier diagnosis.
     pub null: Option<NullDistribution>,
+    /// Whether to gather what other rules may ask for, too.
+    pub all_facts: bool,
 }
 
 /// Largest number of global searches for a candidate that explains a large discrepancy.
@@ -202,6 +204,9 @@ pub fn diagnose(
             Err(need) => gatherer.answer(&need, &mut facts)?,
         }
     };
+    if settings.all_facts {
+        gatherer.gather_more(&mut facts)?;
+    }
     compare(gatherer, facts, judgement)
 }
 

@@ -186,6 +186,23 @@ impl Gatherer<'_, '_> {
         missing.par_iter().map(of).or_first_error()
     }
 
+    /// Adds what rules with other numbers may ask for to the facts: figures of all candidates and generic
+    /// impedances.
+    ///
+    /// # Errors  as [`Fitter::objective`].
+    pub fn gather_more(&mut self, facts: &mut Facts) -> Result<(), ObjectiveError> {
+        let fitted = (0..facts.candidates.len()).filter(|at| facts.candidates[*at].chi_square.is_some());
+        let mut all: Vec<Model> = fitted.map(Model::Candidate).collect();
+        all.push(Model::Nominal);
+        for model in &all {
+            self.answer(&Need::Farthest(*model), facts)?;
+            self.answer(&Need::Closed(*model), facts)?;
+        }
+        all.extend((0..facts.impedances.len()).map(Model::Impedance));
+        self.answer(&Need::LeftOut(all.clone()), facts)?;
+        if facts.holds_out { self.answer(&Need::HeldOut(all), facts) } else { Ok(()) }
+    }
+
     /// Adds what was asked for to the facts.
     ///
     /// # Errors  as [`Fitter::objective`].

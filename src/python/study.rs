@@ -56,6 +56,7 @@ impl GivenDiagnosis {
             ablated: ablated.into_iter().flatten().collect(),
             effects: self.effects,
             exclude: self.exclude,
+            all_facts: false,
         })
     }
 }

@@ -60,6 +60,8 @@ pub struct DiagnosisRequest {
     pub cache: NullCache,
     /// Parts of the method to disable.
     pub ablated: Vec<Ablation>,
+    /// Whether the facts are to hold what rules with other numbers may ask for, too.
+    pub all_facts: bool,
 }
 
 impl Default for DiagnosisRequest {
@@ -70,6 +72,7 @@ impl Default for DiagnosisRequest {
             nulls: 40,
             cache: NullCache::None,
             ablated: Vec::new(),
+            all_facts: false,
         }
     }
 }

@@ -60,7 +60,8 @@ impl Study {
             found_in(&read_text(&folder.join(file), MOST_DOCUMENT_BYTES).ok()?, file)
         });
         let cached = null.is_some();
-        let settings = DiagnosisSettings { seed: made.seed, draws: request.nulls, null };
+        let (seed, draws, all_facts) = (made.seed, request.nulls, request.all_facts);
+        let settings = DiagnosisSettings { seed, draws, null, all_facts };
         let found = diagnose(machine, &effects, &fitter, &held_out, &settings, &self.control)?;
         let interval = closed_interval(&fitter, &held_out, &found, settings.seed, &self.control);
         if let Some((folder, file)) = cache.filter(|_| !cached && found.complete) {
@@ -84,7 +85,7 @@ impl Study {
         let folder = request.cache.folder()?;
         // Everything on which null simulations depend enters: settings as a whole, and effects with their
         // ranges.
-        let DiagnosisRequest { effects: _, exclude: _, nulls, cache: _, ablated } = request;
+        let DiagnosisRequest { effects: _, exclude: _, nulls, cache: _, ablated, all_facts: _ } = request;
         let key = self.key(&format!("null distribution {nulls} {ablated:?} {effects:?}"));
         Some((folder, format!("null-{}.json", &digest(key.as_bytes())[..24])))
     }
