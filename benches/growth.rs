@@ -173,6 +173,7 @@ fn simulated_modes(machine: &Machine, count: usize) -> MeasurementSet {
         let observation = |(at, peak): (usize, &dynamics::model::Peak)| ModeObservation {
             order: at as u32 + 1,
             frequency_hz: Some(peak.frequency_hz),
+            frequency_sd_hz: None,
             amplitude: Some(peak.amplitude),
         };
         peaks.iter().enumerate().map(observation).collect()

@@ -123,7 +123,8 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
     }
     deliver(&given.output, folder.as_ref(), "diagnosis.json", &document, &text)?;
     if let Some(((target, name), facts)) = facts_file.zip(facts) {
-        write_announced(&given.output, &target, &[(&name, &to_json(&facts).map_err(to_message)?)])?;
+        let json = to_json(&facts).map_err(to_message)?;
+        write_announced(&given.output, &target, &[(&name, &json)], existing)?;
     }
     match (finish(&given.output, study.control(), document.stamp.complete), &given.apply, &target) {
         (Outcome::Done, Some(path), Some(target)) => {

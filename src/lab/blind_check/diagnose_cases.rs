@@ -144,7 +144,8 @@ impl DiagnosisRunner<'_> {
         words.extend(["--seed".into(), self.seed.to_string(), "--json".into()]);
         words.extend(self.ablation.iter().cloned());
         if self.facts {
-            words.extend(["--facts".into(), facts_file(&self.kept, &case.name).display().to_string()]);
+            let file = facts_file(&self.kept, &case.name).display().to_string();
+            words.extend(["--facts".into(), file, "--replace".into()]);
         }
         words
     }
