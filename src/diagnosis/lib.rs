@@ -15,6 +15,7 @@ mod fit;
 mod gather;
 mod held_out_loss;
 mod hypothesis;
+mod judgement;
 mod location;
 mod measuring_chain;
 mod model_discrepancy;
@@ -43,11 +44,12 @@ pub use evidence::{Domain, PartialGap, closed, floor_over, gap_over, gaps_by_mod
 pub use facts::{Facts, Model};
 pub use fit::{Ablation, Fitted, Fitter, at_start, values_of};
 pub use hypothesis::{Hypothesis, HypothesisKind};
+pub use judgement::{Judgement, Trial, judge};
 pub use model_discrepancy::{sample_discrepancy, sample_prior};
 pub use null_distribution::NullDistribution;
 pub use peaks::peak_errors;
 pub use policy::{EQUIVALENT, Policy};
 pub use ranking::Ranked;
-pub use rules::{Judgement, Trial, judge};
+
 pub use screening::{Status, fitter, hypotheses, is_plausible, largest_loss_factor, relaxes_within};
 pub use verdict::{Verdict, VerdictKind};

@@ -3,36 +3,32 @@
 //! The first of the deciding rules that holds gives the verdict. The overriding rules after them are then
 //! tried in turn: each that holds replaces it.
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
 use super::case::{Asked, Case, Chosen, Confirmation, Need};
 use super::facts::{CandidateFacts, ChainFacts, Facts, FaultFacts, ImpedanceFacts, Model};
-use super::policy::Policy;
 use super::ranking::Ranked;
 use super::verdict::{NEXT_AT_LOCATION, Verdict, VerdictKind, p_value_text, percent_text};
 
 /// What a rule found: the figures that it compared where it does not hold, else a verdict with the model on
 /// which it rests.
-enum Finding {
+pub(super) enum Finding {
     Fails(String),
     Holds(Verdict, Chosen),
 }
 use Finding::{Fails, Holds};
 
 /// How a rule acts: it gives the verdict if none before it does, or replaces that of one before it.
-enum Act {
+pub(super) enum Act {
     Decides(fn(&Case<'_>) -> Asked<Finding>),
     Overrides(fn(&Case<'_>, (&Verdict, &Chosen)) -> Asked<Finding>),
 }
 use Act::{Decides, Overrides};
 
 /// Name of a rule, its condition in words, and the function that compares it with the facts.
-type Rule = (&'static str, &'static str, Act);
+pub(super) type Rule = (&'static str, &'static str, Act);
 
 /// All rules, in their order.
 #[rustfmt::skip]
-const RULES: [Rule; 21] = [
+pub(super) const RULES: [Rule; 21] = [
     ("too-few-numbers", "no more numbers were measured than are unknown", Decides(too_few_numbers)),
     ("fault-in-records", "records show a fault by themselves", Decides(fault_in_records)),
     ("one-position", "all records agree as if measured at one position", Decides(one_position)),
@@ -55,69 +51,6 @@ const RULES: [Rule; 21] = [
     ("half-unexplained", "half of the misfit and of the held-out gap is left", Overrides(half_unexplained)),
     ("other-cause", "records are of several machines, or a fault of their chain is as likely", Overrides(other_cause)),
 ];
-
-/// A rule and what came of it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Trial {
-    /// Name of the rule.
-    pub rule: String,
-    /// Its condition in words.
-    pub when: String,
-    /// Whether it held; null where a rule before it had decided, or where none had that it could override.
-    pub held: Option<bool>,
-    /// Figures that it compared where it did not hold.
-    pub figures: String,
-}
-
-/// A judged case.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Judgement {
-    /// The verdict.
-    pub verdict: Verdict,
-    /// Name of the rule that gave it last.
-    pub rule: &'static str,
-    /// The chosen model.
-    pub chosen: Chosen,
-    /// Fitted candidates, best first.
-    pub ranked: Vec<Ranked>,
-    /// All rules, in their order.
-    pub trials: Vec<Trial>,
-}
-
-/// Judges facts by all rules in their order.
-///
-/// # Errors  facts that a rule needs and that were not gathered.
-pub fn judge(facts: &Facts, policy: &Policy) -> Result<Judgement, Need> {
-    let case = Case::new(facts, policy)?;
-    let mut decided: Option<(&'static str, Verdict, Chosen)> = None;
-    let mut trials = Vec::new();
-    for (rule, when, act) in &RULES {
-        let found = match (act, &decided) {
-            (Decides(check), None) => Some(check(&case)?),
-            (Overrides(check), Some((_, verdict, chosen))) => Some(check(&case, (verdict, chosen))?),
-            _ => None,
-        };
-        let held = found.as_ref().map(|found| matches!(found, Holds(..)));
-        let mut figures = String::new();
-        match found {
-            Some(Fails(compared)) => figures = compared,
-            Some(Holds(mut verdict, chosen)) => {
-                if decided.is_none() && verdict.kind.explains() {
-                    let found = case.confirmed(&verdict, &chosen)?;
-                    verdict.confirmed = found.map(|found| case.is_certain(found));
-                }
-                decided = Some((rule, verdict, chosen));
-            }
-            None => {}
-        }
-        trials.push(Trial { rule: (*rule).into(), when: (*when).into(), held, figures });
-    }
-    let (rule, verdict, chosen) = decided.unwrap_or_else(|| {
-        let reason = "no rule decides".to_string();
-        ("", Verdict::new(VerdictKind::Unknown, reason, None), Chosen::nominal(facts))
-    });
-    Ok(Judgement { verdict, rule, chosen, ranked: case.ranking.tried, trials })
-}
 
 /// Returns the verdict on the machine as described.
 fn on_nominal(case: &Case<'_>, verdict: Verdict) -> Asked<Finding> {

@@ -5,9 +5,9 @@ use super::facts::{
     Answer, Beside, CandidateFacts, ChainFacts, ContradictionFacts, ExchangedFacts, Facts, Farthest,
     FaultFacts, ImpedanceFacts, Model, Of, OnePosition, Remark,
 };
+use super::judgement::{Judgement, judge};
 use super::null_distribution::NullDistribution;
 use super::policy::Policy;
-use super::rules::{Judgement, judge};
 use super::verdict::VerdictKind;
 
 /// An effect that adds one parameter.

@@ -1,8 +1,7 @@
 //! Evidence of modes: each residual of a fit with its derivatives, so that two tests of one machine can be
 //! fitted jointly.
 
-use super::place::Place;
-use super::posterior::Coordinate;
+use super::place::{Coordinate, Place};
 use crate::objective::{ModeObjective, Objective, PositionPrediction};
 use measurement::{FitSet, ModeObservation};
 

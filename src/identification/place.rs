@@ -3,6 +3,19 @@
 use machine::numbers_as_slice;
 use serde::{Deserialize, Serialize};
 
+/// A fitted coordinate of the unit cube.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coordinate {
+    /// Id of the parameter, or name of the tolerance.
+    pub name: String,
+    /// Whether it belongs to the machine, whatever is measured on it; otherwise to the measurement: gain,
+    /// delay, nut position.
+    pub of_machine: bool,
+    /// Standard deviation of its prior in the unit interval, and the centre of the prior; `None` without a
+    /// prior.
+    pub prior: Option<(f64, f64)>,
+}
+
 /// All coordinates of a problem in the unit cube: its free parameters, then its [`Tail`].
 ///
 /// They are not values of parameters:

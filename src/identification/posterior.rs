@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 use super::bootstrap::{Drawn, draw as draw_sample};
 use super::mode_evidence::{ModeResidual, mode_residuals};
-use super::place::Place;
+use super::place::{Coordinate, Place};
 use super::problem::Problem;
 use super::settings::IdentificationSettings;
 use super::tolerance::mode_columns;
@@ -28,19 +28,6 @@ use long_work::Control;
 use machine::{Machine, ParameterValues, Prior};
 use measurement::FitSet;
 use optimizer::{LeastSquares, least_squares_within};
-
-/// A fitted coordinate of the unit cube.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Coordinate {
-    /// Id of the parameter, or name of the tolerance.
-    pub name: String,
-    /// Whether it belongs to the machine, whatever is measured on it; otherwise to the measurement: gain,
-    /// delay, nut position.
-    pub of_machine: bool,
-    /// Standard deviation of its prior in the unit interval, and the centre of the prior; `None` without a
-    /// prior.
-    pub prior: Option<(f64, f64)>,
-}
 
 /// Minima and covariance of all fitted coordinates.
 #[derive(Debug, Clone, PartialEq)]

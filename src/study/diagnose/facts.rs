@@ -34,7 +34,7 @@ impl FactsDocument {
     pub fn read(path: &Path) -> StudyResult<Self> {
         let fault = |fault: String| StudyError::input(path.display(), fault);
         let text = read_text(path, MOST_DOCUMENT_BYTES).map_err(|error| fault(error.to_string()))?;
-        let again = "write it again with jointid diagnose --facts";
+        let again = "write the facts of the diagnosis again";
         let found: Self = serde_json::from_str(&text)
             .map_err(|error| fault(format!("holds no facts: {error}; {again}")))?;
         if found.stamp.schema != Self::SCHEMA {
