@@ -42,7 +42,7 @@ enum Command {
         after_help = "Example:\n  jointid lab withheld --out blind --cases quick\n  jointid lab withheld --out moved --arm motion\n  jointid lab withheld --out blind --ablation '--exclude table-mass'"
     )]
     Withheld(withheld::arguments::WithheldArguments),
-    /// Judge stored facts of a blind check again, also with other numbers
+    /// Judge stored facts of a blind check again
     #[command(
         after_help = "Example:\n  jointid lab withheld --out blind --cases quick --facts\n  jointid lab replay blind --times 0.5"
     )]
