@@ -31,10 +31,10 @@ mod policy;
 mod ranking;
 mod record_checks;
 mod rules;
-#[cfg(test)]
-mod rules_tests;
 mod screening;
 mod search;
+#[cfg(test)]
+mod tests;
 mod verdict;
 
 pub use bootstrap::closed_interval;
