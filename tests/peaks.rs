@@ -177,3 +177,31 @@ fn published_damping_moves_peaks() {
     let highest = found.last().unwrap().frequency_hz;
     assert!(highest > 800.0 && highest < 900.0, "{found:?}");
 }
+
+/// The peak of an undamped mode is a pole: it is found wherever the search ends on it.
+#[test]
+fn limit_the_pole_of_an_undamped_mode_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("machine.toml");
+    let text = "title = \"a mass on two springs\"\neffects = []\n\
+        [[point]]\nname = \"m\"\nmotion = \"translation\"\nmass_kg = 10.0\n\
+        [[joint]]\nname = \"j1\"\nbetween = [\"m\", \"ground\"]\nstiffness = \"k1\"\n\
+        [[joint]]\nname = \"j2\"\nbetween = [\"m\", \"ground\"]\nstiffness = \"k2\"\n\
+        [parameter.k1]\nunit = \"N/m\"\nstart = 4e6\nlower = 1e6\nupper = 1e7\n\
+        [parameter.k2]\nunit = \"N/m\"\nstart = 4e6\nlower = 1e6\nupper = 1e7\n";
+    std::fs::write(&path, text).unwrap();
+    let machine = config::read_machine(&path.display().to_string(), &[], &[]).unwrap().machine;
+    let mass = machine.point("m").unwrap();
+    let structure = Arc::new(Structure::new(&machine, mass, mass, RodModel::Exact).unwrap());
+    let (mut network, mut work) = (structure.empty_model(), structure.workspace());
+    for at in 0..1000 {
+        let stiffnesses = [1e6 * 1.0013_f64.powi(at), 4.9e6 - 2.1e3 * f64::from(at)];
+        network.update(&machine, &stiffnesses, &Operating::default());
+        let found = peaks(&network, SEARCH, &mut work);
+        let exact_hz = (stiffnesses.iter().sum::<f64>() / 10.0).sqrt() / std::f64::consts::TAU;
+        assert!(
+            matches!(&found[..], [peak] if (peak.frequency_hz / exact_hz - 1.0).abs() < 1e-9),
+            "{stiffnesses:?}: {found:?} instead of {exact_hz}"
+        );
+    }
+}

@@ -40,7 +40,7 @@ pub enum Range {
     Limit,
     /// Finite, 0 or above.
     NotNegative,
-    /// From 0 to [`LARGEST_LOSS`].
+    /// From 0 to `LARGEST_LOSS`.
     Loss,
     /// Finite, of either sign.
     Finite,

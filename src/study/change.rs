@@ -23,7 +23,7 @@ const LEVEL: f64 = 0.05;
 ///
 /// Both fits share the machine's tolerances and the error of its model: a table heavier than described shifts
 /// the stiffnesses of both alike. The two are therefore fitted jointly, to first order, with tolerances and
-/// model errors in common ([`Joint`]). The change has the covariance of this joint fit. Gains, delays and nut
+/// model errors in common (`Joint`). The change has the covariance of this joint fit. Gains, delays and nut
 /// positions belong to each measurement. Several minima: the least significant pair counts.
 ///
 /// Compared are parameters that are identifiable in both, and those whose change is: it has as narrow an

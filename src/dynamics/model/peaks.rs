@@ -177,6 +177,10 @@ impl Search<'_> {
                 let near_pole = change.im.abs() < change.re.abs()
                     && change.norm_sqr().sqrt() * PREDICTION_ERROR * point.omega_rad_s > 1.0;
                 let step = change.re / if near_pole { change.norm_sqr() } else { extremum.curvature.abs() };
+                // On the pole of an undamped mode there is no closer place.
+                if !step.is_finite() {
+                    return false;
+                }
                 extremum.omega_rad_s = point.omega_rad_s + step;
                 extremum.size = point.receptance.norm_sqr().sqrt()
                     * point.omega_rad_s.powi(power)
