@@ -451,12 +451,13 @@ fn half_unexplained(case: &Case<'_>, (verdict, chosen): (&Verdict, &Chosen)) -> 
     let Case { facts, policy, before, .. } = case;
     let after = facts.excess(chosen.chi_square);
     let leaves_much = after > policy.excess || after - 1.0 > policy.unexplained * (before - 1.0);
-    if verdict.kind != VerdictKind::Effect
+    if !verdict.kind.names_effects()
         || !(policy.calibrated && facts.null.exceeds(chosen.chi_square / facts.count) && leaves_much)
     {
         return fails(format!("{after:.1} × null left of {before:.1}"));
     }
-    let closed = case.closed(chosen.model)?;
+    let closed = case.named(verdict, chosen).into_iter().map(|model| case.closed(model));
+    let closed = closed.collect::<Asked<Vec<Option<f64>>>>()?.into_iter().flatten().reduce(f64::max);
     if closed.is_some_and(|closed| closed >= 1.0 - policy.unexplained) {
         return fails("the held-out gap is closed");
     }

@@ -225,6 +225,20 @@ fn effects_that_fit_alike_are_named_together() {
     assert!(found.reason.contains("the named effects"), "{}", found.reason);
 }
 
+/// Effects that fit alike are withdrawn together where they leave much, as one is.
+#[test]
+fn a_set_that_leaves_much_is_not_named() {
+    let mut facts = plain();
+    fits(&mut facts, 5000.0, 2200.0);
+    facts.candidates.push(effect("frf-gain", 5000.0, 2205.0));
+    facts.left_out.push(Of { model: Model::Candidate(1), value: Some(1005.0) });
+    facts.held_out_loss.push(Of { model: Model::Candidate(1), value: 601.0 });
+    assert_eq!(judged(facts.clone()).verdict.kind, VerdictKind::Ambiguous);
+    facts.closed[0].value = Some(0.3);
+    let found = judged(facts);
+    assert_eq!((found.rule, found.verdict.kind), ("half-unexplained", VerdictKind::Unknown));
+}
+
 /// A fault of the chain of all records that explains as much as an effect of a machine that agrees nearly as
 /// it is stands beside its name.
 #[test]
