@@ -102,6 +102,9 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
     };
     let target = prepared(given.apply.as_deref(), "--apply")?;
     let facts_file = prepared(given.facts.as_deref(), "--facts")?;
+    if given.facts.is_some() && given.facts == given.apply {
+        return Err("--facts: names the file of --apply; name another file".into());
+    }
     if facts_file.is_some() && study.is_on_motion() {
         return Err("--facts: verdicts on motion records have no facts yet; omit it".into());
     }
@@ -122,7 +125,9 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
         text += &format!("\n{}", why_text(&document));
     }
     deliver(&given.output, folder.as_ref(), "diagnosis.json", &document, &text)?;
-    if let Some(((target, name), facts)) = facts_file.zip(facts) {
+    // Those of a run that was stopped would be judged as if nothing else were to be found.
+    let complete = facts.filter(|facts| facts.stamp.complete);
+    if let Some(((target, name), facts)) = facts_file.zip(complete) {
         let json = to_json(&facts).map_err(to_message)?;
         write_announced(&given.output, &target, &[(&name, &json)], existing)?;
     }

@@ -81,26 +81,41 @@ fn outlive_file_limit() {
 #[cfg(not(unix))]
 fn outlive_file_limit() {}
 
-/// Lets Ctrl-C, SIGTERM and SIGHUP end the command: work that looks at [`stop_flag`] stops and delivers what it has found, within
-/// `DELIVERY`; other work ends at once, and so does any at a second Ctrl-C.
+/// Ends the work for a signal: at the first one within [`DELIVERY`], if it looks at [`stop_flag`].
+fn stop() {
+    if STOP.swap(true, Ordering::Relaxed) {
+        release_claims();
+        // 128 + 2, the usual exit code of a process ended by SIGINT.
+        std::process::exit(130);
+    }
+    if !LOOKS.load(Ordering::Relaxed) {
+        end();
+    }
+    // Without a further thread the second Ctrl-C remains.
+    let _ = std::thread::Builder::new().spawn(|| {
+        std::thread::sleep(DELIVERY);
+        end();
+    });
+}
+
+/// Lets SIGTERM end the command like Ctrl-C. SIGHUP stays as it is: `nohup` ignores it.
+#[cfg(unix)]
+fn watch_termination() {
+    let Ok(mut signals) = signal_hook::iterator::Signals::new([signal_hook::consts::SIGTERM]) else { return };
+    // Without a further thread SIGTERM waits for the end of the work.
+    let _ = std::thread::Builder::new().spawn(move || signals.forever().for_each(|_| stop()));
+}
+
+#[cfg(not(unix))]
+fn watch_termination() {}
+
+/// Lets Ctrl-C and SIGTERM end the command: work that looks at [`stop_flag`] stops and delivers what it has
+/// found, within `DELIVERY`; other work ends at once, and so does any at a second one.
 pub fn watch_ctrl_c() {
     outlive_file_limit();
+    watch_termination();
     // Where no handler can be set, Ctrl-C ends the process as usual.
-    let _ = ctrlc::set_handler(|| {
-        if STOP.swap(true, Ordering::Relaxed) {
-            release_claims();
-            // 128 + 2, the usual exit code of a process ended by SIGINT.
-            std::process::exit(130);
-        }
-        if !LOOKS.load(Ordering::Relaxed) {
-            end();
-        }
-        // Without a further thread the second Ctrl-C remains.
-        let _ = std::thread::Builder::new().spawn(|| {
-            std::thread::sleep(DELIVERY);
-            end();
-        });
-    });
+    let _ = ctrlc::set_handler(stop);
 }
 
 /// Returns the flag that Ctrl-C sets, for work that looks at it.

@@ -110,8 +110,13 @@ fn entry(parameter: &Parameter, value: f64) -> toml::Table {
         FitRule::Frf => put("fit", "frf".into()),
         FitRule::Never => put("fit", "never".into()),
     }
-    if let Some(Prior::Normal(sd)) = prior {
-        put("sd", (*sd).into());
+    match prior {
+        Some(Prior::Normal(sd)) => put("sd", (*sd).into()),
+        Some(Prior::Catalogue(median, sd)) => {
+            let catalogue = [("value".to_string(), (*median).into()), ("factor".into(), sd.exp().into())];
+            put("prior", toml::Value::Table(catalogue.into_iter().collect()));
+        }
+        Some(Prior::LogNormal(_)) | None => {}
     }
     for (key, text) in [("source", source), ("description", description)] {
         if !text.is_empty() {

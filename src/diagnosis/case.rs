@@ -314,6 +314,11 @@ impl<'f> Case<'f> {
             || self.facts.impedances.iter().enumerate().any(is_better))
     }
 
+    /// Whether a model leaves the fault of a held-out record.
+    pub fn leaves_held_out_fault(&self, model: Model) -> Asked<bool> {
+        asked(&self.facts.fault_held_out_remains, model, Need::FaultHeldOut).copied()
+    }
+
     /// Returns the share of the held-out gap that a model closes.
     pub fn closed(&self, model: Model) -> Asked<Option<f64>> {
         asked(&self.facts.closed, model, Need::Closed).copied()

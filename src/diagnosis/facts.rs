@@ -46,8 +46,8 @@ pub struct Facts {
     pub fault_in_records: Option<FaultFacts>,
     /// Fault of a held-out record that is far off while all others are not.
     pub fault_held_out: Option<FaultFacts>,
-    /// Whether the best effect leaves that fault.
-    pub fault_held_out_remains: Option<bool>,
+    /// Whether a model leaves that fault.
+    pub fault_held_out_remains: Vec<Of<bool>>,
     /// Records that differ by noise and a factor alone; absent before it is asked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub one_position: Option<Answer<OnePosition>>,

@@ -55,9 +55,9 @@ pub(super) struct Gatherer<'g, 's> {
 /// A model and its fit.
 type Fit<'m> = (&'m Hypothesis, &'m Fitted);
 
-/// Returns a number that a document can hold.
-fn finite(x: f64) -> f64 {
-    x.min(f64::MAX)
+/// Returns a loss that a document can hold: the largest number where none can be computed.
+fn finite(loss: f64) -> f64 {
+    if loss.is_finite() { loss } else { f64::MAX }
 }
 
 impl Gatherer<'_, '_> {
@@ -93,7 +93,7 @@ impl Gatherer<'_, '_> {
             farthest: Vec::new(),
             fault_in_records: fault_in_records.map(|fault| fault.facts(set)),
             fault_held_out: held_out_fault.map(|fault| fault.facts(set)),
-            fault_held_out_remains: None,
+            fault_held_out_remains: Vec::new(),
             one_position: None,
             chain: None,
             exchanged: None,
@@ -303,7 +303,8 @@ impl Gatherer<'_, '_> {
                 };
                 let before = held_out_fault(fitter, held_out, (nominal, base), &self.gaps)?;
                 let with = self.model(facts, *model).map(of).transpose()?;
-                facts.fault_held_out_remains = Some(with.is_none_or(|with| with == before));
+                let value = with.is_none_or(|with| with == before);
+                facts.fault_held_out_remains.push(Of { model: *model, value });
             }
             Need::OnePosition => {
                 let found = one_position(fitter, held_out, nominal, self.seed, control)?;

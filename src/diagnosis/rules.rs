@@ -114,10 +114,7 @@ fn fault_held_out(case: &Case<'_>) -> Asked<Finding> {
     // A record that agrees with the others once an effect is included is not faulty.
     let remains = match &case.significant {
         None => true,
-        Some(best) => {
-            let need = Need::FaultHeldOut(Model::Candidate(best.at));
-            case.facts.fault_held_out_remains.ok_or(need)?
-        }
+        Some(best) => case.leaves_held_out_fault(Model::Candidate(best.at))?,
     };
     if remains { at_fault(case, fault) } else { fails("the best effect restores it") }
 }
@@ -451,9 +448,9 @@ fn half_unexplained(case: &Case<'_>, (verdict, chosen): (&Verdict, &Chosen)) -> 
     let Case { facts, policy, before, .. } = case;
     let after = facts.excess(chosen.chi_square);
     let leaves_much = after > policy.excess || after - 1.0 > policy.unexplained * (before - 1.0);
-    if !verdict.kind.names_effects()
-        || !(policy.calibrated && facts.null.exceeds(chosen.chi_square / facts.count) && leaves_much)
-    {
+    let is_inadequate =
+        policy.calibrated && facts.null.exceeds(chosen.chi_square / facts.count) && leaves_much;
+    if !(verdict.kind.names_effects() && is_inadequate) {
         return fails(format!("{after:.1} × null left of {before:.1}"));
     }
     let closed = case.named(verdict, chosen).into_iter().map(|model| case.closed(model));

@@ -33,6 +33,7 @@ fn plain() -> Facts {
     let of = |model, value| Of { model, value };
     let of_left_out = |model, value| Of { model, value: Some(value) };
     let first = Model::Candidate(0);
+    let of_remains = |model| Of { model, value: true };
     Facts {
         whole_frfs: true,
         count: 1000.0,
@@ -55,7 +56,7 @@ fn plain() -> Facts {
         farthest: Vec::new(),
         fault_in_records: None,
         fault_held_out: None,
-        fault_held_out_remains: Some(true),
+        fault_held_out_remains: vec![of_remains(first)],
         one_position: None,
         chain: None,
         exchanged: None,

@@ -61,9 +61,17 @@ pub fn change_text(title: &str, document: &ChangeDocument) -> String {
         .filter(|(_, row)| row.changed)
         .map(|(id, row)| format!("{id} by {}", amount(row.change, row)))
         .collect();
-    let verdict = match changed.is_empty() {
-        true => "no significant change".to_string(),
-        false => format!("significant change: {}", changed.join(", ")),
+    // What only one of both results determines is not tested; a large change may be the reason.
+    let open: Vec<String> = document
+        .parameters
+        .iter()
+        .filter(|(_, row)| row.p_value.is_none() && row.change95[0] * row.change95[1] > 0.0)
+        .map(|(id, row)| format!("{id} by {}", amount(row.change, row)))
+        .collect();
+    let verdict = match (changed.is_empty(), open.is_empty()) {
+        (true, true) => "no significant change".to_string(),
+        (true, false) => "no significant change among the parameters compared".to_string(),
+        (false, _) => format!("significant change: {}", changed.join(", ")),
     };
     let mut text = format!("{title}\n");
     text += &wrapped(&format!(
@@ -94,7 +102,13 @@ pub fn change_text(title: &str, document: &ChangeDocument) -> String {
         rows,
     );
     if document.compared < document.parameters.len() {
-        text += "p –: the change is not determined\n";
+        text += "p –: not compared, since one of both values is not identifiable\n";
+    }
+    if !open.is_empty() {
+        text += &wrapped(&format!(
+            "not compared, though its interval excludes 0: {}; it is a change, or another minimum of one fit",
+            open.join(", ")
+        ));
     }
     text
 }

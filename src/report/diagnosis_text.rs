@@ -2,9 +2,7 @@
 
 use super::diagnosis::{DiagnosisDocument, NAMED, RuleRow};
 use super::table::moved_tolerances;
-use super::terminal::{
-    columns, figure, listed, percent, probability, share_closed, table, table_text, unit, wrapped,
-};
+use super::terminal::{columns, figure, listed, percent, probability, share_closed, unit, wrapped};
 use super::vocabulary::{EffectStatus, VerdictKind};
 
 fn gap(x: Option<f64>) -> String {
@@ -58,13 +56,13 @@ pub fn why_text(document: &DiagnosisDocument) -> String {
     let Some(last) = &document.verdict.rule else {
         return wrapped("rules: there is no table of rules for this kind of data yet");
     };
-    let mut rules = table(["rule", "holds", "condition", "compared"]);
-    for RuleRow { rule, when, held, figures } in &document.rules {
-        let holds = held.map_or("–", |held| if held { "yes" } else { "no" });
-        rules.add_row([rule, holds, when, figures]);
-    }
-    let head = format!("rules, read from the top («–»: not asked); the verdict is that of «{last}»");
-    wrapped(&head) + &table_text(&rules)
+    let row = |RuleRow { rule, when, held, figures }: &RuleRow| {
+        let holds = held.map_or("not asked", |held| if held { "yes" } else { "no" });
+        let figures = if figures.is_empty() { String::new() } else { format!(" ({figures})") };
+        wrapped(&format!("  {holds}: {rule} – {when}{figures}"))
+    };
+    let head = format!("rules, read from the top; the verdict is that of «{last}»");
+    wrapped(&head) + &document.rules.iter().map(row).collect::<String>()
 }
 
 /// Returns the held-out gap before and after, and the share that the chosen model closes. `name` is the name

@@ -30,11 +30,16 @@ impl Estimate {
             let range = format!("write a value from {lower} to {upper}{unit}");
             return Err(fault(part(), format!("is {}; {range}", self.value)));
         }
+        // A standard deviation of the logarithm is compared with the range of the logarithm.
+        let limit = match prior {
+            Some(Prior::LogNormal(_)) if *lower > 0.0 => (upper / lower).ln(),
+            Some(Prior::LogNormal(_)) => f64::INFINITY,
+            _ => upper - lower,
+        };
         let prior = match (self.sd, prior) {
             (None, prior) => *prior,
             (Some(0.0), _) => None,
-            (Some(sd), _) if !(sd > 0.0 && sd <= upper - lower) => {
-                let limit = upper - lower;
+            (Some(sd), _) if !(sd > 0.0 && sd <= limit) => {
                 return Err(fault(
                     part(),
                     format!("has the sd {sd}; write a standard deviation from 0 to {limit}"),
