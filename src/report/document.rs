@@ -69,9 +69,9 @@ fn usual_model_error() -> f64 {
 pub struct OrderRow {
     /// Mode number, from 1.
     pub order: u32,
-    /// Measured frequency of the peak of |H| (Hz).
+    /// Measured natural frequency (Hz).
     pub measured_hz: Option<f64>,
-    /// Predicted frequency of the peak of |H| (Hz); absent where the model shows none.
+    /// Predicted natural frequency (Hz).
     pub predicted_hz: Option<f64>,
     /// Relative frequency error (predicted − measured)/measured (1).
     pub relative_error: Option<f64>,
@@ -87,7 +87,7 @@ pub struct OrderRow {
 /// A predicted peak without a measured mode.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LonePeak {
-    /// Predicted frequency of the peak of |H| (Hz).
+    /// Predicted natural frequency (Hz).
     pub frequency_hz: f64,
     /// Prominence: |H| at the peak over |H| at the higher of the two neighbouring minima (1).
     pub prominence: f64,
@@ -188,7 +188,7 @@ pub struct MisplacedModeRow {
     pub position: String,
     /// Order under which the mode is entered.
     pub order: u32,
-    /// Measured frequency of the peak of |H| (Hz).
+    /// Measured natural frequency (Hz).
     pub frequency_hz: f64,
     /// Order whose course over the other positions the mode continues; absent for a mode that continues none.
     pub fits_order: Option<u32>,
@@ -379,7 +379,7 @@ pub struct ObjectivesDocument {
 /// Modal parameters of one mode in one record.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PeakRow {
-    /// Undamped natural frequency |p|/2π of the pole p (Hz).
+    /// Natural frequency (Hz).
     pub frequency_hz: f64,
     /// Standard deviation of the natural frequency (Hz).
     pub frequency_sd_hz: Option<f64>,
@@ -387,13 +387,12 @@ pub struct PeakRow {
     pub damping_ratio: f64,
     /// Standard deviation of the damping ratio (1).
     pub damping_sd: Option<f64>,
-    /// Frequency of the local maximum of |H| of the mode (Hz); absent where |H| has none.
-    #[serde(default)]
-    pub peak_hz: Option<f64>,
-    /// |H| at `peak_hz`, in the unit of the measured quantity; absent where it has no maximum.
-    pub amplitude: Option<f64>,
+    /// Amplitude, in the unit of the measured quantity.
+    pub amplitude: f64,
     /// Standard deviation of the amplitude, in the same unit.
     pub amplitude_sd: Option<f64>,
+    /// Whether `amplitude` is a local maximum of |H|; otherwise it is the contribution of the mode alone.
+    pub own_peak: bool,
     /// Share of the model orders at which the pole is stable (1).
     pub stable_share: f64,
 }
@@ -424,7 +423,7 @@ pub struct PeakModeRow {
     pub order: usize,
     /// Whether the frequency varies smoothly with position, as for a structural mode.
     pub regular: bool,
-    /// Median undamped natural frequency over the records (Hz).
+    /// Median natural frequency over the records (Hz).
     pub frequency_hz: f64,
     /// Modal parameters by record in which the mode is identified.
     pub records: BTreeMap<String, PeakRow>,

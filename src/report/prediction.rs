@@ -16,13 +16,11 @@ use super::vocabulary::Role;
 pub struct NaturalMode {
     /// Mode number in ascending frequency, from 1; rigid-body modes do not count.
     pub order: usize,
-    /// Undamped natural frequency (Hz).
+    /// Natural frequency: that of the peak of the FRF, or of the undamped mode where the FRF shows no peak
+    /// (Hz).
     pub frequency_hz: f64,
     /// Damping ratio (1); absent for a mode whose damping cannot be stated.
     pub damping_ratio: Option<f64>,
-    /// Frequency of the peak of the magnitude of the FRF (Hz); absent where it shows no peak.
-    #[serde(default)]
-    pub peak_hz: Option<f64>,
     /// Magnitude of the FRF at the peak (SI units of the quantity); absent where it shows no peak.
     pub amplitude: Option<f64>,
 }
@@ -33,12 +31,8 @@ pub struct PredictedMode {
     /// Values of the best fit.
     #[serde(flatten)]
     pub mode: NaturalMode,
-    /// 95 % interval of the undamped natural frequency (Hz).
+    /// 95 % interval of the natural frequency (Hz).
     pub frequency95: [f64; 2],
-    /// 95 % interval of the frequency of the peak (Hz); absent where some of the possible machines show no
-    /// peak.
-    #[serde(default)]
-    pub peak95: Option<[f64; 2]>,
     /// 95 % interval of the damping ratio (1).
     pub damping95: Option<[f64; 2]>,
     /// 95 % interval of the amplitude (SI units of the quantity); absent where some of the possible machines
@@ -115,8 +109,8 @@ impl PredictionDocument {
 }
 
 /// Columns of the table of modes.
-pub(super) const HEADER: [&str; 8] =
-    ["Nut m", "Order", "Undamped Hz", "95 % interval", "Damping %", "95 % interval", "Peak Hz", "Amplitude"];
+pub(super) const HEADER: [&str; 7] =
+    ["Nut m", "Order", "Frequency Hz", "95 % interval", "Damping %", "95 % interval", "Amplitude"];
 
 /// A prediction as text.
 pub fn prediction_text(title: &str, document: &PredictionDocument) -> String {
@@ -162,7 +156,6 @@ pub(super) fn mode_rows(document: &PredictionDocument) -> (&'static str, Vec<Vec
                 frequency95,
                 damping,
                 damping95,
-                cell(mode.peak_hz, figure),
                 cell(mode.amplitude, figure),
             ]);
         }
@@ -196,13 +189,11 @@ fn damping_cells(ratio: Option<f64>, interval: Option<[f64; 2]>) -> (String, Str
 /// The modes of a prediction as CSV, each with the static stiffness of its position.
 pub fn prediction_csv(document: &PredictionDocument) -> String {
     let mut text = String::from(
-        "position,nut_m,order,frequency_hz,frequency_low_hz,frequency_high_hz,damping_ratio,damping_low,damping_high,peak_hz,peak_low_hz,peak_high_hz,amplitude,amplitude_low,amplitude_high,static_stiffness,static_stiffness_low,static_stiffness_high\n",
+        "position,nut_m,order,frequency_hz,frequency_low_hz,frequency_high_hz,damping_ratio,damping_low,damping_high,amplitude,amplitude_low,amplitude_high,static_stiffness,static_stiffness_low,static_stiffness_high\n",
     );
     let number = |x: Option<f64>| x.map_or(String::new(), |x| x.to_string());
     for (name, position) in document.ordered() {
-        for PredictedMode { mode, frequency95: [low, high], peak95, damping95, amplitude95 } in
-            &position.modes
-        {
+        for PredictedMode { mode, frequency95: [low, high], damping95, amplitude95 } in &position.modes {
             let ends = |interval: &Option<[f64; 2]>| {
                 [number(interval.map(|i| i[0])), number(interval.map(|i| i[1]))].join(",")
             };
@@ -215,8 +206,6 @@ pub fn prediction_csv(document: &PredictionDocument) -> String {
                 high.to_string(),
                 number(mode.damping_ratio),
                 ends(damping95),
-                number(mode.peak_hz),
-                ends(peak95),
                 number(mode.amplitude),
                 ends(amplitude95),
                 number(position.static_stiffness),
@@ -258,7 +247,7 @@ pub(super) fn natural_frequencies_text(modes: &BTreeMap<String, Vec<NaturalMode>
         };
         std::iter::once(name.clone()).chain((1..=shown).map(of)).collect()
     });
-    format!("undamped natural frequencies of the identified machine (Hz)\n{}", columns(&header, rows))
+    format!("natural frequencies of the identified machine (Hz)\n{}", columns(&header, rows))
 }
 
 /// Number of orders in the table of natural frequencies.

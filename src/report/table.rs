@@ -247,10 +247,10 @@ pub fn summary(of: &ComparisonDocument) -> TextTable {
 pub fn peaks_table(peaks: &PeaksDocument, all: bool) -> String {
     let mut text = String::new();
     let amplitude = match peaks.amplitude_unit.as_str() {
-        "" => "Peak amplitude".to_string(),
-        stated => format!("Peak amplitude {}", unit(stated)),
+        "" => "Amplitude".to_string(),
+        stated => format!("Amplitude {}", unit(stated)),
     };
-    let mut out = table(["Mode", "Record", "Undamped Hz", "Damping ratio", "Peak Hz", &amplitude]);
+    let mut out = table(["Mode", "Record", "Frequency Hz", "Damping ratio", &amplitude]);
     for mode in peaks.modes.iter().filter(|m| all || m.regular) {
         for (at, (name, row)) in mode.records.iter().enumerate() {
             let label = if mode.regular { format!("{}", mode.order) } else { format!("({})", mode.order) };
@@ -265,8 +265,7 @@ pub fn peaks_table(peaks: &PeaksDocument, all: bool) -> String {
                     || percent(row.damping_ratio),
                     |sd| format!("{} %", with_deviation(100.0 * row.damping_ratio, 196.0 * sd)),
                 ),
-                cell(row.peak_hz, figure),
-                cell(row.amplitude, figure),
+                figure(row.amplitude),
             ]);
         }
     }

@@ -41,8 +41,8 @@ impl Default for PeaksRequest {
 pub struct Peaks {
     /// The document.
     pub document: PeaksDocument,
-    /// Regular modes as the mode table of a measurement set: position, mode number, frequency of the peak of
-    /// |H| (Hz), amplitude (unit of the FRFs).
+    /// Regular modes as the mode table of a measurement set: position, mode number, frequency (Hz), amplitude
+    /// (unit of the FRFs).
     pub modes_csv: String,
 }
 
@@ -110,15 +110,14 @@ pub fn peaks(set: &MeasurementSet, request: &PeaksRequest, control: &Control) ->
                 .iter()
                 .map(|(record, at)| {
                     let fitted = &named[*record].fitted.modes[*at];
-                    let peak = Some(fitted.amplitude).filter(|a| a.kind == AmplitudeKind::Peak);
                     let row = PeakRow {
                         frequency_hz: fitted.frequency_hz,
                         frequency_sd_hz: finite(fitted.frequency_sd_hz),
                         damping_ratio: fitted.damping_ratio,
                         damping_sd: finite(fitted.damping_sd),
-                        peak_hz: peak.map(|p| p.frequency_hz),
-                        amplitude: peak.map(|p| p.value),
-                        amplitude_sd: peak.and_then(|p| finite(p.sd)),
+                        amplitude: fitted.amplitude.value,
+                        amplitude_sd: finite(fitted.amplitude.sd),
+                        own_peak: fitted.amplitude.kind == AmplitudeKind::Peak,
                         stable_share: fitted.stability.share(),
                     };
                     (named[*record].name.clone(), row)
@@ -275,17 +274,16 @@ fn names(set: &MeasurementSet) -> Vec<String> {
     }
 }
 
-/// Formats the regular modes as the mode table of a measurement set: position, mode number, frequency of the
-/// peak of |H| (Hz), amplitude (unit of the FRFs). A mode without a peak is left out: what a fit predicts are
-/// peaks.
+/// Formats the regular modes as the mode table of a measurement set: position, mode number, frequency (Hz),
+/// amplitude (unit of the FRFs).
 fn modes_csv(set: &MeasurementSet, named: &[NamedFrf<'_>], document: &PeaksDocument) -> String {
     let mut text = String::from("position,order,frequency_hz,amplitude\n");
     for n in named.iter().filter(|n| n.frf.position.is_some()) {
         let position = csv_cell(n.frf.position.map_or("", |p| set.positions[p].name.as_str()));
         for mode in document.modes.iter().filter(|m| m.regular) {
-            let peak = mode.records.get(&n.name).and_then(|row| row.peak_hz.zip(row.amplitude));
-            if let Some((peak_hz, amplitude)) = peak {
-                let _ = writeln!(text, "{position},{},{peak_hz},{amplitude:e}", mode.order);
+            if let Some(peak) = mode.records.get(&n.name) {
+                let _ =
+                    writeln!(text, "{position},{},{},{:e}", mode.order, peak.frequency_hz, peak.amplitude);
             }
         }
     }

@@ -261,7 +261,6 @@ class Prediction(Document):
                 for key, ends in (
                     ("frequency_hz", "frequency95"),
                     ("damping_ratio", "damping95"),
-                    ("peak_hz", "peak95"),
                     ("amplitude", "amplitude95"),
                 ):
                     low, high = mode[ends] or (None, None)

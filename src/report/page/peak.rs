@@ -15,12 +15,12 @@ pub fn content(page: &Page, of: &PeaksDocument) -> String {
     let x_axis = if known { axis("nut position (m)") } else { name_axis("record") };
     let mut chart = Chart::new(
         "peaks-chart",
-        "Undamped natural frequencies from the FRFs, against position",
+        "Natural frequencies from the FRFs, against position",
         "Error bars: 95 % intervals. Grey: spurious peaks.",
         340,
         layout(true, x_axis, log_axis("Hz")),
     );
-    let header = ["Mode", "Record", "Undamped Hz", "±", "Damping", "±", "Peak Hz", "Peak amplitude"];
+    let header = ["Mode", "Record", "Hz", "±", "Damping", "±", "Amplitude"];
     let mut table = TextTable::new("Regular modes by record; ± is half a 95 % interval", 2, header);
     for mode in &of.modes {
         let n = if mode.regular { mode.order.saturating_sub(1) } else { 6 };
@@ -49,8 +49,7 @@ pub fn content(page: &Page, of: &PeaksDocument) -> String {
                 cell(row.frequency_sd_hz.map(|s| 1.96 * s), figure),
                 percent(row.damping_ratio),
                 cell(row.damping_sd.map(|s| 1.96 * s), percent),
-                cell(row.peak_hz, figure),
-                cell(row.amplitude, figure),
+                figure(row.amplitude),
             ]);
         }
     }

@@ -1,4 +1,5 @@
-//! Predictions at positions that were not measured: peaks against position, and FRFs, with their bands.
+//! Predictions at positions that were not measured: natural frequency against position, and FRFs, with their
+//! bands.
 
 use serde_json::{Value, json};
 
@@ -10,20 +11,20 @@ use crate::prediction::{
     HEADER, PredictedMode, PredictedPosition, PredictionDocument, mode_rows, stiffness_rows,
 };
 
-/// A measured peak.
+/// A measured natural frequency.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredMode {
     /// Name of the position.
     pub position: String,
     /// Nut position (m).
     pub nut_m: f64,
-    /// Frequency of the peak (Hz).
+    /// Natural frequency (Hz).
     pub frequency_hz: f64,
     /// Whether it was held out of the fit.
     pub held_out: bool,
 }
 
-/// Number of orders in the chart of peaks.
+/// Number of orders in the chart of natural frequencies.
 const ORDERS: usize = 7;
 /// Largest distance ln(measured/predicted) of a mark from its order: beyond, the model lacks the mode.
 const REACH: f64 = 0.2;
@@ -44,10 +45,10 @@ pub fn content(of: &PredictionDocument, measured: &[MeasuredMode]) -> String {
     format!("{}{}{}{}", paragraph(&text), frequencies(of, measured), frfs(of), table(of))
 }
 
-/// Returns the predicted peak (Hz) of an order at a nut position, linear between the predicted
+/// Returns the predicted frequency (Hz) of an order at a nut position, linear between the predicted
 /// positions.
 fn interpolated(along: &[(f64, &PredictedPosition)], order: usize, nut_m: f64) -> Option<f64> {
-    let of = |at: usize| along.get(at).and_then(|(x, p)| Some((*x, mode(p, order)?.mode.peak_hz?)));
+    let of = |at: usize| along.get(at).and_then(|(x, p)| Some((*x, mode(p, order)?.mode.frequency_hz)));
     let above = along.iter().position(|(x, _)| *x >= nut_m).unwrap_or(along.len());
     match (above.checked_sub(1).and_then(of), of(above)) {
         (Some((a, low)), Some((b, high))) if b > a => Some(low + (high - low) * (nut_m - a) / (b - a)),
@@ -60,7 +61,7 @@ fn mode(position: &PredictedPosition, order: usize) -> Option<&PredictedMode> {
     position.modes.iter().find(|m| m.mode.order == order)
 }
 
-/// Formats the frequency of the peak against position, one panel for each order.
+/// Formats natural frequency against position, one panel for each order.
 fn frequencies(of: &PredictionDocument, measured: &[MeasuredMode]) -> String {
     let along: Vec<(f64, &PredictedPosition)> =
         of.ordered().into_iter().filter_map(|(_, p)| Some((p.nut_m?, p))).collect();
@@ -83,10 +84,10 @@ fn frequencies(of: &PredictionDocument, measured: &[MeasuredMode]) -> String {
         measured.iter().filter_map(|mark| Some((nearest(mark)?, mark))).collect();
     let titles: Vec<String> = (1..=most).map(|order| format!("order {order} (Hz)")).collect();
     let layout = panels(axis("nut position (m)"), &titles, "~g");
-    let caption = "Line and band: predicted peak of the magnitude with its 95 % interval, where there is one. Marks: measured, filled where fitted, open where held out.";
+    let caption = "Line and band: prediction with its 95 % interval. Marks: measured, filled where fitted, open where held out.";
     let mut chart = Chart::new(
         "prediction-frequency",
-        "Predicted peaks against position",
+        "Predicted natural frequencies against position",
         caption,
         90 + 140 * most,
         layout,
@@ -95,16 +96,16 @@ fn frequencies(of: &PredictionDocument, measured: &[MeasuredMode]) -> String {
         let y_axis = y_axis(order - 1);
         let rows: Vec<(f64, &PredictedMode)> =
             along.iter().filter_map(|(x, p)| Some((*x, mode(p, order)?))).collect();
+        let x: Vec<f64> = rows.iter().map(|r| r.0).collect();
         let hover = format!("order {order}, %{{x:.4~g}} m<br>%{{y:.5~g}} Hz<extra></extra>");
-        let curve = |pick: &dyn Fn(&PredictedMode) -> Option<f64>, width: f64| {
-            let points = rows.iter().filter_map(|(x, mode)| Some((*x, rounded(pick(mode)?, 6))));
-            let (x, y): (Vec<f64>, Vec<f64>) = points.unzip();
+        let curve = |pick: &dyn Fn(&PredictedMode) -> f64, width: f64| {
+            let y: Vec<f64> = rows.iter().map(|r| rounded(pick(r.1), 6)).collect();
             let look = json!({ "line": line(colour(0), width), "yaxis": y_axis, "hovertemplate": hover });
-            scatter(x, y, "lines", look)
+            scatter(&x, y, "lines", look)
         };
-        chart.trace(curve(&|m| Some(m.peak95?[0]), 0.6));
-        chart.trace(with(curve(&|m| Some(m.peak95?[1]), 0.6), band()));
-        chart.trace(curve(&|m| m.mode.peak_hz, 1.8));
+        chart.trace(curve(&|m| m.frequency95[0], 0.6));
+        chart.trace(with(curve(&|m| m.frequency95[1], 0.6), band()));
+        chart.trace(curve(&|m| m.mode.frequency_hz, 1.8));
         for (held_out, symbol) in [(false, "circle"), (true, "circle-open")] {
             let own: Vec<&MeasuredMode> = marks
                 .iter()
@@ -161,11 +162,8 @@ fn frfs(of: &PredictionDocument) -> String {
 fn table(of: &PredictionDocument) -> String {
     let (place, modes) = mode_rows(of);
     let heads = HEADER.map(|name| if name == "Nut m" { place } else { name });
-    let mut table = TextTable::new(
-        "Predicted undamped natural frequencies, peaks of the magnitude, damping ratios and amplitudes (SI units)",
-        2,
-        heads,
-    );
+    let mut table =
+        TextTable::new("Predicted natural frequencies, damping ratios and amplitudes (SI units)", 2, heads);
     modes.into_iter().for_each(|row| table.row(row));
     let mut stiffness =
         TextTable::new("Predicted static stiffness (SI units)", 1, [place, "Stiffness", "95 % interval"]);

@@ -58,8 +58,8 @@ fn at_position(set: &MeasurementSet, at: usize, predicted: &PredictionDocument, 
     else {
         return Vec::new();
     };
-    let mut found: Vec<f64> =
-        nearest.modes.iter().filter_map(|m| maximum_near(frf, m.mode.peak_hz?)).collect();
+    let seen = nearest.modes.iter().filter(|m| m.mode.amplitude.is_some());
+    let mut found: Vec<f64> = seen.filter_map(|m| maximum_near(frf, m.mode.frequency_hz)).collect();
     found.dedup();
     found
 }

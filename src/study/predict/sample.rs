@@ -98,7 +98,6 @@ pub(super) fn predict(
             Some(p.modes[at].as_ref().map_or(evaluation.highest_hz(), |m| m.frequency_hz))
         })
         .unwrap_or([mode.frequency_hz; 2]),
-        peak95: mode.peak_hz.and_then(|hz| interval(hz, &|p| p.modes[at].as_ref()?.peak_hz)),
         damping95: mode.damping_ratio.and_then(|z| interval(z, &|p| p.modes[at].as_ref()?.damping_ratio)),
         amplitude95: mode.amplitude.and_then(|a| interval(a, &|p| p.modes[at].as_ref()?.amplitude)),
         mode: mode.clone(),
@@ -195,9 +194,7 @@ fn lines(
             for mode in modes {
                 // Dense at the peak: distances grow with the cube of the number.
                 let share = |at: i32| reach * (f64::from(at) / f64::from(count)).powi(3);
-                lines.extend(
-                    (-count..=count).map(|at| mode.peak_hz.unwrap_or(mode.frequency_hz) * (1.0 + share(at))),
-                );
+                lines.extend((-count..=count).map(|at| mode.frequency_hz * (1.0 + share(at))));
             }
             lines.retain(|hz| (from..=to).contains(hz));
             lines.sort_by(f64::total_cmp);
@@ -252,7 +249,6 @@ mod tests {
                 order: at + 1,
                 frequency_hz: *hz,
                 damping_ratio: None,
-                peak_hz: None,
                 amplitude: None,
             };
             all.iter().enumerate().map(mode).collect()
