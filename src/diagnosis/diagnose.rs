@@ -217,7 +217,7 @@ fn compare(
     judgement: Judgement,
 ) -> Result<Diagnosis, ObjectiveError> {
     let Gatherer { fitter, held_out, machine, effects, control, .. } = gatherer;
-    let chosen = gatherer.model(&facts, judgement.chosen.model);
+    let chosen = gatherer.model(judgement.chosen.model);
     let Gatherer { screening, located, gaps, .. } = gatherer;
     let as_described = (&screening.nominal, &screening.base);
     let chosen = chosen.unwrap_or_else(|| (screening.nominal.clone(), screening.base.clone()));

@@ -149,8 +149,8 @@ impl Gatherer<'_, '_> {
         }
     }
 
-    /// Returns a model and its fit.
-    pub fn model(&self, facts: &Facts, model: Model) -> Option<(Hypothesis, Fitted)> {
+    /// Returns a model and its fit; the order of candidates is that of the facts.
+    pub fn model(&self, model: Model) -> Option<(Hypothesis, Fitted)> {
         let of = |candidate: &Candidate| candidate.fitted.clone();
         match model {
             Model::Nominal => Some((self.screening.nominal.clone(), self.screening.base.clone())),
@@ -160,25 +160,20 @@ impl Gatherer<'_, '_> {
                 let found = self.beside.get(search)?;
                 Some((found.nominal.clone(), found.base.clone()))
             }
-            Model::With(search, at) => {
-                // The order of candidates is that of the facts.
-                debug_assert_eq!(facts.beside[search].candidates.len(), self.beside[search].candidates.len());
-                self.beside.get(search)?.candidates.get(at).and_then(of)
-            }
+            Model::With(search, at) => self.beside.get(search)?.candidates.get(at).and_then(of),
         }
     }
 
     /// Computes a figure of each model that does not have it yet.
     fn each<T: Send>(
         &self,
-        facts: &Facts,
         (known, models): (&[Of<T>], &[Model]),
         figure: impl Fn(Fit<'_>) -> Result<T, ObjectiveError> + Sync,
     ) -> Result<Vec<Of<T>>, ObjectiveError> {
         let missing: Vec<(Model, (Hypothesis, Fitted))> = models
             .iter()
             .filter(|model| of(known, **model).is_none())
-            .filter_map(|model| Some((*model, self.model(facts, *model)?)))
+            .filter_map(|model| Some((*model, self.model(*model)?)))
             .collect();
         let of = |(model, (hypothesis, fitted)): &(Model, (Hypothesis, Fitted))| {
             Ok::<_, ObjectiveError>(Of { model: *model, value: figure((hypothesis, fitted))? })
@@ -213,14 +208,14 @@ impl Gatherer<'_, '_> {
                 let of = |(hypothesis, fitted): Fit<'_>| {
                     Ok(cross_validation(fitter, hypothesis, fitted, control).ok().map(finite))
                 };
-                let found = self.each(facts, (&facts.left_out, models), of)?;
+                let found = self.each((&facts.left_out, models), of)?;
                 facts.left_out.extend(found);
             }
             Need::HeldOut(models) => {
                 let of = |(hypothesis, fitted): Fit<'_>| {
                     Ok(finite(held_out_loss(fitter, held_out, hypothesis, fitted, control)?))
                 };
-                let found = self.each(facts, (&facts.held_out_loss, models), of)?;
+                let found = self.each((&facts.held_out_loss, models), of)?;
                 facts.held_out_loss.extend(found);
                 // What was stopped is no figure.
                 facts.holds_out &= !control.stopped();
@@ -230,11 +225,11 @@ impl Gatherer<'_, '_> {
                 let of = |(hypothesis, fitted): Fit<'_>| {
                     Ok(closed(before, &fitter.gaps(hypothesis, fitted, held_out)?))
                 };
-                let found = self.each(facts, (&facts.closed, &[*model]), of)?;
+                let found = self.each((&facts.closed, &[*model]), of)?;
                 facts.closed.extend(found);
             }
             Need::Farthest(model) => {
-                let found = self.each(facts, (&facts.farthest, &[*model]), |fit| Ok(farthest(fit)))?;
+                let found = self.each((&facts.farthest, &[*model]), |fit| Ok(farthest(fit)))?;
                 facts.farthest.extend(found);
             }
             Need::Beside(model) => self.gather_beside(*model, facts)?,
@@ -251,7 +246,7 @@ impl Gatherer<'_, '_> {
     }
 
     fn gather_beside(&mut self, model: Model, facts: &mut Facts) -> Result<(), ObjectiveError> {
-        let Some(chosen) = self.model(facts, model) else { return Ok(()) };
+        let Some(chosen) = self.model(model) else { return Ok(()) };
         let found = match self.made.take() {
             Some((at, found)) if model == Model::Candidate(at) => found,
             _ => self.search_beside((&chosen.0, &chosen.1))?,
@@ -302,7 +297,7 @@ impl Gatherer<'_, '_> {
                     held_out_fault(fitter, held_out, (&hypothesis, &fitted), &gaps)
                 };
                 let before = held_out_fault(fitter, held_out, (nominal, base), &self.gaps)?;
-                let with = self.model(facts, *model).map(of).transpose()?;
+                let with = self.model(*model).map(of).transpose()?;
                 let value = with.is_none_or(|with| with == before);
                 facts.fault_held_out_remains.push(Of { model: *model, value });
             }
