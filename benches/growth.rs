@@ -369,9 +369,23 @@ fn diagnoses(table: &Table) {
     let mut null = None;
     table.row("diagnosis, modes, null distribution known", "effects", &[1, 4, 12], |n| {
         let known = null.get_or_insert_with(|| {
-            run(12, &DiagnosisSettings { seed: 1, draws: 2, null: None, all_facts: false }).1
+            run(
+                12,
+                &DiagnosisSettings { seed: 1, draws: 2, null: None, all_facts: false, library: Vec::new() },
+            )
+            .1
         });
-        run(n, &DiagnosisSettings { seed: 1, draws: 2, null: Some(known.clone()), all_facts: false }).0
+        run(
+            n,
+            &DiagnosisSettings {
+                seed: 1,
+                draws: 2,
+                null: Some(known.clone()),
+                all_facts: false,
+                library: Vec::new(),
+            },
+        )
+        .0
     });
     for held in [false, true] {
         let title =
@@ -423,7 +437,7 @@ fn frf_diagnosis_seconds(
         &library,
         &fitter,
         &held_out,
-        &DiagnosisSettings { seed: 1, draws: NULL_SIMULATIONS, null, all_facts: false },
+        &DiagnosisSettings { seed: 1, draws: NULL_SIMULATIONS, null, all_facts: false, library: Vec::new() },
         &control,
     )
     .expect("the diagnosis succeeds");

@@ -3,7 +3,7 @@
 
 use super::fit::{Fitted, Fitter, IMPROVEMENT};
 use super::hypothesis::Hypothesis;
-use super::screening::{Screening, hypotheses, is_plausible};
+use super::screening::{Screening, hypotheses, implausibility};
 use super::search::{Effort, search};
 use identification::objective::ObjectiveError;
 use long_work::Control;
@@ -26,7 +26,7 @@ pub(super) fn beside(
     let mut found =
         search(fitter, chosen.0.clone(), vec![chosen.1.clone()], (apply, Vec::new()), effort, control)?.0;
     let is_deeper = found.base.chi_square < chosen.1.chi_square - IMPROVEMENT;
-    found.base = match is_deeper && is_plausible(chosen.0, &found.base) {
+    found.base = match is_deeper && implausibility(chosen.0, &found.base).is_none() {
         true => Fitted { found: 1, ..found.base },
         false => chosen.1.clone(),
     };

@@ -69,8 +69,9 @@ fn cross_validation_from_all_starts(
                 )),
                 Domain::Modes(_) => {
                     // With few numbers another basin may be the deepest.
-                    let other = kept.search_globally(hypothesis, fitted, (SEED, 0), control)?;
-                    left.loss(hypothesis, if other.chi_square < part.chi_square { &other } else { &part })
+                    let other = kept.search_globally(hypothesis, (SEED, 0), control)?;
+                    let deeper = other.filter(|other| other.chi_square < part.chi_square);
+                    left.loss(hypothesis, deeper.as_ref().unwrap_or(&part))
                 }
             }
         })

@@ -8,6 +8,7 @@ use super::facts::Facts;
 use super::fit::{Ablation, Fitted, Fitter};
 use super::gather::Gatherer;
 use super::hypothesis::Hypothesis;
+use super::interval::intervals;
 use super::judgement::{Judgement, judge};
 use super::location::Location;
 use super::measuring_chain::{ChainCandidate, fault_of_all};
@@ -17,6 +18,7 @@ use super::policy::{LOCATIONS, Policy};
 use super::record_checks::fault_of_records;
 use super::screening::{Candidate, hypotheses, nominal, nominal_fits};
 use super::search::{Effort, large_misfit, search};
+use super::wrong_number::wrong_numbers;
 use identification::ToleranceEstimate;
 use identification::objective::ObjectiveError;
 use long_work::Control;
@@ -62,6 +64,10 @@ pub struct Diagnosis {
     pub location: Location,
     /// Tolerances estimated with the chosen model; empty where they are not fitted.
     pub tolerances: Vec<ToleranceEstimate>,
+    /// Candidates that are stated numbers.
+    pub numbers: Vec<Effect>,
+    /// 95 % intervals of the parameters that the chosen model adds, by id; empty where none is named.
+    pub intervals: Vec<(String, (f64, f64))>,
     /// Whether the diagnosis ran to its end.
     pub complete: bool,
 }
@@ -99,6 +105,9 @@ pub struct DiagnosisSettings {
     pub null: Option<NullDistribution>,
     /// Whether to gather what other rules may ask for, too.
     pub all_facts: bool,
+    /// Effects of the library for these data, beside which stated numbers are candidates; empty where the given
+    /// effects alone are.
+    pub library: Vec<Effect>,
 }
 
 /// Largest number of global searches for a candidate that explains a large discrepancy.
@@ -154,6 +163,11 @@ pub fn diagnose(
     control.begin("1/6 fit of the nominal machine");
     let start = nominal(machine, fitter)?;
     let bases = nominal_fits(fitter, &start, settings.seed, control)?;
+    let numbers = match fitter.has_nuisances() && !settings.library.is_empty() {
+        true => wrong_numbers(&start, &bases[0], &settings.library),
+        false => Vec::new(),
+    };
+    let effects = &[effects, &numbers].concat()[..];
     let candidates = hypotheses(fitter, machine, &start, effects, &fitter.frozen);
     control.begin(&format!("2/6 {} candidates", candidates.0.len()));
     let objective = fitter.objective(&start)?;
@@ -185,9 +199,11 @@ pub fn diagnose(
         held_out,
         machine,
         effects,
+        numbers: &numbers,
         seed: settings.seed,
         control,
         gaps: fitter.gaps(&screening.nominal, &screening.base, held_out)?,
+        refit: NominalRefit::new(machine, effects, fitter, (&screening.nominal, &screening.base), control)?,
         screening,
         located,
         beside: Vec::new(),
@@ -216,16 +232,15 @@ fn compare(
     facts: Facts,
     judgement: Judgement,
 ) -> Result<Diagnosis, ObjectiveError> {
-    let Gatherer { fitter, held_out, machine, effects, control, .. } = gatherer;
+    let Gatherer { fitter, held_out, effects, numbers, control, .. } = gatherer;
     let chosen = gatherer.model(judgement.chosen.model);
-    let Gatherer { screening, located, gaps, .. } = gatherer;
+    let Gatherer { screening, located, gaps, refit, .. } = gatherer;
     let as_described = (&screening.nominal, &screening.base);
     let chosen = chosen.unwrap_or_else(|| (screening.nominal.clone(), screening.base.clone()));
     let fit = (&chosen.0, &chosen.1);
     let location = Location::of(&judgement.verdict, fitter, as_described, fit, (effects, &located))?;
     let with_nuisances = fitter.gaps(&chosen.0, &chosen.1, held_out)?;
     control.begin("5/6 gaps of the machine as described");
-    let refit = NominalRefit::new(machine, effects, fitter, as_described, control)?;
     let gaps_with = |candidate: &Candidate| -> Result<Vec<PartialGap>, ObjectiveError> {
         let Some((hypothesis, fitted)) = candidate.fitted.as_ref().filter(|_| !held_out.is_empty()) else {
             return Ok(Vec::new());
@@ -260,6 +275,8 @@ fn compare(
         chosen_held_out: refit.gaps(&explained, held_out)?,
         gaps_with_nuisances: fitter.has_nuisances().then_some([gaps, with_nuisances]),
         tolerances: fitter.tolerances(&chosen.0, &chosen.1)?,
+        numbers: numbers.to_vec(),
+        intervals: intervals(fitter, fit, (&judgement, &facts), control)?,
         excess: facts.before(),
         chosen_excess: facts.excess(judgement.chosen.chi_square),
         described,

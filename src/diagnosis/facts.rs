@@ -37,8 +37,8 @@ pub struct Facts {
     pub beside: Vec<Beside>,
     /// −2 ln of the predictive density of held-out data.
     pub held_out_loss: Vec<Of<f64>>,
-    /// Share of the squared held-out gap above the noise floor that a model closes with its tolerances; null
-    /// where nothing is held out or the gap is noise.
+    /// Share of the squared held-out gap of the machine as described, above the noise floor, that a model
+    /// closes; null where nothing is held out or the gap is noise.
     pub closed: Vec<Of<Option<f64>>>,
     /// Number of the machine that a model moves farthest from its description.
     pub farthest: Vec<Of<Option<Farthest>>>,
@@ -127,6 +127,12 @@ pub struct CandidateFacts {
     /// Statement of a released parameter: its frozen value and its estimate; absent for an effect.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub released: Option<String>,
+    /// Statement of a number of the description that it changes, with its estimate; absent for an effect.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub number: Option<String>,
+    /// Stiffnesses of joints that its fit leaves at an end of their range.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub at_end: Vec<String>,
     /// Test that tells the effect from others; absent where the library has none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub discriminating_test: Option<String>,

@@ -15,6 +15,7 @@ use super::fit::{Ablation, Fitted, Fitter, values_of};
 use super::held_out_loss::held_out_loss;
 use super::hypothesis::{Hypothesis, HypothesisKind};
 use super::measuring_chain::{ChainCandidate, fault_of_all};
+use super::nominal_refit::NominalRefit;
 use super::null_distribution::NullDistribution;
 use super::one_machine::{farthest, mismatch};
 use super::one_position::one_position;
@@ -23,6 +24,7 @@ use super::ranking::Ranking;
 use super::screening::{Candidate, Screening};
 use super::search::{Effort, search};
 use super::verdict::frozen_text;
+use super::wrong_number::{ends, number_text};
 use identification::objective::ObjectiveError;
 use long_work::Control;
 use machine::{Effect, Machine};
@@ -35,6 +37,8 @@ pub(super) struct Gatherer<'g, 's> {
     pub held_out: &'g HoldOutSet<'s>,
     pub machine: &'g Machine,
     pub effects: &'g [Effect],
+    /// Those of them that are stated numbers.
+    pub numbers: &'g [Effect],
     pub seed: u64,
     pub control: &'g Control,
     /// Fits of the nominal machine and of the candidates.
@@ -47,6 +51,8 @@ pub(super) struct Gatherer<'g, 's> {
     pub made: Option<(usize, Screening)>,
     /// Gaps of the held-out data with the nominal machine.
     pub gaps: Vec<PartialGap>,
+    /// The machine as described.
+    pub refit: NominalRefit<'g, 's>,
     /// Fault of the chain of all records, and record that contradicts the others, where they were sought with
     /// the same fit of the nominal machine.
     pub early: (Option<ChainCandidate>, Option<Option<Contradiction>>),
@@ -131,12 +137,21 @@ impl Gatherer<'_, '_> {
         let id = ids.last().unwrap_or(&candidate.id).to_string();
         let released = candidate.fitted.as_ref().filter(|f| f.0.kind == HypothesisKind::Release);
         let library = self.effects.iter().find(|effect| effect.id == id);
+        let number = self.numbers.iter().find(|number| number.id == id).zip(candidate.fitted.as_ref());
         CandidateFacts {
             effects: ids.as_slice().to_vec(),
             names: Effect::unrefined(self.effects, &ids).as_slice().to_vec(),
             released: released.map(|(h, fitted)| {
                 let at = h.added[0];
                 frozen_text(&h.machine.parameters[at], values_of(h, fitted)[at])
+            }),
+            number: number.map(|(number, (hypothesis, fitted))| number_text(number, hypothesis, fitted)),
+            at_end: candidate.fitted.as_ref().map_or_else(Vec::new, |(hypothesis, fitted)| {
+                let parameters = &hypothesis.machine.parameters;
+                ends(&hypothesis.machine, &fitted.units)
+                    .into_iter()
+                    .map(|at| parameters[at].id.clone())
+                    .collect()
             }),
             discriminating_test: library.and_then(|effect| effect.discriminating_test.clone()),
             added: hypothesis.map_or(0, |h| h.added.len()),
@@ -221,9 +236,10 @@ impl Gatherer<'_, '_> {
                 facts.holds_out &= !control.stopped();
             }
             Need::Closed(model) => {
-                let before = &self.gaps;
-                let of = |(hypothesis, fitted): Fit<'_>| {
-                    Ok(closed(before, &fitter.gaps(hypothesis, fitted, held_out)?))
+                let before = self.refit.gaps(self.refit.described(), held_out)?;
+                let of = |fit: Fit<'_>| {
+                    let Some(with) = self.refit.of(fit, control)? else { return Ok(None) };
+                    Ok(closed(&before, &self.refit.gaps(&with, held_out)?))
                 };
                 let found = self.each((&facts.closed, &[*model]), of)?;
                 facts.closed.extend(found);

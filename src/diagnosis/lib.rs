@@ -15,6 +15,7 @@ mod fit;
 mod gather;
 mod held_out_loss;
 mod hypothesis;
+mod interval;
 mod judgement;
 mod location;
 mod measuring_chain;
@@ -36,6 +37,7 @@ mod search;
 #[cfg(test)]
 mod tests;
 mod verdict;
+mod wrong_number;
 
 pub use bootstrap::closed_interval;
 pub use case::{Chosen, Need};
@@ -51,5 +53,6 @@ pub use peaks::peak_errors;
 pub use policy::{EQUIVALENT, Policy};
 pub use ranking::Ranked;
 
-pub use screening::{Status, fitter, hypotheses, is_plausible, largest_loss_factor, relaxes_within};
+pub use screening::{Status, fitter, hypotheses, implausibility, relaxes_within};
 pub use verdict::{Verdict, VerdictKind};
+pub use wrong_number::stated_id;

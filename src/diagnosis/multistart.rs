@@ -3,42 +3,75 @@
 use rayon::prelude::*;
 
 use super::evidence::DomainObjective;
-use super::fit::{COARSE_STEPS, Fitted, Fitter, MULTISTART_LINES, STEPS, read_back, sought, start_of};
+use super::fit::{
+    COARSE_STEPS, Fitted, Fitter, MULTISTART_LINES, STEPS, at_start, read_back, sought, start_of,
+};
 use super::hypothesis::Hypothesis;
-use identification::mode_search_end;
 use identification::objective::ObjectiveError;
+use identification::{frf_search_minima, mode_search_end};
 use long_work::Control;
 use numeric::halton::halton_point;
 
 /// Starts distributed over the parameter ranges, and the number that continue after a few steps on coarse
 /// lines.
 pub(super) const MULTISTART: (usize, usize) = (32, 6);
+/// Lines of all FRFs together on which a machine is searched, and least and largest number per FRF.
+const SEARCHED_LINES: (usize, usize, usize) = (360, 40, 120);
 const MULTISTART_STEPS: u64 = 8;
 
 impl Fitter<'_> {
-    /// Fits a hypothesis from starts all over the parameter ranges: a missing effect may have led the joints
-    /// into a wrong basin. The starts of FRFs are also around a fit and differ by the round alone; modes are
-    /// searched as an identification searches them, since their χ² has steps where a mode changes its order.
+    /// Searches a hypothesis as an identification of its machine does: a missing effect may have led joints and
+    /// tolerances into a wrong basin, so that nothing of another fit enters. Each round has its own starts.
     ///
     /// # Errors  as [`DomainObjective::new`].
     pub(super) fn search_globally(
         &self,
         hypothesis: &Hypothesis,
-        base: &Fitted,
         (seed, round): (u64, usize),
         control: &Control,
-    ) -> Result<Fitted, ObjectiveError> {
-        let key =
-            format!("{} {seed} {round}", self.cache_key("scatter", hypothesis, std::slice::from_ref(base)));
+    ) -> Result<Option<Fitted>, ObjectiveError> {
+        let key = format!("{} {seed} {round}", self.cache_key("search", hypothesis, &[]));
         control.try_cached(&key, || {
             let objective = self.objective(hypothesis)?;
-            let DomainObjective::Modes(modes) = &objective else {
-                return self.multistart(hypothesis, base, round, control);
+            let start = at_start(hypothesis);
+            let seed = seed.wrapping_add(round as u64);
+            let ends: Vec<Fitted> = match &objective {
+                DomainObjective::Frf(_) => self
+                    .searched(&objective, &start, seed, &control.within(&key))
+                    .par_iter()
+                    .map(|end| {
+                        self.descend(
+                            self.coarse(&objective).as_ref().unwrap_or(&objective),
+                            end,
+                            COARSE_STEPS,
+                            control,
+                        )
+                    })
+                    .collect(),
+                DomainObjective::Modes(modes) => mode_search_end(modes, seed, &control.within(&key))
+                    .map(|(place, cost)| read_back(&objective, &start, &place, cost))
+                    .into_iter()
+                    .collect(),
             };
-            let start = start_of(hypothesis, base, &[]);
-            let end = mode_search_end(modes, seed.wrapping_add(round as u64), &control.within(&key));
-            Ok(end.map_or_else(|| start.clone(), |(place, cost)| read_back(&objective, &start, &place, cost)))
+            let best = ends.into_iter().min_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
+            Ok(best.map(|best| match &objective {
+                DomainObjective::Frf(_) => self.descend(&objective, &best, STEPS, control),
+                DomainObjective::Modes(_) => best,
+            }))
         })
+    }
+
+    /// Returns the minima of FRFs on few lines from a search of the whole ranges; none of modes.
+    pub(super) fn searched(
+        &self,
+        objective: &DomainObjective<'_>,
+        start: &Fitted,
+        seed: u64,
+        control: &Control,
+    ) -> Vec<Fitted> {
+        let DomainObjective::Frf(frfs) = objective else { return Vec::new() };
+        let minima = frf_search_minima(&frfs.thinned(self.lines_of_one(SEARCHED_LINES)), seed, control);
+        minima.iter().map(|place| read_back(objective, start, place, f64::INFINITY)).collect()
     }
 
     /// Fits a hypothesis by least squares from starts all over the parameter ranges and around a fit; each

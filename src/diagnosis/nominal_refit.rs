@@ -70,10 +70,10 @@ impl<'p, 's> NominalRefit<'p, 's> {
             }
             HypothesisKind::Effect | HypothesisKind::Release => {
                 of.effects.iter().try_fold(self.described.0.clone(), |machine, id| {
-                    if let Some(parameter) = machine.machine.parameter(id) {
-                        return Some(machine.releasing(parameter));
+                    match Effect::contained_variant(self.effects, id, &of.machine) {
+                        Some(effect) => machine.with(effect).ok(),
+                        None => Some(machine.releasing(machine.machine.parameter(id)?)),
                     }
-                    machine.with(Effect::contained_variant(self.effects, id, &of.machine)?).ok()
                 })
             }
         }

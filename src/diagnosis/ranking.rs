@@ -50,6 +50,7 @@ impl<'f> Ranking<'f> {
         }
         ranking.tried = tried;
         ranking.same = ranking.indistinguishable();
+        ranking.keep_joints_in_range();
         ranking
     }
 
@@ -95,6 +96,25 @@ impl<'f> Ranking<'f> {
             self.penalised(t) <= reach && explains(self.candidate(t)) && as_simple(self.candidate(t))
         };
         (0..self.tried.len()).filter(|at| rival(&self.tried[*at])).collect()
+    }
+
+    /// Drops the indistinguishable candidates that leave a joint at an end of its range which another of them
+    /// moves beyond it: they need that joint to be as wrong, and something else besides.
+    fn keep_joints_in_range(&mut self) {
+        let joints: Vec<&str> =
+            self.same.iter().map(|at| self.candidate(&self.tried[*at]).id.as_str()).collect();
+        let leaves = |at: &usize| {
+            let candidate = self.candidate(&self.tried[*at]);
+            candidate.at_end.iter().any(|id| joints.contains(&id.as_str()))
+        };
+        let (dropped, kept): (Vec<usize>, Vec<usize>) = self.same.iter().partition(|at| leaves(at));
+        if dropped.is_empty() {
+            return;
+        }
+        let others = (0..self.tried.len()).filter(|at| !kept.contains(at));
+        let order: Vec<usize> = kept.iter().copied().chain(others).collect();
+        (self.tried, self.same) =
+            (order.iter().map(|at| self.tried[*at]).collect(), (0..kept.len()).collect());
     }
 
     /// Returns the models whose cross-validation losses are compared: the nominal machine, the leading

@@ -416,11 +416,15 @@ fn explained(case: &Case<'_>) -> Asked<Finding> {
     let effects = ranking.same.iter().map(|at| ranking.candidate(&ranking.tried[*at]));
     let first = effects.into_iter().find(|candidate| candidate.released.is_none());
     let test = first.and_then(|candidate| candidate.discriminating_test.clone());
-    Ok(Holds(Verdict::naming(explanations, reason, test), chosen))
+    let number = first.and_then(|candidate| {
+        candidate.number.as_ref().filter(|_| matches!(&explanations[..], [only] if only.len() == 1))
+    });
+    let verdict = Verdict::naming(explanations, reason, test);
+    Ok(Holds(number.map_or(verdict.clone(), |number| verdict.of_number(number)), chosen))
 }
 
 fn held_out_disagrees(case: &Case<'_>, (verdict, chosen): (&Verdict, &Chosen)) -> Asked<Finding> {
-    if !verdict.kind.names_effects() {
+    if verdict.effects.is_empty() {
         return fails("no effect is named");
     }
     let named = case.named(verdict, chosen).len();
@@ -450,7 +454,7 @@ fn half_unexplained(case: &Case<'_>, (verdict, chosen): (&Verdict, &Chosen)) -> 
     let leaves_much = after > policy.excess || after - 1.0 > policy.unexplained * (before - 1.0);
     let is_inadequate =
         policy.calibrated && facts.null.exceeds(chosen.chi_square / facts.count) && leaves_much;
-    if !(verdict.kind.names_effects() && is_inadequate) {
+    if verdict.effects.is_empty() || !is_inadequate {
         return fails(format!("{after:.1} × null left of {before:.1}"));
     }
     let closed = case.named(verdict, chosen).into_iter().map(|model| case.closed(model));

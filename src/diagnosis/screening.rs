@@ -3,13 +3,12 @@
 use rayon::prelude::*;
 
 use super::evidence::{Domain, DomainObjective};
-use super::fit::{Ablation, COARSE_STEPS, Fitted, Fitter, at_start, distinct_minima, read_back, values_of};
+use super::fit::{Ablation, COARSE_STEPS, Fitted, Fitter, at_start, distinct_minima, values_of};
 use super::hypothesis::Hypothesis;
 use super::policy::{ARMS, LEAST_POWER};
-use identification::frf_search_minima;
 use identification::objective::{FrfSettings, ObjectiveError};
 use long_work::Control;
-use machine::{Base, Data, Effect, Joint, Lever, Machine, Mechanism, Operating, Parameter, Value};
+use machine::{Base, Data, Effect, Joint, Lever, Machine, Mechanism, Operating, Value};
 use measurement::FitSet;
 use numeric::unit::frequency_hz;
 
@@ -65,8 +64,6 @@ pub struct Screening {
 /// Steps of the nominal fits and the relative decrease of χ² at which they end: for FRFs, which have long and
 /// well defined valleys, and for modes.
 const NOMINAL_STEPS: [(u64, f64); 2] = [(400, 1e-7), (120, 1e-4)];
-/// Lines of all FRFs together on which the nominal machine is searched, and least and largest number per FRF.
-const SEARCHED_LINES: (usize, usize, usize) = (360, 40, 120);
 /// Starts of the nominal fit of FRFs all over the parameter ranges, and the number that continue.
 const NOMINAL_MULTISTART: (usize, usize) = (48, 4);
 /// Returns the fitter of a diagnosis. For FRFs nut positions and the gains and delays of channels have
@@ -108,13 +105,13 @@ pub fn nominal_fits(
     let objective = fitter.objective(nominal)?;
     let start = at_start(nominal);
     let mut starts = match &objective {
-        DomainObjective::Frf(frfs) => {
-            let few = frfs.thinned(fitter.lines_of_one(SEARCHED_LINES));
-            let minima =
-                frf_search_minima(&few, seed, &control.within(&fitter.cache_key("nominal", nominal, &[])));
-            minima.iter().map(|place| read_back(&objective, &start, place, f64::INFINITY)).collect()
+        DomainObjective::Frf(_) => {
+            let key = fitter.cache_key("nominal", nominal, &[]);
+            fitter.searched(&objective, &start, seed, &control.within(&key))
         }
-        DomainObjective::Modes(_) => vec![fitter.search_globally(nominal, &start, (seed, 0), control)?],
+        DomainObjective::Modes(_) => {
+            fitter.search_globally(nominal, (seed, 0), control)?.into_iter().collect()
+        }
     };
     starts.push(start);
     let mut fits = fitter.minima(&objective, &starts, control);
@@ -210,32 +207,50 @@ pub fn hypotheses(
     (apply, others)
 }
 
-/// Whether a fit agrees with the meaning of its effect. A changed quantity is another power of iω, not a
-/// slight slope. Lever arms lie at the sensor or the hammer and are as long as those of a table. No part of
-/// an inertia exceeds the whole. A loss factor does not end at its largest value.
+/// Returns why a fit does not agree with the meaning of its effect; `None` where it does. A changed quantity is
+/// another power of iω, not a slight slope. Lever arms lie at the sensor or the hammer and are as long as those
+/// of a table. No part of an inertia exceeds the whole. A loss factor does not end at its largest value: such an
+/// addition takes up a change that another effect makes.
 #[must_use]
-pub fn is_plausible(hypothesis: &Hypothesis, fitted: &Fitted) -> bool {
-    let values = values_of(hypothesis, fitted);
+pub fn implausibility(hypothesis: &Hypothesis, fitted: &Fitted) -> Option<String> {
+    let (values, operating) = (values_of(hypothesis, fitted), Operating::default());
+    let parameters = &hypothesis.machine.parameters;
     // Only dimensionless parameters have an absolute size.
-    let dimensionless = |index: usize| {
-        hypothesis.added.contains(&index) && hypothesis.machine.parameters[index].mechanism.is_dimensionless()
-    };
+    let dimensionless =
+        |index: usize| hypothesis.added.contains(&index) && parameters[index].mechanism.is_dimensionless();
     let added = |value: &Value| match value.base {
         Base::Parameter(index) if dimensionless(index) => Some(values[index].abs()),
         _ => None,
     };
     let chain = &hypothesis.machine.chain;
-    let in_range = |lever: &Lever| {
-        let longest = [&lever.sensor_arm, &lever.hammer_arm].into_iter().filter_map(added).reduce(f64::max);
-        longest.is_none_or(|arm| arm > ARMS.0 && arm < ARMS.1)
+    let longest =
+        |lever: &Lever| [&lever.sensor_arm, &lever.hammer_arm].into_iter().filter_map(added).reduce(f64::max);
+    let is_armless = |arm: &f64| !(*arm > ARMS.0 && *arm < ARMS.1);
+    let whole = hypothesis.machine.points.iter().find(|p| p.inertia.is_over_subtracted(&values, &operating));
+    let is_largest = |index: &&usize| {
+        let (parameter, value) = (&parameters[**index], values[**index]);
+        parameter.mechanism == Mechanism::LossFactor
+            && parameter.is_at_bound(value)
+            && value > parameter.start
     };
-    let operating = Operating::default();
-    let exhausted =
-        hypothesis.machine.points.iter().any(|point| point.inertia.is_over_subtracted(&values, &operating));
-    !exhausted
-        && largest_loss_factor(hypothesis, fitted).is_none()
-        && added(&chain.power).is_none_or(|power| power > LEAST_POWER)
-        && chain.levers.iter().all(in_range)
+    let loss = || {
+        let id = &parameters[*hypothesis.added.iter().find(is_largest)?].id;
+        Some(format!(
+            "{id} ends at the largest value of its range: the effect takes up a change that another one makes"
+        ))
+    };
+    let power = || {
+        let power = added(&chain.power).filter(|power| *power <= LEAST_POWER)?;
+        Some(format!("a power of iω of {power:.2} is no other quantity"))
+    };
+    let arm = || {
+        let arm = chain.levers.iter().filter_map(longest).find(is_armless)?;
+        Some(format!(
+            "its best fit has lever arms of {arm:.2} times their unit: it stands for another effect"
+        ))
+    };
+    let part = whole.map(|point| format!("its part of the inertia of {} exceeds the whole", point.name));
+    part.or_else(loss).or_else(power).or_else(arm)
 }
 
 /// Whether each damper in series with a spring that the addition brings changes from the one into the other
@@ -260,18 +275,4 @@ pub fn relaxes_within(hypothesis: &Hypothesis, fitted: &Fitted, (from_hz, to_hz)
         .iter()
         .filter_map(corner_hz)
         .all(|corner_hz| (from_hz..=to_hz).contains(&corner_hz))
-}
-
-/// Returns a loss factor of the addition that ends at the largest value of its range. Such an addition takes
-/// up a change that another effect makes: the damping of no part is that large.
-#[must_use]
-pub fn largest_loss_factor<'h>(hypothesis: &'h Hypothesis, fitted: &Fitted) -> Option<&'h Parameter> {
-    let values = values_of(hypothesis, fitted);
-    let ends = |index: &usize| {
-        let parameter = &hypothesis.machine.parameters[*index];
-        parameter.mechanism == Mechanism::LossFactor
-            && parameter.is_at_bound(values[*index])
-            && values[*index] > parameter.start
-    };
-    hypothesis.added.iter().copied().find(ends).map(|index| &hypothesis.machine.parameters[index])
 }

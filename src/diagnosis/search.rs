@@ -8,9 +8,9 @@ use super::evidence::{Domain, DomainObjective};
 use super::fit::{Ablation, Fitted, Fitter, IMPROVEMENT, close, start_of};
 use super::hypothesis::{Hypothesis, interfaces};
 use super::policy::LEAST_SCALE;
-use super::screening::{Candidate, Screening, Status, descend_to_minimum, is_plausible, relaxes_within};
-use identification::CHI_SQUARE_95;
+use super::screening::{Candidate, Screening, Status, descend_to_minimum, implausibility, relaxes_within};
 use identification::objective::ObjectiveError;
+use identification::{CHI_SQUARE_95, ToleranceEstimate};
 use long_work::Control;
 use machine::UnitValues;
 
@@ -113,7 +113,7 @@ pub fn search(
         if !is_wide {
             search.exchange(&objective);
         }
-        if is_wide || search.least(candidates) > limit {
+        if is_wide || search.is_led_astray()? || search.least(candidates) > limit {
             search.spread(candidates, &objective);
         }
     }
@@ -156,6 +156,13 @@ impl Search<'_, '_> {
             self.fits.push(fit);
             self.hypotheses.push(hypothesis);
         }
+    }
+
+    /// Whether the nominal machine moves a stated number farther than any right one: its joints may be as far
+    /// from those of the machine that has what is missing.
+    fn is_led_astray(&self) -> Result<bool, ObjectiveError> {
+        let tolerances = self.fitter.tolerances(&self.nominal, &self.base)?;
+        Ok(tolerances.iter().any(ToleranceEstimate::is_finding))
     }
 
     /// Returns the least χ² of the nominal machine and the candidates.
@@ -266,17 +273,12 @@ impl Search<'_, '_> {
             };
             let open: Vec<usize> = (0..candidates).filter(|at| found[*at] < FOUND).filter(is_rival).collect();
             let search = |at: &usize| {
-                self.fitter.search_globally(
-                    &self.hypotheses[*at],
-                    &self.base,
-                    (self.effort.seed, round),
-                    self.control,
-                )
+                self.fitter.search_globally(&self.hypotheses[*at], (self.effort.seed, round), self.control)
             };
-            let ends: Vec<Result<Fitted, ObjectiveError>> = open.par_iter().map(search).collect();
+            let ends: Vec<Result<Option<Fitted>, ObjectiveError>> = open.par_iter().map(search).collect();
             let mut improved = false;
             for (at, end) in open.into_iter().zip(ends) {
-                let Ok(end) = end else { continue };
+                let Ok(Some(end)) = end else { continue };
                 let (known, times) =
                     self.fits[at].as_ref().map_or((f64::INFINITY, 0), |fit| (fit.chi_square, fit.found));
                 let is_deeper = end.chi_square < known - IMPROVEMENT;
@@ -415,7 +417,7 @@ impl Candidate {
                 Status::Failed("its fit ends at a larger χ² than that of the machine without it".into()),
             ),
             Ok(fitted) => {
-                let gain = if is_plausible(&hypothesis, &fitted) {
+                let gain = if implausibility(&hypothesis, &fitted).is_none() {
                     (base.chi_square - fitted.chi_square).max(0.0)
                 } else {
                     0.0

@@ -17,6 +17,8 @@ fn effect(id: &str, before: f64, chi_square: f64) -> CandidateFacts {
         effects: vec![id.into()],
         names: vec![id.into()],
         released: None,
+        number: None,
+        at_end: Vec::new(),
         discriminating_test: None,
         added: 1,
         chi_square: Some(chi_square),
@@ -224,6 +226,43 @@ fn effects_that_fit_alike_are_named_together() {
     let found = judged(facts).verdict;
     assert_eq!((found.kind, found.effects.len(), found.confirmed), (VerdictKind::Unknown, 0, Some(false)));
     assert!(found.reason.contains("the named effects"), "{}", found.reason);
+}
+
+/// A number that alone explains the data is a wrong parameter, beside an effect it is one of the set, and what
+/// is not confirmed is withdrawn like an effect.
+#[test]
+fn a_stated_number_is_named_like_an_effect() {
+    let mut facts = plain();
+    facts.candidates[0].id = "inertia of rotor".into();
+    facts.candidates[0].number = Some("the inertia of rotor differs from the stated one (by -23.0 %)".into());
+    let found = judged(facts.clone()).verdict;
+    assert_eq!((found.kind, found.effects.len()), (VerdictKind::WrongParameter, 1));
+    assert!(found.reason.starts_with("the inertia of rotor differs"), "{}", found.reason);
+    let mut unconfirmed = facts.clone();
+    unconfirmed.held_out_loss[1].value = 2999.0;
+    assert_eq!(judged(unconfirmed).verdict.kind, VerdictKind::Unknown);
+    facts.candidates.push(effect("coupling-inertia", 5000.0, 1003.0));
+    facts.left_out.push(Of { model: Model::Candidate(1), value: Some(1005.0) });
+    facts.held_out_loss.push(Of { model: Model::Candidate(1), value: 601.0 });
+    let found = judged(facts).verdict;
+    assert_eq!((found.kind, found.effects.len()), (VerdictKind::Ambiguous, 2));
+}
+
+/// Of explanations that fit alike, those that leave a joint at an end of its range are dropped where another one
+/// moves it beyond: they need both.
+#[test]
+fn what_leaves_a_joint_at_its_end_is_no_rival_of_that_joint() {
+    let mut facts = plain();
+    facts.candidates[0].at_end = vec!["k_ar".into()];
+    let joint =
+        CandidateFacts { number: Some("k_ar lies below its range".into()), ..effect("k_ar", 5000.0, 1003.0) };
+    facts.candidates.push(joint);
+    facts.left_out.push(Of { model: Model::Candidate(1), value: Some(1005.0) });
+    facts.held_out_loss.push(Of { model: Model::Candidate(1), value: 601.0 });
+    let found = judged(facts.clone()).verdict;
+    assert_eq!((found.kind, found.effects[0].to_string()), (VerdictKind::WrongParameter, "k_ar".into()));
+    facts.candidates[0].at_end.clear();
+    assert_eq!(judged(facts).verdict.kind, VerdictKind::Ambiguous);
 }
 
 /// Effects that fit alike are withdrawn together where they leave much, as one is.

@@ -79,6 +79,12 @@ impl Verdict {
         Verdict { effects: explanations, ..Verdict::new(VerdictKind::Ambiguous, reason, test) }
     }
 
+    /// Returns the verdict «wrong-parameter» on a number of the description, with its statement.
+    pub(super) fn of_number(self, statement: &str) -> Verdict {
+        let reason = format!("{statement}. {}", self.reason);
+        Verdict { kind: VerdictKind::WrongParameter, reason, ..self }
+    }
+
     /// Returns the verdict «unknown» in place of a name, for a reason that is added.
     pub(super) fn unnamed(self, reason: &str, next_measurement: &str) -> Verdict {
         Verdict {

@@ -59,7 +59,7 @@ impl ToleranceEstimate {
     }
 
     /// Whether the estimate moved farther than that of a number that is stated rightly does.
-    fn is_finding(&self) -> bool {
+    pub fn is_finding(&self) -> bool {
         self.standardised_move().abs() > FINDING
     }
 

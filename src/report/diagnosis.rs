@@ -258,6 +258,10 @@ pub struct EffectRow {
     /// Estimates of its parameters, fitted together with the tolerances.
     #[serde(default)]
     pub parameters: BTreeMap<String, f64>,
+    /// 95 % intervals of these parameters of the effects that a verdict on FRFs names first, by profile
+    /// likelihood.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub parameters95: BTreeMap<String, [f64; 2]>,
     /// Units of these parameters.
     #[serde(default)]
     pub parameter_units: BTreeMap<String, String>,

@@ -2,7 +2,7 @@
 
 use super::diagnosis::{DiagnosisDocument, NAMED, RuleRow};
 use super::table::moved_tolerances;
-use super::terminal::{columns, figure, listed, percent, probability, share_closed, unit, wrapped};
+use super::terminal::{columns, figure, listed, percent, probability, range, share_closed, unit, wrapped};
 use super::vocabulary::{EffectStatus, VerdictKind};
 
 fn gap(x: Option<f64>) -> String {
@@ -103,15 +103,19 @@ pub(super) fn estimated_text(document: &DiagnosisDocument) -> String {
         .iter()
         .filter(|row| row.selected)
         .flat_map(|row| {
-            // Of the chosen model the values are those of the joint fit; of other effects of an ambiguous
-            // verdict those of their own.
-            let is_chosen = document.chosen.effects().any(|id| id == row.id);
-            row.parameters.iter().map(move |(id, own)| {
-                let value = document.chosen.parameters.get(id).filter(|_| is_chosen).unwrap_or(own);
+            row.parameters.iter().map(move |(id, value)| {
+                let interval = row.parameters95.get(id).map_or(String::new(), |interval| range(*interval));
                 let stated = row.parameter_units.get(id).map_or("", String::as_str);
                 let remark =
                     if row.parameters_at_bound.contains(id) { "at the end of its range" } else { "" };
-                vec![format!("  {}", row.id), id.clone(), figure(*value), unit(stated), remark.into()]
+                vec![
+                    format!("  {}", row.id),
+                    id.clone(),
+                    figure(*value),
+                    interval,
+                    unit(stated),
+                    remark.into(),
+                ]
             })
         })
         .collect();
@@ -120,7 +124,10 @@ pub(super) fn estimated_text(document: &DiagnosisDocument) -> String {
     }
     format!(
         "\nestimated parameters\n{}",
-        columns(&["  effect", "parameter", "value", "unit", ""].map(String::from), rows.into_iter())
+        columns(
+            &["  effect", "parameter", "value", "95 % interval", "unit", ""].map(String::from),
+            rows.into_iter()
+        )
     )
 }
 

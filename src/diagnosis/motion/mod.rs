@@ -32,6 +32,6 @@ mod screening;
 mod selection;
 
 pub use context::MotionSettings;
-pub use diagnosis::{MotionDiagnosis, diagnose_motion};
+pub use diagnosis::{MotionDiagnosis, TriedMotion, diagnose_motion};
 pub use gap::{MotionPart, gap_of, part};
 pub use misfit_map::{MisfitAxis, MisfitCell, misfit_map};

@@ -125,7 +125,9 @@ impl<'m> FrfObjective<'m> {
         let of_drive = loop_parameters(machine, set, frfs);
         let free =
             frozen.map(|frozen| free_parameters(machine, frozen, &of_drive, |rule| rule != FitRule::Never));
-        let free = free.transpose()?.unwrap_or_default();
+        let mut free = free.transpose()?.unwrap_or_default();
+        // The parameters of an effect that was added after the tolerances are searched like all others.
+        free.sort_by_key(|index| machine.parameters[*index].is_tolerance());
         let mut channels: Vec<FrfChannel> = Vec::new();
         let mut records = Vec::new();
         let mut nuts_m: Vec<f64> = Vec::new();

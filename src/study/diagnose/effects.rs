@@ -76,10 +76,7 @@ pub fn units(own: &Values<'_>) -> BTreeMap<String, String> {
     own.iter().map(|(p, _)| (p.id.clone(), p.unit.clone())).collect()
 }
 
-/// Returns the ids of an effect's parameters that lie at an end of their range. `chosen` holds the values of
-/// the joint fit if the chosen model contains the effect.
-pub fn at_bound(own: &Values<'_>, chosen: Option<&BTreeMap<String, f64>>) -> Vec<String> {
-    let value =
-        |p: &Parameter, alone: f64| chosen.and_then(|values| values.get(&p.id)).copied().unwrap_or(alone);
-    own.iter().filter(|(p, alone)| p.is_at_bound(value(p, *alone))).map(|(p, _)| p.id.clone()).collect()
+/// Returns the ids of an effect's parameters that lie at an end of their range.
+pub fn at_bound(own: &Values<'_>) -> Vec<String> {
+    own.iter().filter(|(p, value)| p.is_at_bound(*value)).map(|(p, _)| p.id.clone()).collect()
 }

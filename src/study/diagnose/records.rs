@@ -8,7 +8,7 @@ use super::learnable::learnable;
 use crate::motion_records::{curve_rows, transmission_rows};
 use crate::{Study, StudyResult};
 use diagnosis::motion::{
-    MisfitAxis, MisfitCell, MotionDiagnosis, MotionPart, MotionSettings, diagnose_motion, gap_of,
+    MisfitAxis, MisfitCell, MotionDiagnosis, MotionPart, MotionSettings, TriedMotion, diagnose_motion, gap_of,
 };
 use diagnosis::{VerdictKind, share_closed};
 use dynamics::inverse_dynamics::{MotionSignal, Phase, phases};
@@ -148,10 +148,9 @@ fn list_effects(
             let patched = || {
                 effects.iter().filter(|effect| effect.id == t.id).flat_map(|effect| &effect.patch.parameters)
             };
-            let own = t
-                .parameters
-                .iter()
-                .filter_map(|(id, value)| Some((patched().find(|p| p.id == *id)?, *value)));
+            let parameters = of_chosen(t, found, chosen);
+            let own =
+                parameters.iter().filter_map(|(id, value)| Some((patched().find(|p| p.id == *id)?, *value)));
             let own: Vec<(&Parameter, f64)> = own.collect();
             document::EffectRow {
                 id: t.id.clone(),
@@ -167,12 +166,10 @@ fn list_effects(
                 p_value: t.p_value,
                 statistic: t.statistic,
                 misfit_reduction: t.gain.max(0.0),
-                parameters: t.parameters.iter().cloned().collect(),
+                parameters95: BTreeMap::new(),
                 parameter_units: units(&own),
-                parameters_at_bound: at_bound(
-                    &own,
-                    found.chosen.0.effects.contains(&t.id).then_some(&chosen.parameters),
-                ),
+                parameters_at_bound: at_bound(&own),
+                parameters,
                 // The best amplitude of each shape is computed directly.
                 open: false,
                 selected: names_effect(&found.verdict, &t.id),
@@ -180,6 +177,17 @@ fn list_effects(
             }
         })
         .collect()
+}
+
+/// Returns the parameters of a candidate: of an effect of the chosen model those of the joint fit.
+fn of_chosen(
+    tried: &TriedMotion,
+    found: &MotionDiagnosis,
+    chosen: &document::Chosen,
+) -> BTreeMap<String, f64> {
+    let is_chosen = found.chosen.0.effects.contains(&tried.id);
+    let joint = |id: &String| chosen.parameters.get(id).filter(|_| is_chosen).copied();
+    tried.parameters.iter().map(|(id, own)| (id.clone(), joint(id).unwrap_or(*own))).collect()
 }
 
 /// Interfaces and columns where a free function reduces the residual most. The named effect comes first, at

@@ -11,8 +11,8 @@ use super::{DiagnosisRequest, FactsDocument};
 use crate::{Study, StudyError, StudyResult, document_rows};
 use diagnosis::{
     Ablation, Diagnosis, DiagnosisSettings, Domain, Fitted, Hypothesis, HypothesisKind, NullDistribution,
-    PartialGap, Trial, closed, closed_interval, diagnose, fitter, floor_over, gap_over, largest_loss_factor,
-    peak_errors, relaxes_within, values_of,
+    PartialGap, Trial, closed, closed_interval, diagnose, fitter, floor_over, gap_over, implausibility,
+    peak_errors, relaxes_within, stated_id, values_of,
 };
 use long_work::{found_in, kept_as};
 use machine::{Data, Effect, Parameter, TargetKind};
@@ -61,7 +61,12 @@ impl Study {
         });
         let cached = null.is_some();
         let (seed, draws, all_facts) = (made.seed, request.nulls, request.all_facts);
-        let settings = DiagnosisSettings { seed, draws, null, all_facts };
+        // Whoever names candidates asks for no others.
+        let library = match request.effects.is_empty() {
+            true => Effect::for_data(&self.config.effects, Data::Frf).cloned().collect(),
+            false => Vec::new(),
+        };
+        let settings = DiagnosisSettings { seed, draws, null, all_facts, library };
         let found = diagnose(machine, &effects, &fitter, &held_out, &settings, &self.control)?;
         let interval = closed_interval(&fitter, &held_out, &found, settings.seed, &self.control);
         if let Some((folder, file)) = cache.filter(|_| !cached && found.complete) {
@@ -153,7 +158,7 @@ fn to_document(
         delta_z: delta_z(found),
         motion: None,
         tolerances: document_rows::tolerances(&found.tolerances),
-        effects: list_effects(found, interval, effects, (&chosen, band_hz)),
+        effects: list_effects(found, interval, &[effects, &found.numbers].concat(), band_hz),
         described: {
             let (hypothesis, fitted) = &found.described;
             hypothesis
@@ -185,14 +190,12 @@ fn null_row(null: &NullDistribution) -> Option<document::NullRow> {
     })
 }
 
-/// Says why a fitted effect may stand for another one: a loss factor ends at its border, or a relaxation has
-/// its corner outside the band (Hz) of the data.
+/// Says why a fitted effect may stand for another one: its fit does not agree with its meaning, or a relaxation
+/// has its corner outside the band (Hz) of the data.
 fn doubt_about(hypothesis: &Hypothesis, fitted: &Fitted, band_hz: Option<Range>) -> Option<String> {
-    if let Some(parameter) = largest_loss_factor(hypothesis, fitted) {
-        let id = &parameter.id;
-        return Some(format!(
-            "{id} ends at the largest value of its range: the effect takes up a change that another one makes"
-        ));
+    let implausible = implausibility(hypothesis, fitted);
+    if implausible.is_some() {
+        return implausible;
     }
     let (from_hz, to_hz) = band_hz.filter(|band_hz| !relaxes_within(hypothesis, fitted, *band_hz))?;
     Some(format!(
@@ -205,7 +208,7 @@ fn list_effects(
     found: &Diagnosis,
     interval: Option<Range>,
     effects: &[Effect],
-    (chosen, band_hz): (&document::Chosen, Option<Range>),
+    band_hz: Option<Range>,
 ) -> Vec<document::EffectRow> {
     found
         .tried
@@ -234,10 +237,19 @@ fn list_effects(
             let why = why
                 .or_else(|| fitted.and_then(|(hypothesis, fitted)| doubt_about(hypothesis, fitted, band_hz)));
             let is_selected = names_effect(&found.judgement.verdict, &t.candidate.id);
+            // Of the effects of the chosen model the values are those of the joint fit.
+            let is_joint = is_selected && found.chosen.0.effects.contains(&t.candidate.id);
             let own: Vec<(&Parameter, f64)> = fitted.map_or_else(Vec::new, |(hypothesis, fitted)| {
                 let values = values_of(hypothesis, fitted);
-                hypothesis.added.iter().map(|i| (&hypothesis.machine.parameters[*i], values[*i])).collect()
+                let joint = values_of(&found.chosen.0, &found.chosen.1);
+                let value = |at: usize| {
+                    let id = &hypothesis.machine.parameters[at].id;
+                    let same = found.chosen.0.machine.parameter(id).filter(|_| is_joint);
+                    same.map_or(values[at], |same| joint[same])
+                };
+                hypothesis.added.iter().map(|i| (&hypothesis.machine.parameters[*i], value(*i))).collect()
             });
+            let stated = |id: &str| stated_id(id).to_string();
             document::EffectRow {
                 id: t.candidate.id.clone(),
                 status,
@@ -249,12 +261,14 @@ fn list_effects(
                 p_value: fitted.map(|_| t.p_value),
                 statistic: t.statistic,
                 misfit_reduction: gain / found.nominal.1.chi_square,
-                parameters: own.iter().map(|(p, value)| (p.id.clone(), *value)).collect(),
+                parameters: own.iter().map(|(p, value)| (stated(&p.id), *value)).collect(),
+                parameters95: {
+                    let named = |id: &String| is_joint && own.iter().any(|(p, _)| p.id == *id);
+                    let all = found.intervals.iter().filter(|(id, _)| named(id));
+                    all.map(|(id, (low, high))| (stated(id), [*low, *high])).collect()
+                },
                 parameter_units: units(&own),
-                parameters_at_bound: at_bound(
-                    &own,
-                    found.chosen.0.effects.contains(&t.candidate.id).then_some(&chosen.parameters),
-                ),
+                parameters_at_bound: at_bound(&own),
                 open: fitted.is_some_and(|(_, fitted)| fitted.found < 2),
                 selected: is_selected,
                 description: effects.iter().find(|e| e.id == t.candidate.id).map(|e| e.description.clone()),
