@@ -36,8 +36,8 @@ pub mod guide;
 
 #[doc(inline)]
 pub use study::{
-    Ablation, Control, DiagnosisRequest, Drawing, MachineConfig, NullCache, ObjectiveKind, PlanRequest,
-    PlannedData, PredictionRequest, Progress, RodModel, Settings, Sources, Study, StudyError,
+    Ablation, Control, DiagnosisRequest, Drawing, FactsDocument, MachineConfig, NullCache, ObjectiveKind,
+    PlanRequest, PlannedData, PredictionRequest, Progress, RodModel, Settings, Sources, Study, StudyError,
     ValidationRequest, Watcher, compare_results, effects, machine_from_text, read_diagnosis,
     read_identification, read_machine, simulation,
 };

@@ -258,7 +258,7 @@ fn recover_machines_on_an_undescribed_guide() {
 }
 
 /// A wrong number of a description: where it stands in the file, and by what it is multiplied.
-type WrongNumber = (&'static str, fn(&mut toml::Table) -> &mut toml::Value, f64);
+pub(crate) type WrongNumber = (&'static str, fn(&mut toml::Table) -> &mut toml::Value, f64);
 
 /// Returns an entry of a list of a machine file, by its name.
 fn entry<'t>(file: &'t mut toml::Table, list: &str, name: &str) -> &'t mut toml::Value {
@@ -266,7 +266,7 @@ fn entry<'t>(file: &'t mut toml::Table, list: &str, name: &str) -> &'t mut toml:
     all.iter_mut().find(|entry| entry["name"].as_str() == Some(name)).unwrap()
 }
 
-const WRONG_NUMBERS: [WrongNumber; 5] = [
+pub(crate) const WRONG_NUMBERS: [WrongNumber; 5] = [
     ("mass of table", |file| &mut entry(file, "point", "table")["mass_kg"], 0.93),
     ("inertia of rotor", |file| &mut entry(file, "point", "rotor")["inertia_kg_m2"], 1.3),
     ("lead", |file| &mut entry(file, "joint", "nut")["screw"]["lead_m"], 0.85),

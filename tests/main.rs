@@ -55,3 +55,4 @@ mod study;
 mod template;
 mod transmission;
 mod unstated;
+mod wrong_numbers;

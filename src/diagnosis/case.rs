@@ -125,11 +125,31 @@ impl<'f> Case<'f> {
         }
         let nominal_loss = facts.left_out(Model::Nominal).unwrap_or(f64::MAX);
         if !facts.in_sample {
-            ranking.keep_predictive(nominal_loss);
+            let of_same = ranking.same.iter().map(|at| Model::Candidate(ranking.tried[*at].at));
+            let models: Vec<Model> = std::iter::once(Model::Nominal).chain(of_same).collect();
+            let is_known = |model: &Model| of(&facts.held_out_loss, *model).is_some();
+            let uses_held_out = facts.holds_out && policy.calibrated;
+            if uses_held_out && models.len() > 2 && !models.iter().all(is_known) {
+                return Err(Need::HeldOut(models));
+            }
+            let held_out = |model: Model| {
+                of(&facts.held_out_loss, model).filter(|_| uses_held_out).copied().unwrap_or(0.0)
+            };
+            let nominal = nominal_loss + held_out(Model::Nominal);
+            ranking.keep_best_predicting(nominal, |ranked| {
+                let model = Model::Candidate(ranked.at);
+                Some(facts.left_out(model)? + held_out(model))
+            });
         }
         let before = facts.before();
         let mut case = Case { facts, policy, ranking, nominal_loss, before, significant: None };
-        case.significant = case.ranking.tried.first().copied().filter(|best| case.is_significant(best));
+        // Of equal fits those count that are significant.
+        let is_significant = |at: &usize| case.is_significant(&case.ranking.tried[*at]);
+        let significant: Vec<usize> = case.ranking.same.iter().copied().filter(is_significant).collect();
+        if !significant.is_empty() {
+            case.ranking.keep(significant);
+            case.significant = case.ranking.tried.first().copied();
+        }
         Ok(case)
     }
 

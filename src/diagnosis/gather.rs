@@ -326,7 +326,8 @@ impl Gatherer<'_, '_> {
                     Some(found) => Some(found),
                     None => fault_of_all(fitter, (nominal, base), control)?,
                 };
-                let found = found.map(|found| ChainFacts {
+                // Corrected records that cannot be compared with the model are no explanation.
+                let found = found.filter(|found| found.chi_square.is_finite()).map(|found| ChainFacts {
                     id: found.fault.id().into(),
                     fault: Fault::OfAll(found).facts(set),
                     parameters: found.fault.parameters(),

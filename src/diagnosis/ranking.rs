@@ -22,7 +22,7 @@ pub(super) struct Ranking<'f> {
     pub tried: Vec<Ranked>,
     /// Indices of those that the data cannot distinguish from the best.
     pub same: Vec<usize>,
-    /// Range of those that fit as well but predict left-out positions much worse.
+    /// Indices of those that fit as well but predict worse.
     pub rejected: std::ops::Range<usize>,
 }
 
@@ -49,8 +49,10 @@ impl<'f> Ranking<'f> {
             }
         }
         ranking.tried = tried;
-        ranking.same = ranking.indistinguishable();
-        ranking.keep_joints_in_range();
+        let same = ranking.indistinguishable();
+        ranking.keep(same);
+        let in_range = ranking.in_range();
+        ranking.keep(in_range);
         ranking
     }
 
@@ -92,29 +94,61 @@ impl<'f> Ranking<'f> {
         };
         let as_simple = |c: &CandidateFacts| price(c) == 0.0 || c.chi_square() + price(c) < best.chi_square();
         let explains = |c: &CandidateFacts| c.gain >= self.policy.rival_reduction * best.gain;
+        let least = self.tried.iter().map(|t| self.candidate(t).chi_square()).fold(f64::INFINITY, f64::min);
+        let fits_best = |c: &CandidateFacts| {
+            self.policy.calibrated
+                && !c.is_limit
+                && c.gain > 0.0
+                && c.chi_square() <= least + self.margin(least)
+        };
         let rival = |t: &Ranked| {
-            self.penalised(t) <= reach && explains(self.candidate(t)) && as_simple(self.candidate(t))
+            let candidate = self.candidate(t);
+            let is_alike = self.penalised(t) <= reach && as_simple(candidate);
+            explains(candidate) && (is_alike || fits_best(candidate))
         };
         (0..self.tried.len()).filter(|at| rival(&self.tried[*at])).collect()
     }
 
-    /// Drops the indistinguishable candidates that leave a joint at an end of its range which another of them
-    /// moves beyond it: they need that joint to be as wrong, and something else besides.
-    fn keep_joints_in_range(&mut self) {
+    /// Moves what is kept as indistinguishable to the front.
+    pub fn keep(&mut self, kept: Vec<usize>) {
+        let others = (0..self.tried.len()).filter(|at| !kept.contains(at));
+        let order: Vec<usize> = kept.iter().copied().chain(others).collect();
+        (self.tried, self.same) =
+            (order.iter().map(|at| self.tried[*at]).collect(), (0..kept.len()).collect());
+    }
+
+    /// Keeps, of equal fits, those that predict as well as the best predicting one, which comes first: a
+    /// predictive density below its by the decisive factor excludes one. `loss` is that at left-out and, of
+    /// FRFs, held-out data, `nominal` that of the nominal machine. Modes give few numbers: a share of the improvement is
+    /// allowed.
+    pub fn keep_best_predicting(&mut self, nominal: f64, loss: impl Fn(&Ranked) -> Option<f64>) {
+        let least = self.same.iter().filter_map(|at| loss(&self.tried[*at])).fold(f64::INFINITY, f64::min);
+        let unit =
+            self.facts.excess(self.tried.first().map_or(0.0, |first| self.candidate(first).chi_square()));
+        let of_improvement = if self.policy.calibrated { 0.0 } else { self.policy.shortfall };
+        let allowed = of_improvement * (nominal - least).max(0.0);
+        let reach = least + allowed + 2.0 * self.policy.decisive * unit;
+        let stays = |at: &usize| loss(&self.tried[*at]).is_none_or(|loss| loss <= reach);
+        let mut kept: Vec<usize> = self.same.iter().copied().filter(stays).collect();
+        let of = |at: &usize| loss(&self.tried[*at]).unwrap_or(f64::INFINITY);
+        kept.sort_by(|a, b| of(a).total_cmp(&of(b)));
+        let (count, all) = (kept.len(), self.same.len());
+        kept.extend(self.same.iter().filter(|at| !stays(at)));
+        self.keep(kept);
+        self.same.truncate(count);
+        self.rejected = count..all;
+    }
+
+    /// Returns the indistinguishable candidates without those that leave a joint at an end of its range which
+    /// another of them moves beyond it: they need that joint to be as wrong, and something else besides.
+    fn in_range(&self) -> Vec<usize> {
         let joints: Vec<&str> =
             self.same.iter().map(|at| self.candidate(&self.tried[*at]).id.as_str()).collect();
         let leaves = |at: &usize| {
             let candidate = self.candidate(&self.tried[*at]);
             candidate.at_end.iter().any(|id| joints.contains(&id.as_str()))
         };
-        let (dropped, kept): (Vec<usize>, Vec<usize>) = self.same.iter().partition(|at| leaves(at));
-        if dropped.is_empty() {
-            return;
-        }
-        let others = (0..self.tried.len()).filter(|at| !kept.contains(at));
-        let order: Vec<usize> = kept.iter().copied().chain(others).collect();
-        (self.tried, self.same) =
-            (order.iter().map(|at| self.tried[*at]).collect(), (0..kept.len()).collect());
+        self.same.iter().copied().filter(|at| !leaves(at)).collect()
     }
 
     /// Returns the models whose cross-validation losses are compared: the nominal machine, the leading
@@ -129,26 +163,5 @@ impl<'f> Ranking<'f> {
             .chain(leading.iter().map(|t| Model::Candidate(t.at)))
             .chain(impedances.map(|(at, _)| Model::Impedance(at)))
             .collect()
-    }
-
-    /// Moves equally well fitting candidates that predict left-out positions much worse behind the others.
-    /// The best stays if it fits clearly better than the best predictor.
-    pub fn keep_predictive(&mut self, nominal: f64) {
-        let left_out = |t: &Ranked| self.facts.left_out(Model::Candidate(t.at));
-        let loss = |t: &Ranked| left_out(t).unwrap_or(f64::INFINITY);
-        let best = self.same.iter().map(|at| &self.tried[*at]).min_by(|a, b| loss(a).total_cmp(&loss(b)));
-        let Some(best) = best else { return };
-        let shortfall = self.policy.shortfall * (nominal - loss(best)).max(0.0);
-        let reach = loss(best) + shortfall + self.policy.equivalent;
-        let first = self.candidate(&self.tried[0]).chi_square();
-        let fits = first + self.margin(first) < self.candidate(best).chi_square();
-        let stays =
-            |at: usize| left_out(&self.tried[at]).is_none_or(|loss| loss <= reach) || (at == 0 && fits);
-        let (kept, dropped): (Vec<usize>, Vec<usize>) = self.same.iter().partition(|at| stays(**at));
-        let others = (0..self.tried.len()).filter(|at| !self.same.contains(at));
-        let (count, all) = (kept.len(), self.same.len());
-        self.tried = kept.into_iter().chain(dropped).chain(others).map(|at| self.tried[at]).collect();
-        self.same = (0..count).collect();
-        self.rejected = count..all;
     }
 }

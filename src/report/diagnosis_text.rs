@@ -122,13 +122,13 @@ pub(super) fn estimated_text(document: &DiagnosisDocument) -> String {
     if rows.is_empty() {
         return String::new();
     }
-    format!(
-        "\nestimated parameters\n{}",
-        columns(
-            &["  effect", "parameter", "value", "95 % interval", "unit", ""].map(String::from),
-            rows.into_iter()
-        )
-    )
+    // Modes have no intervals.
+    let has_intervals = rows.iter().any(|row| !row[3].is_empty());
+    let kept = |row: Vec<String>| row.into_iter().enumerate().filter(|(at, _)| has_intervals || *at != 3);
+    let cells = |row: Vec<String>| kept(row).map(|(_, cell)| cell).collect::<Vec<String>>();
+    let heads =
+        cells(["  effect", "parameter", "value", "95 % interval", "unit", ""].map(String::from).to_vec());
+    format!("\nestimated parameters\n{}", columns(&heads, rows.into_iter().map(cells)))
 }
 
 /// Number of listed candidates that the verdict does not name.
