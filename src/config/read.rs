@@ -170,7 +170,8 @@ pub fn read_machine_text(
     let idle = unused.iter().filter(|id| !removed.contains(&id.as_str())).map(|id| {
         format!("{path}: nothing uses [parameter.{id}]; name it in a joint, point or shaft, or remove it")
     });
-    let implausible = implausible.into_iter().chain(check_parameters(&machine, is_stated).map_err(in_file)?);
+    let implausible =
+        implausible.into_iter().chain(check_parameters((&machine, &stated), is_stated).map_err(in_file)?);
     let implausible: Vec<String> = implausible.map(|warning| format!("{path}: {warning}")).collect();
     let warnings = renamed.into_iter().chain(implausible.clone()).chain(idle).collect();
     Ok(MachineConfig {

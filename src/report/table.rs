@@ -245,6 +245,9 @@ pub fn summary(of: &ComparisonDocument) -> TextTable {
 
 /// Tracked modes, record by record; spurious ones only where asked for, with the reasons.
 pub fn peaks_table(peaks: &PeaksDocument, all: bool) -> String {
+    if !peaks.modes.iter().any(|m| all || m.regular) {
+        return format!("no mode found in {} FRFs\n", peaks.fits.len());
+    }
     let mut text = String::new();
     let amplitude = match peaks.amplitude_unit.as_str() {
         "" => "Amplitude".to_string(),

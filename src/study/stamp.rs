@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::{Study, StudyError, StudyResult};
 use config::MachineConfig;
 use file_access::{MOST_DOCUMENT_BYTES, read_file};
-use measurement::{MeasurementSet, SourceFile};
+use measurement::{MeasurementSet, SourceFile, level_warning};
 use report::digest;
 use report::document::{Input, MachineText, Stamp};
 
@@ -29,7 +29,8 @@ impl Study {
 
     /// Returns the warnings about machine and measurements as read.
     pub fn input_warnings(&self) -> Vec<String> {
-        self.set.warnings.iter().chain(&self.config.warnings).cloned().collect()
+        let level = (!self.machine().depends_on_level()).then(|| level_warning(&self.set.frfs)).flatten();
+        self.set.warnings.iter().chain(&self.config.warnings).cloned().chain(level).collect()
     }
 
     /// Returns the warnings about implausible numbers of the machine.
