@@ -111,7 +111,11 @@ pub fn prepare_file(
     (out, documents): (Option<&Path>, &[&str]),
 ) -> Result<(OutputFolder, String), String> {
     let (folder, name) = file_target(path, argument)?;
-    if out == Some(folder.path()) && documents.contains(&name.as_str()) {
+    let is_same = |out: &Path| {
+        out == folder.path()
+            || matches!((out.canonicalize(), folder.path().canonicalize()), (Ok(a), Ok(b)) if a == b)
+    };
+    if out.is_some_and(is_same) && documents.contains(&name.as_str()) {
         return Err(format!("{argument} {}: is a document of this run; name another file", path.display()));
     }
     folder.check(&[&name], existing).map_err(to_message)?;

@@ -35,6 +35,8 @@ pub struct MachineConfig {
     pub implausible: Vec<String>,
     /// All available effects: those of the library and of the file.
     pub effects: Vec<Effect>,
+    /// SHA-256 of the files of the measurements from which its `[fitted]` estimates are.
+    pub fitted_from: Vec<String>,
 }
 
 /// Returns the embedded effect library.
@@ -164,6 +166,7 @@ pub fn read_machine_text(
         .flat_map(|e| e.patch.parameters.iter().map(|p| p.id.as_str()))
         .collect();
     let unused = machine.drop_unused_parameters();
+    let fitted_from = fitted.as_ref().map(|fitted| fitted.measurements_sha256.clone()).unwrap_or_default();
     if let Some(fitted) = fitted {
         machine = fitted.applied(&machine, !without.is_empty()).map_err(in_file)?;
     }
@@ -182,6 +185,7 @@ pub fn read_machine_text(
         machine,
         measurements,
         effects,
+        fitted_from,
     })
 }
 

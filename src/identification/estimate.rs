@@ -12,6 +12,7 @@ use super::profile::{CHI_SQUARE_95, ProfileStart, Profiler, Profiles, Region, jo
 use super::result::Identification;
 use super::search::{SearchEffort, searched};
 use super::settings::IdentificationSettings;
+use super::tolerance::{doubts_of_priors, idle_priors};
 use super::uncertainty::{Certainty, Estimate, certainty, narrow_logarithmic_width, narrow_width};
 use crate::objective::{AmplitudeFit, GAIN_RANGE, ObjectiveError};
 use long_work::Control;
@@ -111,7 +112,7 @@ pub(super) fn estimate<P: Problem>(
     let agree =
         (complete && plan.near.is_none() && found.effort.required > 1).then(|| found.effort.is_enough());
     warnings.extend((agree == Some(false)).then(|| seldom_found(found.effort)));
-    let found = Identification {
+    let mut found = Identification {
         estimates,
         gain_interval95,
         gain_identifiable,
@@ -133,7 +134,11 @@ pub(super) fn estimate<P: Problem>(
         warnings,
         ..without_fit(problem, machine, place)
     };
-    let doubts: Vec<Doubt> = ends.into_iter().chain(doubts_of(&found, has_intervals)).collect();
+    let of_priors = doubts_of_priors(&found.machine, (&found.free, &found.sd), &found.values);
+    found.warnings.extend(of_priors.iter().map(|doubt| format!("{doubt}: check it, and the model")));
+    const UNFITTED: &str = "these data do not fit it, and it keeps its start value";
+    found.warnings.extend(idle_priors(&found.machine, &found.free, UNFITTED));
+    let doubts = ends.into_iter().chain(of_priors).chain(doubts_of(&found, has_intervals)).collect();
     Ok(found.doubted(doubts))
 }
 

@@ -12,7 +12,7 @@ use identification::motion::{
     ForceFit, SmallPrint, ToleranceSize, TolerantFit, correlation, estimate_weighted,
     estimate_with_tolerances, output_error,
 };
-use identification::{Doubt, Estimate};
+use identification::{Doubt, Estimate, idle_priors};
 use long_work::Control;
 use machine::Machine;
 use measurement::MotionRecord;
@@ -58,6 +58,7 @@ impl Study {
         }
         let mut found = estimate_weighted(&rigid, machine, &free, &mut motions, fit, &self.control)?;
         let (mut complete, mut tolerances, mut doubts) = (true, BTreeMap::new(), Vec::new());
+        warnings.extend(idle_priors(machine, &[], "motion records are fitted without priors"));
         let mut estimates;
         let fitted: Vec<&MotionSignal> = fit.iter().map(|i| &motions[*i]).collect();
         if simulated {
