@@ -87,15 +87,13 @@ fn put_estimates(
         let nuts_m: Vec<toml::Value> = nuts_m.iter().map(|x| (*x).into()).collect();
         toml::Table::from_iter([("nuts_m".to_string(), nuts_m.into())]).into()
     });
-    let fitted = fitted.as_table_mut().map(|fitted| {
-        let known = fitted.entry("measurements_sha256").or_insert_with(|| toml::Value::Array(Vec::new()));
-        if let toml::Value::Array(known) = known {
-            known.extend(data.iter().cloned().map(toml::Value::String));
-        }
-        fitted
-    });
-    let own = fitted.map(|fitted| fitted.entry("tolerances").or_insert_with(|| toml::Table::new().into()));
-    if let Some(own) = own.and_then(toml::Value::as_table_mut) {
+    let Some(fitted) = fitted.as_table_mut() else { return };
+    let known = fitted.entry("measurements_sha256").or_insert_with(|| toml::Value::Array(Vec::new()));
+    if let toml::Value::Array(known) = known {
+        known.extend(data.iter().cloned().map(toml::Value::String));
+    }
+    let own = fitted.entry("tolerances").or_insert_with(|| toml::Table::new().into());
+    if let Some(own) = own.as_table_mut() {
         own.extend(estimates.iter().map(|(name, Estimate { value, sd })| {
             let known = sd.map(|sd| ("sd".to_string(), sd.into()));
             let entry = known.into_iter().chain([("value".to_string(), (*value).into())]);

@@ -12,7 +12,7 @@ use super::profile::{CHI_SQUARE_95, ProfileStart, Profiler, Profiles, Region, jo
 use super::result::Identification;
 use super::search::{SearchEffort, searched};
 use super::settings::IdentificationSettings;
-use super::tolerance::{doubts_of_priors, idle_priors};
+use super::tolerance::check_priors;
 use super::uncertainty::{Certainty, Estimate, certainty, narrow_logarithmic_width, narrow_width};
 use crate::objective::{AmplitudeFit, GAIN_RANGE, ObjectiveError};
 use long_work::Control;
@@ -134,10 +134,8 @@ pub(super) fn estimate<P: Problem>(
         warnings,
         ..without_fit(problem, machine, place)
     };
-    let of_priors = doubts_of_priors(&found.machine, (&found.free, &found.sd), &found.values);
-    found.warnings.extend(of_priors.iter().map(|doubt| format!("{doubt}: check it, and the model")));
-    const UNFITTED: &str = "these data do not fit it, and it keeps its start value";
-    found.warnings.extend(idle_priors(&found.machine, &found.free, UNFITTED));
+    let (of_priors, notes) = check_priors(&found.machine, (&found.free, &found.sd), &found.values);
+    found.warnings.extend(notes);
     let doubts = ends.into_iter().chain(of_priors).chain(doubts_of(&found, has_intervals)).collect();
     Ok(found.doubted(doubts))
 }

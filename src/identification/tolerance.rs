@@ -95,13 +95,14 @@ impl ToleranceEstimate {
     }
 }
 
-/// Returns what priors of parameters, such as catalogue values, cast doubt on a fit that contradicts them.
+/// Returns what priors of parameters, such as catalogue values, cast doubt on a fit that contradicts them, and
+/// warnings of these and of priors that do not act.
 /// `sd` holds the standard deviation of each coordinate, the fitted parameters first.
-pub(super) fn doubts_of_priors(
+pub(super) fn check_priors(
     machine: &Machine,
     (fitted, sd): (&[usize], &[f64]),
     values: &ParameterValues,
-) -> Vec<Doubt> {
+) -> (Vec<Doubt>, Vec<String>) {
     let of_parameter = |(column, &index): (usize, &usize)| {
         let (parameter, value) = (&machine.parameters[index], values[index]);
         let prior = parameter.prior.filter(|prior| matches!(prior, Prior::Catalogue(..)))?;
@@ -110,7 +111,11 @@ pub(super) fn doubts_of_priors(
         let moved = standardised(deviation, left).abs();
         (moved > FINDING).then(|| Doubt::Prior(parameter.id.clone(), deviation, moved))
     };
-    fitted.iter().enumerate().filter_map(of_parameter).collect()
+    let doubts: Vec<Doubt> = fitted.iter().enumerate().filter_map(of_parameter).collect();
+    let contradicted = doubts.iter().map(|doubt| format!("{doubt}: check it, and the model"));
+    let idle = idle_priors(machine, fitted, "these data do not fit it, and it keeps its start value");
+    let notes = contradicted.chain(idle).collect();
+    (doubts, notes)
 }
 
 /// Warns of priors of parameters other than these, which do not act in a fit; `why` says what the fit does instead.

@@ -1,8 +1,6 @@
 //! Why an FRF shows no mode.
 
-use crate::PeaksRequest;
-use crate::peaks::{band_of, fit};
-use measurement::modal::{CurveOptions, TrackRecord, TrackedMode, track};
+use measurement::modal::{ModalFit, TrackRecord, TrackedMode, track};
 use measurement::{Frf, FrfLine};
 use numeric::statistics::median;
 
@@ -15,29 +13,29 @@ const LEAST_WIDTH: usize = 3;
 /// Noise of |H| (1) above which modes are lost in it.
 const MUCH_NOISE: f64 = 0.2;
 
+/// Fits an FRF.
+type Fit<'f> = &'f dyn Fn(&Frf) -> Option<ModalFit>;
+/// Returns the band (Hz) of an FRF that is fitted.
+type Band<'f> = &'f dyn Fn(&Frf) -> (f64, f64);
+
 /// States why FRFs show no mode, one sentence for each of the first ones.
-pub(crate) fn reasons_for_no_mode(
-    frfs: &[Frf],
-    request: &PeaksRequest,
-    options: &CurveOptions,
-) -> Vec<String> {
+pub(crate) fn reasons_for_no_mode(frfs: &[Frf], fit: Fit<'_>, band_hz: Band<'_>) -> Vec<String> {
     let mut reasons: Vec<String> =
-        frfs.iter().take(MOST_STATED).map(|frf| reason(frf, request, options)).collect();
+        frfs.iter().take(MOST_STATED).map(|frf| reason(frf, fit, band_hz(frf))).collect();
     if frfs.len() > MOST_STATED {
         reasons.push(format!("{} further FRFs show no mode either", frfs.len() - MOST_STATED));
     }
     reasons
 }
 
-fn reason(frf: &Frf, request: &PeaksRequest, options: &CurveOptions) -> String {
+fn reason(frf: &Frf, fit: Fit<'_>, (from, to): (f64, f64)) -> String {
     let source = &frf.source;
-    if let Some(mode) = mode_of_conjugate(frf, request, options) {
+    if let Some(mode) = mode_of_conjugate(frf, fit, (from, to)) {
         return format!(
             "{source}: shows no mode, but the complex conjugates of its values do, at {:.1} Hz: the phase rises through the peak, which it does in no structure; reverse the sign of the imaginary parts (H = response/force, e^+iωt)",
             mode.frequency_hz
         );
     }
-    let (from, to) = band_of(frf, request);
     let lines: Vec<&FrfLine> =
         frf.lines.iter().filter(|line| (from..=to).contains(&line.frequency_hz)).collect();
     let Some((top, over)) = largest_peak(&lines) else {
@@ -71,12 +69,11 @@ fn reason(frf: &Frf, request: &PeaksRequest, options: &CurveOptions) -> String {
 }
 
 /// Returns the strongest mode of the complex conjugate of an FRF.
-fn mode_of_conjugate(frf: &Frf, request: &PeaksRequest, options: &CurveOptions) -> Option<TrackedMode> {
+fn mode_of_conjugate(frf: &Frf, fit: Fit<'_>, band_hz: (f64, f64)) -> Option<TrackedMode> {
     let mut conjugate = frf.clone();
     conjugate.lines.iter_mut().for_each(|line| line.value = line.value.conj());
-    let fitted = fit(&conjugate, options, request).ok()?;
-    let record =
-        TrackRecord { nut_m: None, series: "", band_hz: band_of(frf, request), modes: &fitted.modes };
+    let fitted = fit(&conjugate)?;
+    let record = TrackRecord { nut_m: None, series: "", band_hz, modes: &fitted.modes };
     let modes = track(&[record]).into_iter().filter(|mode| mode.regular);
     modes.max_by(|a, b| a.evidence.signal_to_noise.total_cmp(&b.evidence.signal_to_noise))
 }

@@ -150,7 +150,11 @@ pub fn peaks(set: &MeasurementSet, request: &PeaksRequest, control: &Control) ->
     let mut stamp = set_stamp("peaks", set);
     stamp.warnings.extend(window_warning(set).into_iter().chain(level_warning(&set.frfs)));
     if !modes.iter().any(|mode| mode.regular) {
-        stamp.warnings.extend(reasons_for_no_mode(&set.frfs, request, &options));
+        stamp.warnings.extend(reasons_for_no_mode(
+            &set.frfs,
+            &|frf| fit(frf, &options, request).ok(),
+            &|frf| band_of(frf, request),
+        ));
     }
     let document = PeaksDocument { stamp, amplitude_unit: amplitude_unit(set), modes, fits };
     Ok(Peaks { modes_csv: modes_csv(set, &named, &document), document })
@@ -232,7 +236,7 @@ fn options(request: &PeaksRequest) -> StudyResult<CurveOptions> {
 }
 
 /// Returns the lowest and highest frequency (Hz) of an FRF within the requested band.
-pub(crate) fn band_of(frf: &Frf, request: &PeaksRequest) -> (f64, f64) {
+fn band_of(frf: &Frf, request: &PeaksRequest) -> (f64, f64) {
     let ends =
         (frf.lines.first().map_or(0.0, |l| l.frequency_hz), frf.lines.last().map_or(0.0, |l| l.frequency_hz));
     match request.band_hz {
@@ -242,7 +246,7 @@ pub(crate) fn band_of(frf: &Frf, request: &PeaksRequest) -> (f64, f64) {
 }
 
 /// Fits an FRF as a receptance.
-pub(crate) fn fit(frf: &Frf, options: &CurveOptions, request: &PeaksRequest) -> Result<ModalFit, ModalError> {
+fn fit(frf: &Frf, options: &CurveOptions, request: &PeaksRequest) -> Result<ModalFit, ModalError> {
     with_curve(frf, request, |curve| fit_curve(curve, options))
 }
 

@@ -100,3 +100,33 @@ fn the_library_is_embedded_once_and_nothing_is_fetched() {
     let own = made.replace(chart::LIBRARY, "");
     assert!(!own.contains("http://") && !own.contains("https://"));
 }
+
+/// A curve with lines that are missing breaks there; its kinds of lines are in the legend, and no column is
+/// without a name.
+#[test]
+fn curves_break_and_have_a_legend() {
+    let mut curves = curves(18, 1, 60);
+    for line in curves.iter_mut().flat_map(|curve| &mut curve.measured[20..30]) {
+        line.1 = Complex64::new(f64::NAN, f64::NAN);
+    }
+    let made = html(&Page { title: "gaps".into(), curves, diagnosis: Some(diagnosis()), ..Page::default() });
+    let own = made.replace(chart::LIBRARY, "");
+    assert!(own.contains("null") && own.contains("Measured curves break where lines are missing"));
+    for part in ["<i class=\"wide\"></i>measured", "</i>predicted, fitted", "</i>predicted, held out"] {
+        assert!(own.contains(part), "{part}");
+    }
+    let colours: std::collections::BTreeSet<String> = (0..18).map(|at| chart::colour_of(at, 18)).collect();
+    assert_eq!(colours.len(), 18);
+    assert!(!own.contains("<th scope=\"col\"></th>") && !own.contains("<th scope=\"col\" class=\"n\"></th>"));
+    assert!(own.contains("\".2~%\"") && !own.contains("\".0%\""));
+}
+
+#[test]
+fn a_verdict_states_how_large_its_effect_is_and_none_shows_the_values_first() {
+    let mut found = diagnosis();
+    found.effects[1].parameters = [("k_s".to_string(), 900.0)].into();
+    found.effects[1].parameter_units = [("k_s".to_string(), "N*m/rad".to_string())].into();
+    let made = html(&Page { title: "large".into(), diagnosis: Some(found.clone()), ..Page::default() });
+    let head = made.split("<nav").next().unwrap();
+    assert!(head.contains("How large: table-mass: k_s = 900.0 N·m/rad"), "{head}");
+}
