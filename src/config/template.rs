@@ -26,7 +26,7 @@ mod tests {
     /// warning.
     #[test]
     fn templates_give_no_warning() {
-        for (text, joints) in [(MACHINE_TEMPLATE.to_string(), 5), (floating_template(), 4)] {
+        for (text, is_fixed) in [(MACHINE_TEMPLATE.to_string(), true), (floating_template(), false)] {
             let numbers = [
                 ("mass_kg", "400.0"),
                 ("inertia_kg_m2", "5e-3"),
@@ -41,9 +41,8 @@ mod tests {
                 let text = filled.replace("effects = [\"rotor-hold\"]", &format!("effects = {effects}"));
                 let read = read_machine_text("machine.toml", &text, &[], &[]).unwrap();
                 assert_eq!(read.warnings, Vec::<String>::new());
-                let own =
-                    read.machine.joints.iter().filter(|joint| text.contains(&format!("\"{}\"", joint.name)));
-                assert_eq!(own.count(), joints);
+                let has_joint = read.machine.joints.iter().any(|joint| joint.name == "bearing-right");
+                assert_eq!(has_joint, is_fixed);
             }
         }
     }
