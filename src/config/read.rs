@@ -161,17 +161,12 @@ pub fn read_machine_text(
     described.drop_unused_parameters();
     check_own_names(&own, &effects, (&described, &contained)).map_err(in_file)?;
     check_own_effects(&own, &effects, &machine, without).map_err(in_file)?;
-    // A description may state the ranges of effects that it does not contain, such as a drive that was off.
-    let of_effects: Vec<&str> =
-        effects.iter().flat_map(|e| e.patch.parameters.iter().map(|p| p.id.as_str())).collect();
     let unused = machine.drop_unused_parameters();
     let fitted_from = fitted.as_ref().map(|fitted| fitted.measurements_sha256.clone()).unwrap_or_default();
     if let Some(fitted) = fitted {
         machine = fitted.applied(&machine, !without.is_empty()).map_err(in_file)?;
     }
-    let idle = unused.iter().filter(|id| !of_effects.contains(&id.as_str())).map(|id| {
-        format!("{path}: nothing uses [parameter.{id}]; name it in a joint, point or shaft, or remove it")
-    });
+    let idle = idle_parameters(path, &unused, &effects);
     let implausible =
         implausible.into_iter().chain(check_parameters((&machine, &stated), is_stated).map_err(in_file)?);
     let implausible: Vec<String> = implausible.map(|warning| format!("{path}: {warning}")).collect();
@@ -186,6 +181,18 @@ pub fn read_machine_text(
         effects,
         fitted_from,
     })
+}
+
+/// Warns of parameters that nothing uses. A description may state the ranges of effects that it does not
+/// contain, such as that of a drive that was off.
+fn idle_parameters(path: &str, unused: &[String], effects: &[Effect]) -> Vec<String> {
+    let of_effects: Vec<&str> =
+        effects.iter().flat_map(|e| e.patch.parameters.iter().map(|p| p.id.as_str())).collect();
+    let idle = unused.iter().filter(|id| !of_effects.contains(&id.as_str()));
+    idle.map(|id| {
+        format!("{path}: nothing uses [parameter.{id}]; name it in a joint, point or shaft, or remove it")
+    })
+    .collect()
 }
 
 /// Returns the machine with the effects that its file lists, without the removed ones and those that refine

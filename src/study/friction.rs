@@ -55,6 +55,8 @@ pub fn friction(request: &FrictionRequest) -> StudyResult<FrictionDocument> {
     let contradiction = fit.contradicted.map(|curve| {
         let course = if curve.static_n < curve.coulomb_n {
             "it rises from rest where the curve falls".to_string()
+        } else if curve.viscous_n_s_per_m >= 0.0 {
+            "no curve with constants above 0 fits it".to_string()
         } else {
             format!("at the highest speeds it still falls with speed, by {:.3} N·s/m", -curve.viscous_n_s_per_m)
         };

@@ -307,6 +307,9 @@ impl ForceFit {
     /// Returns the free parameters with intervals that allow for noise with the correlation of the residual,
     /// and for a misfit that repeats.
     pub fn estimates(&self, machine: &Machine, free: &[usize], motions: &[&MotionSignal]) -> Vec<Estimate> {
+        if free.is_empty() {
+            return Vec::new();
+        }
         let inside = self.inside(machine, free);
         let found =
             marginal(&self.derivatives.select_columns(&inside), &self.residual, &[], &channels(motions));

@@ -3,6 +3,7 @@
 use num_complex::Complex64;
 
 use super::*;
+use crate::vocabulary::VerdictKind;
 
 const EVIL: &str = "<script>alert('x')</script><img src=http://example.org/a.png>";
 
@@ -129,4 +130,12 @@ fn a_verdict_states_how_large_its_effect_is_and_none_shows_the_values_first() {
     let made = html(&Page { title: "large".into(), diagnosis: Some(found.clone()), ..Page::default() });
     let head = made.split("<nav").next().unwrap();
     assert!(head.contains("How large: table-mass: k_s = 900.0 N·m/rad"), "{head}");
+    found.verdict.kind = VerdictKind::None;
+    found.verdict.effects.clear();
+    let made = html(&Page { title: "none".into(), diagnosis: Some(found), ..Page::default() });
+    let head = made.split("<nav").next().unwrap();
+    assert!(
+        head.contains("How large: the gap at held-out data is 30.00 %, where noise alone leaves 1.000 %"),
+        "{head}"
+    );
 }

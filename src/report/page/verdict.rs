@@ -74,8 +74,15 @@ pub fn summary(of: &DiagnosisDocument) -> String {
     out
 }
 
-/// How large the named effects are, and what they change.
+/// How large the named effects are, and what they change; the gap where none is named.
 fn size(of: &DiagnosisDocument) -> Option<String> {
+    if of.verdict.effects.is_empty() {
+        let (gap, at) =
+            of.gap.held_out.map(|gap| (gap, "held-out")).or(of.gap.fit.map(|gap| (gap, "fitted")))?;
+        let floor =
+            of.noise_floor.map_or_else(String::new, |x| format!(", where noise alone leaves {}", percent(x)));
+        return Some(format!("How large: the gap at {at} data is {}{floor}.", percent(gap)));
+    }
     let values: Vec<String> = of
         .named_effects()
         .filter(|row| !row.parameters.is_empty())
