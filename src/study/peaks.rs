@@ -43,7 +43,7 @@ pub struct Peaks {
     /// The document.
     pub document: PeaksDocument,
     /// Regular modes as the mode table of a measurement set: position, mode number, frequency (Hz), amplitude
-    /// (unit of the FRFs); empty without such modes at positions.
+    /// (unit of the FRFs); empty without such modes.
     pub modes_csv: String,
 }
 
@@ -285,9 +285,12 @@ fn names(set: &MeasurementSet) -> Vec<String> {
 }
 
 /// Formats the regular modes as the mode table of a measurement set: position, mode number, frequency (Hz),
-/// amplitude (unit of the FRFs); empty without such modes at positions.
+/// amplitude (unit of the FRFs); empty without such modes.
 fn modes_csv(set: &MeasurementSet, named: &[NamedFrf<'_>], document: &PeaksDocument) -> String {
-    let mut text = String::new();
+    if !document.modes.iter().any(|mode| mode.regular) {
+        return String::new();
+    }
+    let mut text = String::from("position,order,frequency_hz,amplitude\n");
     for n in named.iter().filter(|n| n.frf.position.is_some()) {
         let position = csv_cell(n.frf.position.map_or("", |p| set.positions[p].name.as_str()));
         for mode in document.modes.iter().filter(|m| m.regular) {
@@ -297,5 +300,5 @@ fn modes_csv(set: &MeasurementSet, named: &[NamedFrf<'_>], document: &PeaksDocum
             }
         }
     }
-    if text.is_empty() { text } else { format!("position,order,frequency_hz,amplitude\n{text}") }
+    text
 }
