@@ -132,10 +132,17 @@ fn a_verdict_states_how_large_its_effect_is_and_none_shows_the_values_first() {
     assert!(head.contains("How large: table-mass: k_s = 900.0 N·m/rad"), "{head}");
     found.verdict.kind = VerdictKind::None;
     found.verdict.effects.clear();
-    let made = html(&Page { title: "none".into(), diagnosis: Some(found), ..Page::default() });
+    let row = serde_json::json!({ "value": 5e8, "unit": "N/m", "lower": 1e7, "upper": 1e10, "interval95": [4e8, 6e8],
+        "identifiable": true, "depends_on_discrepancy": false, "fitted": true, "published": null, "description": "axial stiffness" });
+    let parameters = [("k_n".to_string(), serde_json::from_value(row).unwrap())].into();
+    let identification = Some(IdentificationDocument { parameters, ..IdentificationDocument::default() });
+    let page = Page { title: "none".into(), diagnosis: Some(found), identification, ..Page::default() };
+    let made = html(&page);
+    let at = |id: &str| made.find(&format!("href=\"#{id}\"")).unwrap();
+    assert!(at("parameters") < at("diagnosis"), "the values come first");
     let head = made.split("<nav").next().unwrap();
     assert!(
-        head.contains("How large: the gap at held-out data is 30.00 %, where noise alone leaves 1.000 %"),
+        head.contains("How large: the gap at held-out data is 30.00 %, where noise alone leaves 1.00 %"),
         "{head}"
     );
 }
