@@ -48,11 +48,21 @@ fn a_set_of_motions_goes_through_all_commands() {
             .unwrap()
     };
     let read = |stdout: &[u8]| serde_json::from_slice::<serde_json::Value>(stdout).unwrap();
+    let output = on_set(jointid().args(["identify", "--evaluate"]));
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let evaluated = read(&output.stdout);
     let output = on_set(jointid().arg("identify"));
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let identified = read(&output.stdout);
     assert_eq!(identified["positions"]["b"]["role"], "held_out");
     assert_eq!(identified["positions"]["a"]["gap"], identified["records"]["a"]["force_error"]);
+    let is_fitted = |row: &serde_json::Value| row["fitted"] == true;
+    assert!(
+        !evaluated["parameters"].as_object().unwrap().values().any(is_fitted),
+        "{}",
+        evaluated["parameters"]
+    );
+    assert!(evaluated["cost"].as_f64().unwrap() > identified["cost"].as_f64().unwrap());
     near(identified["parameters"]["moving_mass"]["value"].as_f64().unwrap(), axis.mass_kg, 0.02);
     let output = jointid()
         .arg("validate")

@@ -106,6 +106,8 @@ fn an_identified_machine_is_a_machine_of_every_command() {
 
     // Identified again: the tolerances start with what is known of them, and the frequencies stay.
     let again = document(&[&["identify", "--config", &found], &fit[..6]].concat());
+    let counts_twice = |of: &Value| of["warnings"].to_string().contains("they count twice");
+    assert!(counts_twice(&again) && !counts_twice(&identified), "{}", again["warnings"]);
     let (first, second) = (&identified["tolerances"], &again["tolerances"]);
     assert_eq!(first.as_object().unwrap().len(), second.as_object().unwrap().len());
     for name in ["mass of table", "nut length on screw"] {

@@ -94,11 +94,10 @@ fn named_files_are_replaced_on_request_and_inputs_never() {
             assert_ne!(fs::read(folder.join("other")).unwrap(), b"the user's");
         }
     }
-    refused(
-        folder,
-        &format!("{PREDICT} --out p --machine-out p/prediction.json"),
-        "is a document of this run",
-    );
+    for same in ["p/prediction.json", "./p/prediction.json", "p/../p/prediction.json"] {
+        let line = format!("{PREDICT} --out p --machine-out {same}");
+        refused(folder, &line, "is a document of this run");
+    }
     // A page is replaced by the next one.
     done(folder, "report r");
     done(folder, "report r");

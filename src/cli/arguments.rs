@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 
 use crate::message::shown;
 use crate::terminal;
-use crate::words::{Word, one_of};
+use crate::words::{EffectId, Word, one_of};
 use report::document::{IdentificationDocument, Input};
 use report::vocabulary::ToleranceUse;
 use study::{ObjectiveKind, Quantity, RodModel, Study, StudyResult};
@@ -35,7 +35,7 @@ pub struct Sources {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
     /// Effects to take out of the machine's description, comma-separated
-    #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
+    #[arg(long, value_name = "EFFECTS", value_delimiter = ',', value_parser = EffectId, hide_possible_values = true)]
     pub without: Vec<String>,
     /// Accept files outside the measurement set's folder in its manifest
     #[arg(long)]

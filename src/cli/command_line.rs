@@ -120,6 +120,8 @@ pub struct LabArguments {
     pub words: Vec<std::ffi::OsString>,
 }
 
+/// Column at which the description of a command begins.
+const ABOUT_COLUMN: usize = 15;
 /// Greatest width (columns) of help texts.
 const HELP_WIDTH: usize = 100;
 
@@ -147,7 +149,8 @@ pub fn command() -> clap::Command {
 
 /// Lists the commands below a command by heading in its help.
 pub fn grouped(command: clap::Command, groups: &[Group]) -> clap::Command {
-    let command = command.term_width(report::width().min(HELP_WIDTH));
+    let width = report::width().min(HELP_WIDTH);
+    let command = command.term_width(width);
     let header = *command.get_styles().get_header();
     let name = command.get_styles().get_literal();
     let line = |id: &&str| {
@@ -156,7 +159,7 @@ pub fn grouped(command: clap::Command, groups: &[Group]) -> clap::Command {
             .and_then(clap::Command::get_about)
             .map(ToString::to_string)
             .unwrap_or_default();
-        format!("  {name}{id:<12}{name:#} {about}\n")
+        format!("  {name}{id:<12}{name:#} {}\n", indented(&about, (ABOUT_COLUMN, width)))
     };
     let list = |(heading, ids): &Group| {
         format!("{header}{heading}:{header:#}\n{}\n", ids.iter().map(line).collect::<String>())
@@ -167,9 +170,36 @@ pub fn grouped(command: clap::Command, groups: &[Group]) -> clap::Command {
     ))
 }
 
+/// Wraps a text that begins at a column between words, so that no line is wider than a width.
+fn indented(text: &str, (column, width): (usize, usize)) -> String {
+    let (mut out, mut at) = (String::new(), column);
+    for word in text.split_whitespace() {
+        let length = word.chars().count();
+        if !out.is_empty() && at + 1 + length > width {
+            out += &format!("\n{:column$}{word}", "");
+            at = column + length;
+        } else {
+            let blank = if out.is_empty() { "" } else { " " };
+            out += &format!("{blank}{word}");
+            at += blank.len() + length;
+        }
+    }
+    out
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn descriptions_are_wrapped_between_words() {
+        let about = "Identify joint parameters, and predict held-out positions";
+        for width in [40, 60, 80] {
+            let text = format!("  identify     {}", indented(about, (ABOUT_COLUMN, width)));
+            assert!(text.lines().all(|line| line.chars().count() <= width), "{text}");
+            assert_eq!(text.split_whitespace().skip(1).collect::<Vec<_>>().join(" "), about);
+        }
+    }
 
     fn listed(groups: &[Group]) -> Vec<&'static str> {
         let mut ids: Vec<&str> = groups.iter().flat_map(|(_, ids)| ids.iter().copied()).collect();

@@ -11,7 +11,7 @@ use crate::outcome::{
 use crate::progress::WorkProgress;
 use crate::search::settings;
 use crate::terminal;
-use crate::words::{Word, one_of};
+use crate::words::{EffectId, Word, one_of};
 use report::diagnosis::DiagnosisDocument;
 use report::record::motion_diagnosis_text;
 use report::{EARLIER, OutputFolder, identification_text, to_json};
@@ -41,10 +41,10 @@ pub struct DiagnoseArguments {
     #[command(flatten)]
     pub split: SplitArguments,
     /// Candidate effects, comma-separated; by default all that apply
-    #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
+    #[arg(long, value_name = "EFFECTS", value_delimiter = ',', value_parser = EffectId, hide_possible_values = true)]
     pub effects: Vec<String>,
     /// Effects to leave out of the candidates, comma-separated
-    #[arg(long, value_name = "EFFECTS", value_delimiter = ',')]
+    #[arg(long, value_name = "EFFECTS", value_delimiter = ',', value_parser = EffectId, hide_possible_values = true)]
     pub exclude: Vec<String>,
     /// Null simulations whose fits are made in full, beside 2000 linear ones; 25 times as many for motion
     /// records
@@ -94,6 +94,9 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
         ablated: given.ablate.clone(),
         all_facts: given.facts.is_some(),
     };
+    for (key, ids) in [("effects", &request.effects), ("exclude", &request.exclude)] {
+        study.check_effects(key, ids).map_err(shown)?;
+    }
     let existing = named_file(given.replace);
     let documents = ["diagnosis.json", APPLIED];
     let out = (given.output.out.as_deref(), &documents[..]);

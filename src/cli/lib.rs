@@ -55,6 +55,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     if let Some(forwarded) = words.get(1..).and_then(laboratory::requested) {
         return laboratory::run(&words[1..], forwarded);
     }
+    let _run = ::report::Run::begin();
     exit_code(match begun::<Arguments>(command(), words.iter().cloned()).command {
         Command::Identify(given) => identify::run(&given),
         Command::Validate(given) => validate::run(&given),

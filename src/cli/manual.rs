@@ -50,7 +50,8 @@ pub fn man(given: &ManArguments, mut root: Command) -> CommandResult {
 fn render_pages(command: &Command, pages: &mut Vec<(String, Vec<u8>)>) -> Result<(), String> {
     // The name of a page is one word: jointid-simulate-modes.
     let name = command.get_display_name().unwrap_or_else(|| command.get_name());
-    let mut text = Vec::new();
+    // By this comment a later run recognises its pages.
+    let mut text = b".\\\" Page of jointid.\n".to_vec();
     clap_mangen::Man::new(command.clone()).render(&mut text).map_err(|e| format!("{name}.1: {e}"))?;
     pages.push((format!("{name}.1"), text));
     command

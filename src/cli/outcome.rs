@@ -1,7 +1,7 @@
 //! The end of a command: its outcome or error, and its document as JSON, text and files.
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Component, Path, PathBuf};
 
 use serde::Serialize;
 
@@ -111,11 +111,25 @@ pub fn prepare_file(
     (out, documents): (Option<&Path>, &[&str]),
 ) -> Result<(OutputFolder, String), String> {
     let (folder, name) = file_target(path, argument)?;
-    if out == Some(folder.path()) && documents.contains(&name.as_str()) {
+    if out.is_some_and(|out| resolved(out) == resolved(folder.path())) && documents.contains(&name.as_str()) {
         return Err(format!("{argument} {}: is a document of this run; name another file", path.display()));
     }
     folder.check(&[&name], existing).map_err(to_message)?;
     Ok((folder, name))
+}
+
+/// Returns a path without links and detours, also where its end does not exist yet.
+fn resolved(path: &Path) -> PathBuf {
+    let mut clean = PathBuf::new();
+    for part in std::path::absolute(path).unwrap_or_else(|_| path.into()).components() {
+        match part {
+            Component::ParentDir => drop(clean.pop()),
+            part => clean.push(part),
+        }
+    }
+    let known = clean.ancestors().find_map(|known| Some((known, known.canonicalize().ok()?)));
+    let rest = known.and_then(|(known, real)| Some(real.join(clean.strip_prefix(known).ok()?)));
+    rest.unwrap_or(clean)
 }
 
 /// Returns folder and name of a file to write.

@@ -51,16 +51,20 @@ pub fn run(given: &PeaksArguments) -> CommandResult {
     warn(&given.output, &document.stamp.warnings);
     let folder = prepare(&given.output, &["peaks.json", "modes.csv"])?;
     let tables = [("modes.csv", found.modes_csv.clone())];
+    // A table without modes would be read as a measurement.
+    let tables = &tables[..usize::from(!found.modes_csv.is_empty())];
     deliver_with(
         &given.output,
         folder.as_ref(),
-        ("peaks.json", &tables),
+        ("peaks.json", tables),
         document,
         &peaks_table(document, given.all),
     )?;
     if !given.output.json && !given.all && document.modes.iter().any(|m| !m.regular) {
         let spurious = document.modes.iter().filter(|m| !m.regular).count();
-        print_out(&format!("{spurious} spurious modes are not shown; --all shows them with the reasons\n"))?;
+        let what =
+            if spurious == 1 { "1 spurious mode is" } else { &format!("{spurious} spurious modes are") };
+        print_out(&format!("{what} not shown; --all shows the reasons\n"))?;
     }
     Ok(Outcome::Done)
 }

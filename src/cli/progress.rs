@@ -8,9 +8,11 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use study::{Progress, Watcher};
 
-const FIRST_STEP: &str = "{prefix}  {bar:24} {pos}/{len}  {elapsed}";
-const STEPS: &str = "{prefix}  {bar:24} {pos}/{len}  {elapsed}, {eta} left";
-const SEARCHES: &str = "{prefix}  {bar:24} {elapsed}, at most {eta} left  {msg}";
+// The text at the end is cut where the terminal is too narrow for it.
+const BEGUN: &str = "{spinner} {elapsed}  {wide_msg}";
+const FIRST_STEP: &str = "{bar:12} {pos}/{len}  {elapsed}  {wide_msg}";
+const STEPS: &str = "{bar:12} {pos}/{len}  {elapsed}, {eta} left  {wide_msg}";
+const SEARCHES: &str = "{bar:12} {elapsed}, at most {eta} left  {wide_msg}";
 
 /// Progress bar over the searches and steps of a command.
 pub struct WorkProgress {
@@ -35,12 +37,12 @@ impl WorkProgress {
     /// terminal.
     pub fn searches(quiet: bool, name: &str, searches: usize) -> Self {
         let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
-        style(&bar, "{spinner} {prefix}  {elapsed}");
+        style(&bar, BEGUN);
         // Updates the elapsed time between reports.
         if !bar.is_hidden() && rayon::current_num_threads() > 1 {
             bar.enable_steady_tick(Duration::from_millis(200));
         }
-        bar.set_prefix(name.to_string());
+        bar.set_message(name.to_string());
         let state = BarState {
             name: name.into(),
             stage: None,
@@ -65,8 +67,8 @@ impl WorkProgress {
             let Ok(mut at) = at.lock() else { return };
             match progressed {
                 Progress::Stage(stage) => {
-                    style(&bar, "{spinner} {prefix}  {elapsed}");
-                    bar.set_prefix(format!("{}: {stage}", at.name));
+                    style(&bar, BEGUN);
+                    bar.set_message(format!("{}: {stage}", at.name));
                     bar.tick();
                     // Costs of another stage are not comparable.
                     (at.stage, at.is_searching, at.best) = (Some(stage.to_string()), false, f64::INFINITY);
@@ -74,24 +76,20 @@ impl WorkProgress {
                 Progress::Generation { search, done, most, best } => {
                     if !at.is_searching {
                         style(&bar, SEARCHES);
-                        bar.set_prefix(
-                            at.stage
-                                .as_ref()
-                                .map_or_else(|| at.name.clone(), |stage| format!("{}: {stage}", at.name)),
-                        );
                         at.is_searching = true;
                     }
                     at.done.insert(search, done);
                     at.best = at.best.min(best);
                     bar.set_length(at.searches.max(at.done.len() as u64) * most);
                     bar.set_position(at.done.values().sum());
-                    bar.set_message(format!("best cost {:.4}", at.best));
+                    let stage = at.stage.as_ref().map_or_else(String::new, |stage| format!(": {stage}"));
+                    bar.set_message(format!("{}{stage}, best cost {:.4}", at.name, at.best));
                 }
                 Progress::Step { what, done, of } => {
                     if done == 0 {
                         // The remaining time is unknown before the first step is done.
                         style(&bar, FIRST_STEP);
-                        bar.set_prefix(format!("{}: {what}", at.name));
+                        bar.set_message(format!("{}: {what}", at.name));
                         bar.set_position(0);
                         bar.reset_eta();
                     } else if bar.position() == 0 {

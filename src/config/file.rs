@@ -420,6 +420,10 @@ fn check_name(part: &str, name: &str) -> Result<(), MachineError> {
     Err(fault(part, format!("«{name}» is no name; write letters, digits, - and _")))
 }
 
+/// Words of verdicts and of arguments that no effect may have as its id.
+const RESERVED: [&str; 8] =
+    ["none", "unknown", "measurement", "nominal", "effect", "ambiguous", "wrong-parameter", "insufficient"];
+
 impl EffectFile {
     /// Returns the effect.
     pub fn effect(self) -> Result<Effect, MachineError> {
@@ -427,6 +431,9 @@ impl EffectFile {
         let named =
             |error: MachineError| MachineError { part: format!("effect {id}, {}", error.part), ..error };
         check_name("id", &id).map_err(named)?;
+        if RESERVED.contains(&id.as_str()) {
+            return Err(named(fault("id", format!("«{id}» is a word of verdicts; choose another name"))));
+        }
         self.parameter.keys().try_for_each(|key| check_name("parameter", key)).map_err(named)?;
         let mut patch = Patch {
             points: self.point.into_iter().map(added_point).collect::<Result<_, _>>().map_err(named)?,

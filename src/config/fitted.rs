@@ -15,6 +15,9 @@ use machine::{Estimate, Machine, MachineError};
 pub struct FittedFile {
     /// Nut positions (m) of the measurement set, on which the lengths of journals and nuts depend.
     nuts_m: Vec<f64>,
+    /// SHA-256 of the files of the measurements from which the estimates are.
+    #[serde(default)]
+    pub measurements_sha256: Vec<String>,
     /// Estimate of each tolerance by its name in an identification; those of `[tolerance]` that are not named
     /// stay as described.
     tolerances: BTreeMap<String, EstimateFile>,
@@ -22,7 +25,10 @@ pub struct FittedFile {
 
 /// Estimate of a tolerance, in its unit.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "expected a number, or a table of value and sd such as { value = 0.0, sd = 0.01 }"
+)]
 enum EstimateFile {
     /// A value alone; its standard deviation is that of `[tolerance]`.
     Value(f64),
@@ -119,6 +125,12 @@ mod tests {
         assert!(open.without_guide_tolerance().parameters == open.parameters);
         let without = machine.without_guide_tolerance().with_tolerances(&[]).unwrap();
         assert_eq!(without.parameters.len() + 1, open.parameters.len());
+    }
+
+    #[test]
+    fn a_value_without_its_deviation_is_refused_with_the_right_form() {
+        let fault = read(r#""mass of table"={value=0.004}"#).unwrap_err();
+        assert!(fault.contains("expected a number, or a table of value and sd"), "{fault}");
     }
 
     #[test]

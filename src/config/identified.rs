@@ -15,6 +15,8 @@ pub struct Found {
     /// Nut positions (m) of the set, and estimates of the tolerances by name; `None` where tolerances were not
     /// fitted along.
     pub tolerances: Option<(Vec<f64>, BTreeMap<String, Estimate>)>,
+    /// SHA-256 of the files of the measurements from which the tolerances are.
+    pub measurements_sha256: Vec<String>,
     /// Ids of effects to add.
     pub effects: Vec<String>,
     /// Whether the measurement set that the description names stays named.
@@ -65,7 +67,7 @@ pub fn machine_as_found(
         table.remove("parameter");
     }
     if let Some((nuts_m, estimates)) = &found.tolerances {
-        put_estimates(&mut table, nuts_m, estimates);
+        put_estimates(&mut table, (nuts_m, &found.measurements_sha256), estimates);
     }
     let heading: String = heading.lines().map(|line| format!("# {line}\n")).collect();
     let text = heading + "\n" + &text(&table)?;
@@ -76,15 +78,22 @@ pub fn machine_as_found(
 
 /// Writes estimates of tolerances into the section `[fitted]`. Where a description has it, others of its
 /// tolerances stay as they are, and so do the nut positions on which its journals and nuts depend.
-fn put_estimates(table: &mut toml::Table, nuts_m: &[f64], estimates: &BTreeMap<String, Estimate>) {
+fn put_estimates(
+    table: &mut toml::Table,
+    (nuts_m, data): (&[f64], &[String]),
+    estimates: &BTreeMap<String, Estimate>,
+) {
     let fitted = table.entry("fitted").or_insert_with(|| {
         let nuts_m: Vec<toml::Value> = nuts_m.iter().map(|x| (*x).into()).collect();
         toml::Table::from_iter([("nuts_m".to_string(), nuts_m.into())]).into()
     });
-    let own = fitted
-        .as_table_mut()
-        .map(|fitted| fitted.entry("tolerances").or_insert_with(|| toml::Table::new().into()));
-    if let Some(own) = own.and_then(toml::Value::as_table_mut) {
+    let Some(fitted) = fitted.as_table_mut() else { return };
+    let known = fitted.entry("measurements_sha256").or_insert_with(|| toml::Value::Array(Vec::new()));
+    if let toml::Value::Array(known) = known {
+        known.extend(data.iter().cloned().map(toml::Value::String));
+    }
+    let own = fitted.entry("tolerances").or_insert_with(|| toml::Table::new().into());
+    if let Some(own) = own.as_table_mut() {
         own.extend(estimates.iter().map(|(name, Estimate { value, sd })| {
             let known = sd.map(|sd| ("sd".to_string(), sd.into()));
             let entry = known.into_iter().chain([("value".to_string(), (*value).into())]);

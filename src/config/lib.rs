@@ -16,10 +16,12 @@ mod template;
 #[cfg(test)]
 mod tests;
 mod unit;
+mod unknown;
 
 pub use embedded::{BENCH, embedded_config};
 pub use error::ConfigError;
 pub use identified::{Found, machine_as_found};
 pub use read::{MachineConfig, Overrides, effect_library, read_machine, read_machine_text};
 pub use schema::{effects_schema, machine_schema};
-pub use template::MACHINE_TEMPLATE;
+pub use template::{MACHINE_TEMPLATE, floating_template};
+pub use unknown::unknown_effect;

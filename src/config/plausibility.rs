@@ -7,6 +7,11 @@ use toml::{Table, Value};
 
 use super::error::fault;
 
+/// Ratio of angles above which a joint is a gear (1).
+const GEARED: f64 = 1.5;
+/// Largest plausible inertia behind a gear (kg·m²). Source: rotary tables of 10 m and 100 t.
+const LARGEST_GEARED_KG_M2: f64 = 2e6;
+
 /// Checks the magnitudes of all numbers of a description, as the file states them. Returns one warning per
 /// implausible number.
 ///
@@ -30,6 +35,8 @@ pub(super) fn check_numbers(table: &Table) -> Result<Vec<String>, MachineError> 
         }
     }
     let mut found = Vec::new();
+    let is_geared = is_geared(table);
+    let judge = |known, path: &str, x| judge(behind_gears(known, is_geared), path, x);
     walk_table(table, "", &mut |path, key, x| {
         if !is_physical(x) {
             return Err(fault(path, format!("is {x:e}; no quantity in SI units has this magnitude")));
@@ -54,12 +61,15 @@ pub(super) fn check_numbers(table: &Table) -> Result<Vec<String>, MachineError> 
 ///
 /// # Errors  a number is beyond physics.
 pub(super) fn check_parameters(
-    machine: &Machine,
+    (machine, table): (&Machine, &Table),
     stated: impl Fn(&str) -> bool,
 ) -> Result<Vec<String>, MachineError> {
     let parameters = machine.parameters.iter().filter(|p| stated(&p.id));
-    let found =
-        parameters.map(|p| judge(Magnitude::of_unit(&p.unit), &format!("parameter.{}.start", p.id), p.start));
+    let is_geared = is_geared(table);
+    let found = parameters.map(|p| {
+        let known = behind_gears(Magnitude::of_unit(&p.unit), is_geared);
+        judge(known, &format!("parameter.{}.start", p.id), p.start)
+    });
     Ok(found.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
 }
 
@@ -84,6 +94,34 @@ fn judge(known: Option<Magnitude>, path: &str, x: f64) -> Result<Option<String>,
     } else {
         Err(fault(path, format!("{range}; {remedy}")))
     }
+}
+
+/// Whether a joint of a description gears rotations: they move by unlike angles.
+fn is_geared(table: &Table) -> bool {
+    let joints = table.get("joint").and_then(Value::as_array).into_iter().flatten();
+    let is_rotation = |name: &str| {
+        let points = table.get("point").and_then(Value::as_array).into_iter().flatten();
+        points
+            .filter(|point| point.get("name").and_then(Value::as_str) == Some(name))
+            .any(|point| point.get("motion").and_then(Value::as_str) == Some("rotation"))
+    };
+    joints.filter_map(|joint| joint.get("on").and_then(Value::as_table)).any(|on| {
+        let angles = on.iter().filter(|(name, _)| is_rotation(name));
+        let sizes: Vec<f64> = angles.filter_map(|(_, share)| number(share)).map(f64::abs).collect();
+        let largest = sizes.iter().copied().fold(0.0, f64::max);
+        sizes.iter().any(|size| GEARED * size < largest)
+    })
+}
+
+/// Returns magnitudes of inertias up to those of tables and arms behind gears.
+fn behind_gears(known: Option<Magnitude>, is_geared: bool) -> Option<Magnitude> {
+    known.map(|known| match known.unit {
+        "kg·m²" if is_geared => {
+            let up_to = |[low, _]: [f64; 2]| [low, LARGEST_GEARED_KG_M2];
+            Magnitude { plausible: up_to(known.plausible), usual: up_to(known.usual), ..known }
+        }
+        _ => known,
+    })
 }
 
 /// Writes a number briefly: in powers of ten beyond 10⁻³ … 10⁶.
@@ -310,5 +348,32 @@ mod tests {
         ] {
             assert!(message.contains(key), "{message}");
         }
+    }
+
+    /// The arm of a robot, or a rotary table, behind a gear has an inertia that is no unit mistake.
+    #[test]
+    fn inertias_behind_gears_may_be_large() {
+        let text = |share: &str| {
+            format!(
+                r#"
+title = "table behind a gear"
+[[point]]
+name = "motor"
+motion = "rotation"
+inertia_kg_m2 = 1e-3
+[[point]]
+name = "table"
+motion = "rotation"
+inertia_kg_m2 = 1500.0
+[[joint]]
+name = "gear"
+on = {{ motor = 1.0, table = {share} }}
+stiffness = 1e4
+"#
+            )
+        };
+        let found = |share: &str| read_machine_text("m.toml", &text(share), &[], &[]).unwrap().implausible;
+        assert_eq!(found("-160.0"), Vec::<String>::new());
+        assert!(found("-1.0")[0].contains("1500 looks like kg·cm²"), "{:?}", found("-1.0"));
     }
 }

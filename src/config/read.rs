@@ -12,6 +12,7 @@ use super::error::{ConfigError, fault};
 use super::extent::check_extent;
 use super::file::{EffectFile, LibraryFile, MachineFile};
 use super::plausibility::{check_numbers, check_parameters, number};
+use super::unknown::unknown_effect;
 use machine::{Data, Effect, Machine, MachineError};
 
 /// Overrides `key.path=value` of a configuration, applied in order.
@@ -35,6 +36,8 @@ pub struct MachineConfig {
     pub implausible: Vec<String>,
     /// All available effects: those of the library and of the file.
     pub effects: Vec<Effect>,
+    /// SHA-256 of the files of the measurements from which its `[fitted]` estimates are.
+    pub fitted_from: Vec<String>,
 }
 
 /// Returns the embedded effect library.
@@ -158,19 +161,14 @@ pub fn read_machine_text(
     described.drop_unused_parameters();
     check_own_names(&own, &effects, (&described, &contained)).map_err(in_file)?;
     check_own_effects(&own, &effects, &machine, without).map_err(in_file)?;
-    let removed: Vec<&str> = effects
-        .iter()
-        .filter(|e| without.contains(&e.id))
-        .flat_map(|e| e.patch.parameters.iter().map(|p| p.id.as_str()))
-        .collect();
     let unused = machine.drop_unused_parameters();
+    let fitted_from = fitted.as_ref().map(|fitted| fitted.measurements_sha256.clone()).unwrap_or_default();
     if let Some(fitted) = fitted {
         machine = fitted.applied(&machine, !without.is_empty()).map_err(in_file)?;
     }
-    let idle = unused.iter().filter(|id| !removed.contains(&id.as_str())).map(|id| {
-        format!("{path}: nothing uses [parameter.{id}]; name it in a joint, point or shaft, or remove it")
-    });
-    let implausible = implausible.into_iter().chain(check_parameters(&machine, is_stated).map_err(in_file)?);
+    let idle = idle_parameters(path, &unused, &effects);
+    let implausible =
+        implausible.into_iter().chain(check_parameters((&machine, &stated), is_stated).map_err(in_file)?);
     let implausible: Vec<String> = implausible.map(|warning| format!("{path}: {warning}")).collect();
     let warnings = renamed.into_iter().chain(implausible.clone()).chain(idle).collect();
     Ok(MachineConfig {
@@ -181,7 +179,20 @@ pub fn read_machine_text(
         machine,
         measurements,
         effects,
+        fitted_from,
     })
+}
+
+/// Warns of parameters that nothing uses. A description may state the ranges of effects that it does not
+/// contain, such as that of a drive that was off.
+fn idle_parameters(path: &str, unused: &[String], effects: &[Effect]) -> Vec<String> {
+    let of_effects: Vec<&str> =
+        effects.iter().flat_map(|e| e.patch.parameters.iter().map(|p| p.id.as_str())).collect();
+    let idle = unused.iter().filter(|id| !of_effects.contains(&id.as_str()));
+    idle.map(|id| {
+        format!("{path}: nothing uses [parameter.{id}]; name it in a joint, point or shaft, or remove it")
+    })
+    .collect()
 }
 
 /// Returns the machine with the effects that its file lists, without the removed ones and those that refine
@@ -195,10 +206,8 @@ fn with_contained(
     let refines_removed =
         |effect: &Effect| effect.refines.as_ref().is_some_and(|refined| without.contains(refined));
     for id in contained.iter().filter(|id| !without.contains(id)) {
-        let effect = effects.iter().find(|e| e.id == *id).ok_or_else(|| {
-            let known: Vec<&str> = effects.iter().map(|e| e.id.as_str()).collect();
-            fault("effects", format!("no effect is called «{id}»; there are {}", known.join(", ")))
-        })?;
+        let known = effects.iter().find(|e| e.id == *id);
+        let effect = known.ok_or_else(|| fault("effects", unknown_effect(id, effects)))?;
         if !refines_removed(effect) {
             machine = machine.with_effect(effect)?;
         }

@@ -69,6 +69,10 @@ fn own_effects_have_names_of_their_own() {
         let fault = refusal(id, &bed("9.0", SPRING), false).unwrap();
         assert!(fault.contains(", id: ") && fault.contains("is no name"), "{fault}");
     }
+    for id in ["none", "unknown", "measurement", "nominal"] {
+        let fault = refusal(id, &bed("9.0", SPRING), false).unwrap();
+        assert!(fault.contains(", id: ") && fault.contains("is a word of verdicts"), "{fault}");
+    }
     // Parameters of the description, of another effect that it contains, and of the measurement.
     for (id, unit) in [("k_n", "N/m"), ("c_n", "N/m"), ("k_s", "N/m"), ("gain", "N/m"), ("\"a,b\"", "N/m")] {
         let joint = format!("stiffness = \"{}\"", id.trim_matches('"'));

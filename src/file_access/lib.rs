@@ -14,4 +14,4 @@ pub use read::{
     MOST_DOCUMENT_BYTES, MOST_STREAM_BYTES, MOST_TABLE_BYTES, MOST_TEXT_BYTES, ReadFault, is_inside,
     open_file, read_file, read_replaced, read_text, read_unchanged,
 };
-pub use target::{Existing, TargetFault, check_targets};
+pub use target::{Existing, Run, TargetFault, check_targets};

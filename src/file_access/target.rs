@@ -9,9 +9,36 @@ use std::sync::{Mutex, PoisonError};
 
 /// Number of first bytes by which a file is recognised as one that this program wrote.
 const MARK_BYTES: usize = 31;
+/// Name of the program, which these bytes contain.
+const MARK: &[u8] = b"jointid";
 
-/// Files that this process has read. They are inputs, which no output replaces.
-static READ: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+/// Files that the runs of commands in this process have read, and the number of these runs. They are inputs,
+/// which no output replaces.
+static READ: Mutex<(BTreeSet<PathBuf>, usize)> = Mutex::new((BTreeSet::new(), 0));
+
+/// A run of a command: what is read meanwhile is its input. Other work of a process that lives long, such as a
+/// Python session, remembers nothing.
+#[derive(Debug)]
+pub struct Run(());
+
+impl Run {
+    /// Begins a run, which ends when the value is dropped.
+    #[must_use]
+    pub fn begin() -> Run {
+        READ.lock().unwrap_or_else(PoisonError::into_inner).1 += 1;
+        Run(())
+    }
+}
+
+impl Drop for Run {
+    fn drop(&mut self) {
+        let (read, runs) = &mut *READ.lock().unwrap_or_else(PoisonError::into_inner);
+        *runs -= 1;
+        if *runs == 0 {
+            read.clear();
+        }
+    }
+}
 
 /// What is done with existing files of the names to be written. The text tells the user what to do instead.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,8 +95,9 @@ pub(super) fn special(_: FileType) -> &'static str {
 
 /// Remembers that a file is read.
 pub(super) fn remember(path: &Path) {
-    if let Ok(path) = path.canonicalize() {
-        READ.lock().unwrap_or_else(PoisonError::into_inner).insert(path);
+    let (read, runs) = &mut *READ.lock().unwrap_or_else(PoisonError::into_inner);
+    if let (1.., Ok(path)) = (*runs, path.canonicalize()) {
+        read.insert(path);
     }
 }
 
@@ -112,15 +140,17 @@ pub fn check_targets<'p>(
 
 fn is_input(path: &Path) -> bool {
     let read = READ.lock().unwrap_or_else(PoisonError::into_inner);
-    path.canonicalize().is_ok_and(|path| read.contains(&path))
+    path.canonicalize().is_ok_and(|path| read.0.contains(&path))
 }
 
-/// Whether a regular file begins as a new one; an empty one is nobody's loss.
+/// Whether a regular file begins as a new one that names this program there: other beginnings, such as those of
+/// universal files, are those of everybody's files. An empty one is nobody's loss.
 fn begins_as(path: &Path, begins: &[u8]) -> bool {
     let most = begins.len().min(MARK_BYTES);
+    let is_marked = begins[..most].windows(MARK.len()).any(|bytes| bytes == MARK);
     let mut found = Vec::new();
     let read = File::open(path).and_then(|file| file.take(most as u64).read_to_end(&mut found));
-    read.is_ok() && (found.is_empty() || found == begins[..most])
+    read.is_ok() && (found.is_empty() || (is_marked && found == begins[..most]))
 }
 
 #[cfg(test)]
@@ -134,7 +164,7 @@ mod tests {
         let path = |name: &str| folder.path().join(name);
         let check = |names: &[&str], existing| {
             let paths: Vec<PathBuf> = names.iter().map(|name| path(name)).collect();
-            check_targets(paths.iter().map(PathBuf::as_path), existing, b"{\n  \"schema\"")
+            check_targets(paths.iter().map(PathBuf::as_path), existing, b"{\n  \"schema\": \"jointid/")
                 .map_err(|(path, fault)| (path.file_name().unwrap().display().to_string(), fault))
         };
         let (kept, earlier) = (Existing::Kept("a"), Existing::Earlier("b"));
@@ -142,15 +172,23 @@ mod tests {
         fs::write(path("own.csv"), "x,y\n").unwrap();
         assert_eq!(check(&["new", "own.csv"], kept), exists("own.csv", "a"));
         assert_eq!(check(&["new.json", "own.csv"], earlier), exists("own.csv", "b"));
-        fs::write(path("old.json"), "{\n  \"schema\": 1}").unwrap();
+        fs::write(path("old.json"), "{\n  \"schema\": \"jointid/modes/1\"}").unwrap();
         assert_eq!(check(&["old.json", "own.csv"], earlier), Ok(()));
         assert_eq!(check(&["new.json", "old.json"], earlier), Ok(()));
+        fs::write(path("own.uff"), "    -1\n   151\n").unwrap();
+        let universal = check_targets([&*path("own.uff")].into_iter(), earlier, b"    -1\n   151\n");
+        assert_eq!(universal.unwrap_err().1, TargetFault::Exists("b"));
         assert_eq!(check(&["own.csv", "old.json"], Existing::Replaced), Ok(()));
+        read_text(&path("own.csv"), 100).unwrap();
+        assert_eq!(check(&["old.json", "own.csv"], earlier), Ok(()));
+        let run = Run::begin();
         read_text(&path("own.csv"), 100).unwrap();
         for existing in [earlier, Existing::Replaced] {
             let found = check(&["old.json", "own.csv"], existing);
             assert_eq!(found, Err(("own.csv".into(), TargetFault::Input)));
         }
+        drop(run);
+        assert_eq!(check(&["old.json", "own.csv"], earlier), Ok(()));
         assert_eq!(check(&["old.json", "own.csv"], Existing::Own), Ok(()));
     }
 

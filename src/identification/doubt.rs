@@ -15,6 +15,8 @@ pub enum Doubt {
     End(String, &'static str),
     /// The best minimum was found from so few of the starts that a better one may exist.
     Search(usize, usize),
+    /// A parameter moved from its prior by this many of its standard deviations, and of the moves of right priors.
+    Prior(String, f64, f64),
     /// Small print of a force is this many times as large as is common.
     SmallPrint(&'static str, f64),
     /// Share of the squared residual of a force that follows speed and acceleration.
@@ -36,6 +38,13 @@ impl fmt::Display for Doubt {
             }
             Doubt::End(id, which) => write!(f, "{id}, which the data drive to the {which} end of its range"),
             Doubt::Search(found, starts) => write!(f, "a minimum found from {found} of {starts} starts"),
+            Doubt::Prior(id, deviation, moved) => {
+                write!(
+                    f,
+                    "the prior of {id}, which the data contradict by {deviation:+.1} standard deviations{}",
+                    of_moves(*deviation, *moved)
+                )
+            }
             Doubt::SmallPrint(name, times) => write!(f, "{name}, {times:.1} times what is common"),
             Doubt::Systematic(share) => {
                 write!(

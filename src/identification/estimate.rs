@@ -12,6 +12,7 @@ use super::profile::{CHI_SQUARE_95, ProfileStart, Profiler, Profiles, Region, jo
 use super::result::Identification;
 use super::search::{SearchEffort, searched};
 use super::settings::IdentificationSettings;
+use super::tolerance::check_priors;
 use super::uncertainty::{Certainty, Estimate, certainty, narrow_logarithmic_width, narrow_width};
 use crate::objective::{AmplitudeFit, GAIN_RANGE, ObjectiveError};
 use long_work::Control;
@@ -133,16 +134,19 @@ pub(super) fn estimate<P: Problem>(
         warnings,
         ..without_fit(problem, machine, place)
     };
-    let doubts: Vec<Doubt> = ends.into_iter().chain(doubts_of(&found, has_intervals)).collect();
-    Ok(found.doubted(doubts))
+    Ok(judged(found, ends, has_intervals))
 }
 
-/// Returns what misfit and search of a fit cast doubt on.
-fn doubts_of(found: &Identification, is_likelihood: bool) -> impl Iterator<Item = Doubt> + use<> {
+/// Returns the result with the doubts that misfit, search, priors and ends of ranges cast on it.
+fn judged(mut found: Identification, ends: Vec<Doubt>, is_likelihood: bool) -> Identification {
+    let (of_priors, notes) = check_priors(&found.machine, (&found.free, &found.sd), &found.values);
+    found.warnings.extend(notes);
     let excess = found.misfit().max(1.0) * found.correlation_factor;
     let misfit = (is_likelihood && excess > EXCESS).then_some(Doubt::Misfit(excess));
     let SearchEffort { found: times, starts, .. } = found.effort;
-    misfit.into_iter().chain((found.agree == Some(false)).then_some(Doubt::Search(times, starts)))
+    let search = (found.agree == Some(false)).then_some(Doubt::Search(times, starts));
+    let doubts = ends.into_iter().chain(of_priors).chain(misfit).chain(search).collect();
+    found.doubted(doubts)
 }
 
 /// Returns the interval of an estimated gain for the region of its coordinate, and whether the gain is

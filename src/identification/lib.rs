@@ -37,5 +37,5 @@ pub use result::{DerivedEstimate, Identification};
 pub use run::identify;
 pub use search::{SearchEffort, frf_search_minima, mode_search_end};
 pub use settings::{IdentificationSettings, REPEATS, Repeat};
-pub use tolerance::{ToleranceEstimate, channels_of, tolerances_at};
+pub use tolerance::{ToleranceEstimate, channels_of, idle_priors, tolerances_at};
 pub use uncertainty::{Certainty, Estimate, certainty, narrow_width};

@@ -48,6 +48,12 @@ const MINIMA: usize = 12;
 /// is refined on all data. Thinned lines carry less information than all lines: a minimum this far above the
 /// least one cannot be the least on all lines.
 const MARGIN: f64 = 40.0;
+/// χ² per degree of freedom above which no fit is that of the machine, as with the modes of another one (1):
+/// deviations of 14 standard deviations.
+const HOPELESS: f64 = 200.0;
+/// Number of times that the best of such minima has to be found.
+const FOUND_HOPELESS: usize = 2;
+
 /// A minimum, and the cost there.
 struct Centre {
     around: Surroundings,
@@ -110,7 +116,9 @@ pub(super) fn searched<P: Problem>(
         refine(problem, &mut candidates, &mut refined, limit, control);
         let best = (0..refined.len()).min_by(|a, b| refined[*a].0.cost.total_cmp(&refined[*b].0.cost));
         effort.found = best.map_or(0, |best| starts_of(&candidates, best));
-        if control.stopped() {
+        // Where the model is not that of the data, the best of its misfits need not be found more often.
+        let is_hopeless = best.is_some_and(|best| problem.misfit(refined[best].0.cost) > HOPELESS);
+        if control.stopped() || (is_hopeless && effort.found >= FOUND_HOPELESS) {
             break;
         }
     }

@@ -34,6 +34,12 @@ const FINDING: f64 = 3.0;
 /// Least share of the variance of a prior by which the data must reduce it, for a move to say something (1).
 const LEAST_REDUCTION: f64 = 0.1;
 
+/// Returns a move from the centre of a normal prior in standard deviations of the moves of numbers that are
+/// stated rightly: move and standard deviation left by the data in those of the prior.
+fn standardised(deviation: f64, left: f64) -> f64 {
+    deviation / (1.0 - left * left).max(LEAST_REDUCTION).sqrt()
+}
+
 impl ToleranceEstimate {
     /// Returns the deviation of the estimate from the stated value, in standard deviations of the prior.
     pub fn deviation(&self) -> f64 {
@@ -51,9 +57,7 @@ impl ToleranceEstimate {
     /// # Source  conflict of prior and data: Evans and Moshonov, Bayesian Analysis 1 (2006) 893–914.
     fn standardised_move(&self) -> f64 {
         match self.prior {
-            Prior::Normal(sd) => {
-                self.deviation() / (1.0 - (self.sd / sd).powi(2)).max(LEAST_REDUCTION).sqrt()
-            }
+            Prior::Normal(sd) => standardised(self.deviation(), self.sd / sd),
             Prior::LogNormal(_) | Prior::Catalogue(..) => self.deviation(),
         }
     }
@@ -89,6 +93,36 @@ impl ToleranceEstimate {
             )
         })
     }
+}
+
+/// Returns what priors of parameters, such as catalogue values, cast doubt on a fit that contradicts them, and
+/// warnings of these and of priors that do not act.
+/// `sd` holds the standard deviation of each coordinate, the fitted parameters first.
+pub(super) fn check_priors(
+    machine: &Machine,
+    (fitted, sd): (&[usize], &[f64]),
+    values: &ParameterValues,
+) -> (Vec<Doubt>, Vec<String>) {
+    let of_parameter = |(column, &index): (usize, &usize)| {
+        let (parameter, value) = (&machine.parameters[index], values[index]);
+        let prior = parameter.prior.filter(|prior| matches!(prior, Prior::Catalogue(..)))?;
+        let left = sd.get(column)? * parameter.unit_slope(value) * prior.slope(value);
+        let deviation = prior.deviation(parameter.start, value);
+        let moved = standardised(deviation, left).abs();
+        (moved > FINDING).then(|| Doubt::Prior(parameter.id.clone(), deviation, moved))
+    };
+    let doubts: Vec<Doubt> = fitted.iter().enumerate().filter_map(of_parameter).collect();
+    let contradicted = doubts.iter().map(|doubt| format!("{doubt}: check it, and the model"));
+    let idle = idle_priors(machine, fitted, "these data do not fit it, and it keeps its start value");
+    let notes = contradicted.chain(idle).collect();
+    (doubts, notes)
+}
+
+/// Warns of priors of parameters other than these, which do not act in a fit; `why` says what the fit does instead.
+pub fn idle_priors(machine: &Machine, acting: &[usize], why: &str) -> Vec<String> {
+    let known = machine.parameters.iter().enumerate();
+    let idle = known.filter(|(at, p)| matches!(p.prior, Some(Prior::Catalogue(..))) && !acting.contains(at));
+    idle.map(|(_, p)| format!("parameter.{}.prior has no effect: {why}", p.id)).collect()
 }
 
 impl FrfSettings {

@@ -94,13 +94,7 @@ impl Machine {
                 machine.points[point].inertia.modifiers.push(Modifier::Shifted(kg));
             }
             State::Level(_) => {
-                let depends = |value: &Value| {
-                    value
-                        .modifiers
-                        .iter()
-                        .any(|m| matches!(m, Modifier::With(_, OperatingVariable::ForceLevel)))
-                };
-                if !self.numbers().any(|(.., value)| depends(value)) {
+                if !self.depends_on_level() {
                     return missing(
                         "no number of the machine depends on the force level; add the effect contact-level, or leave the state out",
                     );
@@ -108,6 +102,12 @@ impl Machine {
             }
         }
         Ok(machine)
+    }
+
+    /// Whether a number of the machine depends on the level of the exciting force.
+    pub fn depends_on_level(&self) -> bool {
+        let is_level = |m: &Modifier| matches!(m, Modifier::With(_, OperatingVariable::ForceLevel));
+        self.numbers().any(|(.., value)| value.modifiers.iter().any(is_level))
     }
 }
 

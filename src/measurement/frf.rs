@@ -124,17 +124,23 @@ impl Frf {
         }
     }
 
-    /// Returns ln H of all lines with the phase unwrapped from line to line.
+    /// Returns ln H of all lines, of the receptance, with the phase unwrapped from line to line.
     pub fn logarithms(&self) -> Vec<Complex64> {
         let mut unwrapped: Vec<Complex64> = Vec::with_capacity(self.lines.len());
         for line in &self.lines {
-            let mut log = line.value.ln();
+            let mut log = self.receptance(line).ln();
             if let Some(last) = unwrapped.last() {
                 log.im += ((last.im - log.im) / TAU).round() * TAU;
             }
             unwrapped.push(log);
         }
         unwrapped
+    }
+
+    /// Returns the receptance at a line (m/N): what depends on |H|, such as the weights of lines, is the same
+    /// whatever quantity was recorded.
+    pub fn receptance(&self, line: &FrfLine) -> Complex64 {
+        line.value / self.quantity.from_receptance(omega_rad_s(line.frequency_hz))
     }
 
     /// Returns the value of a line as it was recorded under the window, without the sensor's mount.
@@ -153,8 +159,8 @@ impl Frf {
         }
     }
 
-    /// Returns [`Frf::component_sd`] at every line, with the noise power from coherence averaged over
-    /// neighbouring lines, accepted or not.
+    /// Returns [`Frf::component_sd`] at every line, with the noise power from coherence, as that of a
+    /// receptance, averaged over neighbouring lines, accepted or not.
     ///
     /// With few averages, the coherence of one line is a poor estimate of its noise, and lines that seem
     /// quiet by chance would weigh most. The noise power of the response, unlike its share of |H|, changes
@@ -168,9 +174,9 @@ impl Frf {
     pub fn component_sds(&self) -> Vec<Option<f64>> {
         let freedom = |n: u32| f64::from(n) / f64::from(n.saturating_sub(1).max(1));
         let power = |line: &FrfLine| match line.noise? {
-            FrfNoise::Coherence(_) => {
-                Some(self.component_sd(line)?.powi(2) * freedom(self.averages?) * line.value.norm_sqr())
-            }
+            FrfNoise::Coherence(_) => Some(
+                self.component_sd(line)?.powi(2) * freedom(self.averages?) * self.receptance(line).norm_sqr(),
+            ),
             _ => None,
         };
         let mut all: Vec<(f64, bool, f64)> = Vec::with_capacity(self.lines.len() + self.rejected.len());
@@ -190,7 +196,7 @@ impl Frf {
             }
             let sum = around.iter().map(|(_, _, power)| power).sum::<f64>();
             let is_outlier = own * (count - 1.0) > OUTLIER_RATIO * (sum - own);
-            Some(((if is_outlier { own } else { sum / count }) / line.value.norm_sqr()).sqrt())
+            Some(((if is_outlier { own } else { sum / count }) / self.receptance(line).norm_sqr()).sqrt())
         };
         self.lines.iter().map(|line| sd(line).or_else(|| self.component_sd(line))).collect()
     }

@@ -112,8 +112,9 @@ fn is_repeat(a: &Frf, b: &Frf) -> bool {
 
 /// Returns |H|⁻² of each line over its geometric mean: the shape of the variance by noise of the response.
 fn response_shape(frf: &Frf) -> Vec<f64> {
-    let mean = frf.lines.iter().map(|line| line.value.norm().ln()).sum::<f64>() / frf.lines.len() as f64;
-    frf.lines.iter().map(|line| (2.0 * (mean - line.value.norm().ln())).exp()).collect()
+    let log = |line: &FrfLine| frf.receptance(line).norm().ln();
+    let mean = frf.lines.iter().map(log).sum::<f64>() / frf.lines.len() as f64;
+    frf.lines.iter().map(|line| (2.0 * (mean - log(line))).exp()).collect()
 }
 
 /// Returns the squared third differences of ln H over four neighbouring lines, unevenly spaced ones included.

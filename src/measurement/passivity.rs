@@ -1,7 +1,6 @@
 //! Activity of driving points: a passive structure takes up power there.
 
 use super::Frf;
-use numeric::unit::omega_rad_s;
 
 /// Standard deviations of its noise by which Im(receptance) of a line must exceed 0 (1).
 const BEYOND_NOISE: f64 = 3.0;
@@ -48,7 +47,7 @@ impl Frf {
         }
         let (mut count, mut active, mut all) = (0, 0.0, 0.0);
         for (line, sd) in self.lines.iter().zip(self.component_sds()) {
-            let receptance = line.value / self.quantity.from_receptance(omega_rad_s(line.frequency_hz));
+            let receptance = self.receptance(line);
             let square = receptance.im * receptance.im;
             all += square;
             if receptance.im > BEYOND_NOISE * sd.unwrap_or(UNKNOWN_SD) * receptance.norm() {
@@ -69,6 +68,7 @@ mod tests {
     use super::*;
     use crate::{Condition, FrfLine, FrfNoise, Quantity};
     use num_complex::Complex64;
+    use numeric::unit::omega_rad_s;
 
     /// Returns the driving point of a damped mass on a spring with a natural frequency of 100 Hz, times a
     /// factor by frequency (Hz).

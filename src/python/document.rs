@@ -70,16 +70,22 @@ pub fn effects(config: Option<&str>, id: Option<&str>) -> PyResult<String> {
     listed.map_err(|e| to_exception(&e))
 }
 
-/// Writes files into a folder, all or none. Existing ones are replaced where they are of the same kind, and the
-/// first is not new.
+/// Writes files into a folder, all or none. Existing ones are replaced where this program wrote the first, or
+/// on request.
 #[pyfunction]
+#[pyo3(signature = (folder, files, new, replace=false))]
 pub fn write_files(
     py: Python<'_>,
     folder: PathBuf,
     files: Vec<(String, Vec<u8>)>,
     new: bool,
+    replace: bool,
 ) -> PyResult<()> {
-    let existing = if new { Existing::Kept("name a new folder") } else { EARLIER };
+    let existing = match (new, replace) {
+        (true, _) => Existing::Kept("name a new folder"),
+        (_, true) => Existing::Replaced,
+        _ => EARLIER,
+    };
     let write = || OutputFolder::prepare(&folder)?.write_all(files, existing);
     py.detach(write).map_err(|error| unwritten(&folder, if new { "folder" } else { "path" }, &error))
 }

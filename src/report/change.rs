@@ -69,6 +69,9 @@ pub fn change_text(title: &str, document: &ChangeDocument) -> String {
         .map(|(id, row)| format!("{id} by {}", amount(row.change, row)))
         .collect();
     let verdict = match (changed.is_empty(), open.is_empty()) {
+        _ if document.compared == 0 => {
+            "no parameter could be compared: none is identifiable in both results".to_string()
+        }
         (true, true) => "no significant change".to_string(),
         (true, false) => "no significant change among the parameters compared".to_string(),
         (false, _) => format!("significant change: {}", changed.join(", ")),
@@ -101,6 +104,14 @@ pub fn change_text(title: &str, document: &ChangeDocument) -> String {
             .map(String::from),
         rows,
     );
+    let joint: Vec<&str> =
+        document.parameters.iter().filter(|(_, row)| is_joint(row)).map(|(id, _)| id.as_str()).collect();
+    if !joint.is_empty() {
+        text += &wrapped(&format!(
+            "first and second are separate fits, each with the machine's tolerances at its own values; the changes are with common ones, and so differ for {}",
+            joint.join(", ")
+        ));
+    }
     if document.compared < document.parameters.len() {
         text += "p –: not compared, since one of both values is not identifiable\n";
     }
@@ -111,6 +122,13 @@ pub fn change_text(title: &str, document: &ChangeDocument) -> String {
         ));
     }
     text
+}
+
+/// Whether a change differs from that of the two values beside it by more than rounding shows.
+fn is_joint(row: &ChangeRow) -> bool {
+    let apart = if row.relative { row.second / row.first - 1.0 } else { row.second - row.first };
+    let half = 0.5 * (row.change95[1] - row.change95[0]);
+    (apart - row.change).abs() > (0.1 * half).max(if row.relative { 5e-4 } else { 0.0 })
 }
 
 /// Writes a change: in per cent, as a factor from ten on, or in the unit of the parameter.

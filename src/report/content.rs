@@ -43,8 +43,9 @@ fn content_digest(document: &Value) -> String {
 }
 
 fn write_keys<'v>(keys: impl Iterator<Item = (&'v String, &'v Value)>, text: &mut String) {
+    text.push('{');
     for (key, value) in keys.collect::<BTreeMap<_, _>>() {
-        let _ = write!(text, "{key:?}:");
+        let _ = write!(text, "{}:", Value::from(key.as_str()));
         write_value(value, text);
     }
     text.push('}');
@@ -54,6 +55,7 @@ fn write_value(value: &Value, text: &mut String) {
     match value {
         Value::Object(map) => write_keys(map.iter(), text),
         Value::Array(list) => {
+            text.push('[');
             list.iter().for_each(|value| write_value(value, text));
             text.push(']');
         }
@@ -125,5 +127,35 @@ impl<'de> Visitor<'de> for UniqueKeys {
             keys.insert(key);
         }
         Ok(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    /// Documents of unlike structure have unlike digests; order and layout do not count.
+    #[test]
+    fn limit_a_digest_is_that_of_one_content() {
+        let all = [
+            json!([[1], 2]),
+            json!([1, [2]]),
+            json!([[1, 2]]),
+            json!([1, 2]),
+            json!([{}, []]),
+            json!([[], {}]),
+            json!([{ "b": 2 }]),
+            json!({ "a": 1, "b": {} }),
+            json!({ "a": { "b": 1 } }),
+            json!({ "a\u{301}": 1 }),
+            json!({ "a\\u{301}": 1 }),
+            json!(["1,2"]),
+        ];
+        let digests: BTreeSet<String> =
+            all.iter().map(|value| content_digest(&json!({ "value": value }))).collect();
+        assert_eq!(digests.len(), all.len());
+        let digest = |text: &str| content_digest(&serde_json::from_str(text).unwrap());
+        assert_eq!(digest(r#"{"a": 1, "b": [2.0]}"#), digest(r#"{"b":[2],"a":1.0,"content_sha256":"x"}"#));
     }
 }

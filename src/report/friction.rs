@@ -22,6 +22,13 @@ pub fn friction_text(document: &FrictionDocument) -> String {
         let _ = writeln!(text, "{name:<22} {:>14.6} {:<6} {interval}", e.value, e.unit);
     }
     let (scatter, speed_m_s) = (document.residual_scatter, document.least_friction_speed_m_s);
-    let _ = writeln!(text, "\nresidual scatter {scatter:.4}, least friction at {speed_m_s:.6} m/s");
+    let least = match speed_m_s {
+        0.0 => "friction rises with speed from rest".to_string(),
+        _ if speed_m_s == document.highest_speed_m_s => {
+            format!("friction falls with speed up to the highest one measured, {speed_m_s} m/s")
+        }
+        _ => format!("least friction at {speed_m_s:.6} m/s"),
+    };
+    let _ = writeln!(text, "\nresidual scatter {scatter:.4}, {least}");
     text
 }

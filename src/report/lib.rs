@@ -42,7 +42,7 @@ pub use content::{UniqueKeys, content_fault, digest_of};
 pub use csv_cell::csv_cell;
 pub use diagnosis_text::{diagnosis_text, why_text};
 pub use error::ReportError;
-pub use file_access::{Existing, printable, shortened};
+pub use file_access::{Existing, Run, printable, shortened};
 pub use friction::friction_text;
 pub use identification::{comparison_text, identification_text, validation_text};
 pub use loops_text::{bode_text, hold_gains_text, hold_text};

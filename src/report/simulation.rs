@@ -152,8 +152,11 @@ pub struct FrictionDocument {
     pub residual_scatter: f64,
     /// Number of observations minus number of free parameters.
     pub degrees_of_freedom: usize,
-    /// Speed of lowest friction (m/s).
+    /// Speed of lowest friction (m/s) from rest to the highest speed of the runs: 0 where the friction rises
+    /// throughout, the highest speed where it falls throughout.
     pub least_friction_speed_m_s: f64,
+    /// Highest speed of the runs (m/s).
+    pub highest_speed_m_s: f64,
     /// Runs compared with the curve.
     pub observations: Vec<FrictionRow>,
 }

@@ -245,6 +245,11 @@ pub fn summary(of: &ComparisonDocument) -> TextTable {
 
 /// Tracked modes, record by record; spurious ones only where asked for, with the reasons.
 pub fn peaks_table(peaks: &PeaksDocument, all: bool) -> String {
+    if !peaks.modes.iter().any(|m| all || m.regular) {
+        let what =
+            if peaks.fits.len() == 1 { "the FRF" } else { &format!("any of {} FRFs", peaks.fits.len()) };
+        return format!("no mode found in {what}\n");
+    }
     let mut text = String::new();
     let amplitude = match peaks.amplitude_unit.as_str() {
         "" => "Amplitude".to_string(),

@@ -131,3 +131,23 @@ fn a_plan_and_a_change_as_text() {
                     "p_value": null, "p_adjusted": null, "changed": false } } }));
     assert_snapshot!(format!("{}\n{}", plan_table(&plan, &|_| 5.6e8, 5), change_text("bench", &change)));
 }
+
+#[test]
+fn a_change_says_what_was_not_compared_and_what_is_common() {
+    let row = |second: f64, p: Value| {
+        json!({ "first": 5326.0, "second": second, "unit": "N/m", "change": -0.07, "change95": [-0.11, -0.03],
+            "relative": true, "p_value": p, "p_adjusted": p, "changed": !p.is_null() })
+    };
+    let text = |compared: usize, row: Value| {
+        let change = document(
+            json!({ "level": 0.05, "compared": compared, "common": [], "parameters": { "k_n": row } }),
+        );
+        change_text("bench", &change).split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let none = text(0, row(4953.0, Value::Null));
+    assert!(none.contains("no parameter could be compared") && !none.contains("no significant"), "{none}");
+    let common = text(1, row(4419.0, json!(1e-4)));
+    assert!(common.contains("separate fits") && common.contains("differ for k_n"), "{common}");
+    let alike = text(1, row(4953.2, json!(1e-4)));
+    assert!(!alike.contains("separate fits"), "{alike}");
+}

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::identified::{check_current, check_identification};
-use crate::joint_fit::{ASSUMED_SCATTER, Joint, is_scatter_assumed};
+use crate::joint_fit::{ASSUMED_SCATTER, Joint};
 use crate::stamp::stamp_files;
 use crate::{StudyError, StudyResult};
 use config::read_machine_text;
@@ -110,7 +110,11 @@ pub fn compare_results(
         (id.clone(), row)
     };
     let document = ChangeDocument {
-        stamp: stamp_files("change", vec![first.1.clone(), second.1.clone()], warnings(a, b)),
+        stamp: stamp_files(
+            "change",
+            vec![first.1.clone(), second.1.clone()],
+            warnings([first, second], &joint),
+        ),
         level: LEVEL,
         compared,
         common: joint.common.iter().map(|(name, _, _)| name.clone()).collect(),
@@ -120,18 +124,21 @@ pub fn compare_results(
     Ok((machine, document))
 }
 
-/// Warns of several minima, and of frequencies whose scatter is assumed.
-fn warnings(a: &PosteriorRow, b: &PosteriorRow) -> Vec<String> {
-    let (first, second) = (a.minima.len(), b.minima.len());
+/// Warns of several minima, and of common frequencies whose scatter is assumed.
+fn warnings(results: [(&IdentificationDocument, &Input); 2], joint: &Joint<'_>) -> Vec<String> {
+    let minima = |of: usize| results[of].0.posterior.as_ref().map_or(0, |posterior| posterior.minima.len());
+    let (first, second) = (minima(0), minima(1));
     let minima = (first * second > 1).then(|| {
         format!(
             "the results have {first} and {second} minima: a change counts only where it is significant between all of them"
         )
     });
-    let is_assumed = [a, b].iter().any(|of| of.residuals.iter().any(is_scatter_assumed));
-    let scatter = is_assumed.then(|| {
+    let assumed = results.into_iter().zip(joint.assumed_scatters()).filter(|(_, count)| *count > 0);
+    let scatter = assumed.map(|((document, input), count)| {
         format!(
-            "modes.csv does not state the scatter of all frequencies: {:.1} % is assumed; state it as frequency_sd_hz and identify again",
+            "{}: the table of modes of {} does not state the scatter of {count} of the compared frequencies: {:.1} % is assumed; state it as frequency_sd_hz and identify again",
+            input.path,
+            document.settings.measurements,
             100.0 * ASSUMED_SCATTER
         )
     });

@@ -1,8 +1,8 @@
 //! The library of effects.
 
 use crate::stamp::stamp_files;
-use crate::{StudyError, StudyResult};
-use config::read_machine;
+use crate::{Study, StudyError, StudyResult};
+use config::{read_machine, unknown_effect};
 use machine::{Data, Effect};
 use report::digest;
 use report::document::Input;
@@ -21,10 +21,7 @@ pub fn effects(config: Option<&str>, id: Option<&str>) -> StudyResult<EffectLibr
     effects.extend(own.iter().filter(|effect| !library.contains(&effect.id)).cloned());
     if let Some(id) = id {
         if !effects.iter().any(|effect| effect.id == id) {
-            let mut known: Vec<&str> = effects.iter().map(|effect| effect.id.as_str()).collect();
-            known.dedup();
-            let fault = format!("no effect is called «{id}»; there are {}", known.join(", "));
-            return Err(StudyError::input(format!("effects {id}"), fault));
+            return Err(StudyError::input(format!("effects {id}"), unknown_effect(id, &effects)));
         }
         effects.retain(|effect| effect.id == id);
     }
@@ -35,6 +32,19 @@ pub fn effects(config: Option<&str>, id: Option<&str>) -> StudyResult<EffectLibr
         stamp: stamp_files("effect-library", input.collect(), Vec::new()),
         effects: effects.iter().map(entry).collect(),
     })
+}
+
+impl Study {
+    /// Checks that effects of these ids exist. `key` names the setting in the message.
+    ///
+    /// # Errors  one does not; the message names the one that was probably meant.
+    pub fn check_effects(&self, key: &str, ids: &[String]) -> StudyResult<()> {
+        let effects = &self.config().effects;
+        match ids.iter().find(|id| !effects.iter().any(|effect| effect.id == **id)) {
+            Some(id) => Err(StudyError::setting(key, "", unknown_effect(id, effects))),
+            None => Ok(()),
+        }
+    }
 }
 
 fn entry(effect: &Effect) -> EffectEntry {

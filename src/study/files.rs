@@ -1,14 +1,16 @@
 //! Files to begin with, and schemas of files and documents.
 
 use crate::FactsDocument;
-use config::{MACHINE_TEMPLATE, effects_schema, machine_schema};
+use config::{MACHINE_TEMPLATE, effects_schema, floating_template, machine_schema};
 use measurement::{SET_TEMPLATE, manifest_schema};
 use schemars::{Schema, schema_for};
 
-/// Returns name and text of a commented machine description and an empty measurement set to fill in.
-pub fn templates() -> Vec<(String, &'static str)> {
-    let set = SET_TEMPLATE.map(|(name, text)| (format!("measurements/{name}"), text));
-    std::iter::once(("machine.toml".to_string(), MACHINE_TEMPLATE)).chain(set).collect()
+/// Returns name and text of a commented machine description and an empty measurement set to fill in. The right
+/// bearing may float: it carries no axial load then.
+pub fn templates(floating: bool) -> Vec<(String, String)> {
+    let machine = if floating { floating_template() } else { MACHINE_TEMPLATE.into() };
+    let set = SET_TEMPLATE.map(|(name, text)| (format!("measurements/{name}"), text.to_string()));
+    std::iter::once(("machine.toml".to_string(), machine)).chain(set).collect()
 }
 
 /// Returns the names of all files and documents that have a JSON Schema.

@@ -51,7 +51,20 @@ pub fn friction(request: &FrictionRequest) -> StudyResult<FrictionDocument> {
         interval95: e.interval_95.map(|i| [i.lower, i.upper]),
         at_bound: e.at_bound,
     };
-    let warnings = named
+    let highest_m_s = observations.iter().map(|run| run.velocity_m_per_s.abs()).fold(0.0, f64::max);
+    let contradiction = fit.contradicted.map(|curve| {
+        let course = if curve.static_n < curve.coulomb_n {
+            "it rises from rest where the curve falls".to_string()
+        } else if curve.viscous_n_s_per_m >= 0.0 {
+            "no curve with constants above 0 fits it".to_string()
+        } else {
+            format!("at the highest speeds it still falls with speed, by {:.3} N·s/m", -curve.viscous_n_s_per_m)
+        };
+        format!(
+            "the friction of these runs follows no Stribeck curve: {course}; do not use these values, write the runs as the friction table of a machine file instead"
+        )
+    });
+    let bounds = named
         .iter()
         .filter(|(_, _, e)| e.at_bound)
         .map(|(name, _, _)| {
@@ -59,7 +72,8 @@ pub fn friction(request: &FrictionRequest) -> StudyResult<FrictionDocument> {
                 "{name} is at a bound: these runs do not determine it; add runs at velocities where it acts"
             )
         })
-        .collect();
+        .filter(|_| fit.contradicted.is_none());
+    let warnings = contradiction.into_iter().chain(bounds).collect();
     Ok(FrictionDocument {
         stamp: stamp_files("friction", vec![digest_file(&table.file)], warnings),
         noise: match noise {
@@ -71,7 +85,8 @@ pub fn friction(request: &FrictionRequest) -> StudyResult<FrictionDocument> {
         parameters: named.iter().map(|(name, unit, e)| ((*name).to_string(), parameter(unit, e))).collect(),
         residual_scatter: fit.residual_scatter,
         degrees_of_freedom: fit.degrees_of_freedom,
-        least_friction_speed_m_s: fit.curve.least_friction_speed_m_per_s(),
+        least_friction_speed_m_s: fit.curve.least_friction_speed_up_to(highest_m_s),
+        highest_speed_m_s: highest_m_s,
         observations: observations
             .iter()
             .map(|o| FrictionRow {

@@ -51,7 +51,7 @@ struct Test<'r> {
 }
 
 /// Whether a residual compares a frequency whose scatter is assumed.
-pub(crate) fn is_scatter_assumed(residual: &ResidualRow) -> bool {
+fn is_scatter_assumed(residual: &ResidualRow) -> bool {
     residual.order.is_some() && !residual.scatter_stated
 }
 
@@ -129,6 +129,15 @@ impl<'r> Joint<'r> {
     /// Returns the number of frequencies whose model error is common to both tests.
     pub fn common_errors(&self) -> usize {
         self.tests[0].errors.iter().flatten().count()
+    }
+
+    /// Returns the number of these frequencies whose scatter is assumed, of each test.
+    pub fn assumed_scatters(&self) -> [usize; 2] {
+        let count = |test: &Test<'_>| {
+            let residuals = test.posterior.residuals.iter().zip(&test.errors);
+            residuals.filter(|(residual, error)| error.is_some() && is_scatter_assumed(residual)).count()
+        };
+        [count(&self.tests[0]), count(&self.tests[1])]
     }
 
     /// Computes the change of each own parameter, and its standard deviation, between two minima. `None`

@@ -20,6 +20,7 @@ mod joint_fit;
 mod machine_file;
 mod modal_density;
 mod motion_records;
+mod no_mode;
 mod page;
 mod peaks;
 mod plan;

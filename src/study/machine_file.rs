@@ -32,7 +32,8 @@ impl Study {
         let tolerances = (!held.is_empty()).then_some((nuts_m, held));
         let what = if tolerances.is_some() { ", estimates of tolerances ([fitted])" } else { "" };
         let heading = format!("Identified machine: parameters start at the estimates of {name}{what}.");
-        study.machine_text_of(Found { values, tolerances, ..Found::default() }, &heading)
+        let measurements_sha256 = study.data_files().map(|input| input.sha256).collect();
+        study.machine_text_of(Found { values, tolerances, measurements_sha256, ..Found::default() }, &heading)
     }
 
     /// Returns the description of the machine with the effect that a diagnosis names (TOML); its parameters

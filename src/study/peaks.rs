@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use rayon::prelude::*;
 
+use crate::no_mode::reasons_for_no_mode;
 use crate::stamp::set_stamp;
 use crate::{StudyError, StudyResult};
 use long_work::Control;
@@ -12,7 +13,7 @@ use measurement::modal::{
     AmplitudeKind, CurveFit, CurveOptions, FrfCurve, ModalError, ModalFit, TrackRecord, fit_curve,
     stabilisation_diagram, track, with_curve_of,
 };
-use measurement::{Frf, FrfLine, MeasurementSet};
+use measurement::{Frf, FrfLine, MeasurementSet, level_warning};
 use numeric::parallel::OrFirstError;
 use numeric::unit::omega_rad_s;
 use report::csv_cell;
@@ -42,7 +43,7 @@ pub struct Peaks {
     /// The document.
     pub document: PeaksDocument,
     /// Regular modes as the mode table of a measurement set: position, mode number, frequency (Hz), amplitude
-    /// (unit of the FRFs).
+    /// (unit of the FRFs); empty without such modes.
     pub modes_csv: String,
 }
 
@@ -82,7 +83,9 @@ pub fn peaks(set: &MeasurementSet, request: &PeaksRequest, control: &Control) ->
     let named = fitted?;
     let series: Vec<String> = named
         .iter()
-        .map(|n| format!("{}/{} {}", n.frf.response, n.frf.excitation, n.frf.quantity.word()))
+        .map(|NamedFrf { frf, .. }| {
+            format!("{}/{} {} {:?}", frf.response, frf.excitation, frf.quantity.word(), frf.condition)
+        })
         .collect();
     let records: Vec<TrackRecord> = named
         .iter()
@@ -145,7 +148,14 @@ pub fn peaks(set: &MeasurementSet, request: &PeaksRequest, control: &Control) ->
         })
         .collect();
     let mut stamp = set_stamp("peaks", set);
-    stamp.warnings.extend(window_warning(set));
+    stamp.warnings.extend(window_warning(set).into_iter().chain(level_warning(&set.frfs)));
+    if !modes.iter().any(|mode| mode.regular) {
+        stamp.warnings.extend(reasons_for_no_mode(
+            &set.frfs,
+            &|frf| fit(frf, &options, request).ok(),
+            &|frf| band_of(frf, request),
+        ));
+    }
     let document = PeaksDocument { stamp, amplitude_unit: amplitude_unit(set), modes, fits };
     Ok(Peaks { modes_csv: modes_csv(set, &named, &document), document })
 }
@@ -275,8 +285,11 @@ fn names(set: &MeasurementSet) -> Vec<String> {
 }
 
 /// Formats the regular modes as the mode table of a measurement set: position, mode number, frequency (Hz),
-/// amplitude (unit of the FRFs).
+/// amplitude (unit of the FRFs); empty without such modes.
 fn modes_csv(set: &MeasurementSet, named: &[NamedFrf<'_>], document: &PeaksDocument) -> String {
+    if !document.modes.iter().any(|mode| mode.regular) {
+        return String::new();
+    }
     let mut text = String::from("position,order,frequency_hz,amplitude\n");
     for n in named.iter().filter(|n| n.frf.position.is_some()) {
         let position = csv_cell(n.frf.position.map_or("", |p| set.positions[p].name.as_str()));

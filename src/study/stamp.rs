@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::{Study, StudyError, StudyResult};
 use config::MachineConfig;
 use file_access::{MOST_DOCUMENT_BYTES, read_file};
-use measurement::{MeasurementSet, SourceFile};
+use measurement::{MeasurementSet, SourceFile, level_warning};
 use report::digest;
 use report::document::{Input, MachineText, Stamp};
 
@@ -27,9 +27,32 @@ impl Study {
         self.set.files.iter().find(|file| file.path.ends_with("manifest.toml")).map(digest_file)
     }
 
+    /// Returns the files of the measurements apart from the manifest.
+    pub(crate) fn data_files(&self) -> impl Iterator<Item = Input> + '_ {
+        self.set.files.iter().filter(|file| !file.path.ends_with("manifest.toml")).map(digest_file)
+    }
+
+    /// Warns where the machine's estimates of tolerances are from the measurements that are fitted.
+    fn counted_twice(&self) -> Option<String> {
+        let MachineConfig { path, fitted_from, .. } = &self.config;
+        let twice =
+            self.data_files().find(|input| fitted_from.contains(&input.sha256)).map(|input| input.path)?;
+        Some(format!(
+            "{path}: [fitted] holds estimates from {twice}, which are these measurements: fitted with them, they count twice; take the machine without [fitted], or other measurements"
+        ))
+    }
+
     /// Returns the warnings about machine and measurements as read.
     pub fn input_warnings(&self) -> Vec<String> {
-        self.set.warnings.iter().chain(&self.config.warnings).cloned().collect()
+        let level = (!self.machine().depends_on_level()).then(|| level_warning(&self.set.frfs)).flatten();
+        self.set
+            .warnings
+            .iter()
+            .chain(&self.config.warnings)
+            .cloned()
+            .chain(level)
+            .chain(self.counted_twice())
+            .collect()
     }
 
     /// Returns the warnings about implausible numbers of the machine.

@@ -98,6 +98,9 @@ def test_arrays_are_what_files_are(on_frfs, tmp_path):
 def test_universal_files_come_back(tmp_path):
     ours = taps(5e8, 3)
     assert ours.to_uff(tmp_path / "taps.uff")
+    with pytest.raises(jd.InputError, match=r"taps\.uff: already exists"):
+        ours.to_uff(tmp_path / "taps.uff")
+    assert ours.to_uff(tmp_path / "taps.uff", replace=True)
     read = jd.read_uff(tmp_path / "taps.uff", pattern="position {}", nut_m=NUTS)
     assert list(read.frfs) == list(ours.frfs)
     for name, frf in read.frfs.items():
@@ -174,7 +177,11 @@ def test_the_named_effect_is_applied():
 
 def test_matlab_files_hold_the_document(found, tmp_path):
     scipy_io = pytest.importorskip("scipy.io")
-    found.to_mat(tmp_path / "found.mat")
+    scipy_io.savemat(tmp_path / "own.mat", {"own": 1.0})
+    with pytest.raises(jd.InputError, match=r"own\.mat: already exists"):
+        found.to_mat(tmp_path / "own.mat")
+    for _ in range(2):
+        found.to_mat(tmp_path / "found.mat")
     read = scipy_io.loadmat(tmp_path / "found.mat", simplify_cells=True)["identification"]
     assert read["parameters"]["k_n"]["value"] == found.parameters["k_n"].value
     assert list(read["parameters"]["k_n"]["interval95"]) == list(found.interval95["k_n"])

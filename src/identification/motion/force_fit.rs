@@ -64,7 +64,8 @@ impl PredictionFunction for Force<'_> {
 /// Fits parameters by Gauss–Newton steps within their ranges, shortened where they do not reduce the
 /// residual.
 ///
-/// A force that is linear in its parameters needs one step.
+/// A force that is linear in its parameters needs one step. Without a free parameter the force is evaluated at
+/// the start values.
 ///
 /// # Errors  two parameters have the same effect on the force of these records, or one has none.
 pub fn estimate(
@@ -74,6 +75,18 @@ pub fn estimate(
     free: &[usize],
     motions: &[&MotionSignal],
 ) -> Result<ForceFit, InverseError> {
+    if free.is_empty() {
+        let residual = recorded(motions) - prediction(rigid, machine, start, motions);
+        return Ok(ForceFit {
+            values: start.clone(),
+            free: Vec::new(),
+            squares: residual.norm_squared(),
+            derivatives: DMatrix::zeros(residual.len(), 0),
+            residual,
+            evaluations: 1,
+            converged: true,
+        });
+    }
     let force = Force { rigid, machine, free, motions };
     let found = STOP
         .fit(
@@ -294,6 +307,9 @@ impl ForceFit {
     /// Returns the free parameters with intervals that allow for noise with the correlation of the residual,
     /// and for a misfit that repeats.
     pub fn estimates(&self, machine: &Machine, free: &[usize], motions: &[&MotionSignal]) -> Vec<Estimate> {
+        if free.is_empty() {
+            return Vec::new();
+        }
         let inside = self.inside(machine, free);
         let found =
             marginal(&self.derivatives.select_columns(&inside), &self.residual, &[], &channels(motions));
@@ -361,6 +377,9 @@ pub(super) fn channels(motions: &[&MotionSignal]) -> Vec<Channel> {
 
 /// Returns the correlations of the coefficients of columns; empty if the columns are dependent.
 pub fn correlation(columns: &DMatrix<f64>) -> Vec<Vec<f64>> {
+    if columns.ncols() == 0 {
+        return Vec::new();
+    }
     let Some(inverse) = (columns.transpose() * columns).cholesky().map(|c| c.inverse()) else {
         return Vec::new();
     };

@@ -239,17 +239,17 @@ pub(super) fn record(
     let stated = noise_sds.iter().any(Option::is_some);
     let mut model_errors = Vec::new();
     for (at, line) in frf.lines.iter().enumerate().filter(in_band) {
+        let receptance = frf.receptance(line);
         let model_error =
-            settings.model_error * levels.get(at).map_or(1.0, |level| (level / line.value.norm()).max(1.0));
+            settings.model_error * levels.get(at).map_or(1.0, |level| (level / receptance.norm()).max(1.0));
         model_errors.push(model_error);
-        let omega = omega_rad_s(line.frequency_hz);
         let noise_sd = noise_sds[at];
         let sd = noise_sd.unwrap_or(0.0).hypot(model_error);
         if !(sd > 0.0) && !stated {
             let fault = "the noise of its lines is unknown; give a model error above 0 (frf_model_error)";
             return Err(ObjectiveError::Data(format!("{}: {fault}", frf.source)));
         }
-        record.log_measured.push((line.value / frf.quantity.from_receptance(omega)).ln());
+        record.log_measured.push(receptance.ln());
         record.weight.push(1.0 / (sd * sd));
         record.noise_sd.push(noise_sd);
         record.stated_sd.push(frf.component_sd(line));
@@ -274,20 +274,20 @@ pub(super) fn record(
     Ok(record)
 }
 
-/// Computes the geometric mean of |H| over a third of an octave to either side of each line, in the recorded
-/// quantity.
+/// Computes the geometric mean of the receptance over a third of an octave to either side of each line.
 fn levels(frf: &Frf) -> Vec<f64> {
     let lines = &frf.lines;
+    let log = |line: &FrfLine| frf.receptance(line).norm().ln();
     let (mut from, mut to, mut sum) = (0, 0, 0.0);
     lines
         .iter()
         .map(|line| {
             while to < lines.len() && lines[to].frequency_hz <= line.frequency_hz * f64::cbrt(2.0) {
-                sum += lines[to].value.norm().ln();
+                sum += log(&lines[to]);
                 to += 1;
             }
             while lines[from].frequency_hz < line.frequency_hz / f64::cbrt(2.0) {
-                sum -= lines[from].value.norm().ln();
+                sum -= log(&lines[from]);
                 from += 1;
             }
             f64::exp(sum / (to - from) as f64)

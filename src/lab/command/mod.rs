@@ -110,6 +110,7 @@ pub fn run() -> ExitCode {
     if words.peek().is_some_and(|word| word == withheld::PRODUCT) {
         return cli::run_with(words).into();
     }
+    let _run = file_access::Run::begin();
     let outcome = match cli::begun::<Arguments>(command(), std::iter::once(own).chain(words)).command {
         Command::Withheld(given) => withheld::run(&given),
         Command::Replay(given) => replay::run(&given),

@@ -2,9 +2,13 @@
 
 use super::error::positive;
 use super::interval::{self, Free};
-use super::projection::non_negative;
+use super::projection::{non_negative, unbounded};
 use super::{ContactError, ParameterEstimate, ParameterInterval, StribeckCurve};
 use numeric::distribution::t_quantile_95;
+
+/// Reduction of the squares by signs that no Stribeck curve has, over the residual variance and the square of
+/// Student's t, above which the runs contradict the curve (1): v_s and several signs are chosen.
+const CONTRADICTION: f64 = 3.0;
 
 /// Parameters of the curve.
 const PARAMETERS: usize = 4;
@@ -67,6 +71,8 @@ pub struct StribeckFit {
     pub residual_scatter: f64,
     /// Number of observations minus number of free parameters.
     pub degrees_of_freedom: usize,
+    /// The curve with F_s < F_c or d < 0 that explains the runs where no Stribeck curve does.
+    pub contradicted: Option<StribeckCurve>,
 }
 
 /// Fits F_c, F_s ≥ F_c, d ≥ 0 and v_s in its range by least squares, with 95 % intervals.
@@ -105,14 +111,14 @@ pub fn fit_stribeck(
             (row.velocity_m_per_s.abs(), row.force_n * row.velocity_m_per_s.signum(), 1.0 / (sd * sd))
         })
         .collect();
-    let mut best = search(&rows, range);
+    let mut best = search(&rows, range, non_negative);
     if options.noise == StribeckNoise::Proportional {
         for _ in 0..8 {
             let previous = best.curve;
             for (speed, _, weight) in &mut rows {
                 *weight = previous.force_n(*speed).max(1e-3 * largest_n).powi(-2);
             }
-            best = search(&rows, range);
+            best = search(&rows, range, non_negative);
             if (best.curve.stribeck_velocity_m_per_s / previous.stribeck_velocity_m_per_s - 1.0).abs() < 1e-7
                 && (best.curve.coulomb_n - previous.coulomb_n).abs() < 1e-9 * largest_n
             {
@@ -120,7 +126,28 @@ pub fn fit_stribeck(
             }
         }
     }
-    Ok(with_intervals(&best, &rows, range, options.noise))
+    let contradicted = contradiction(&best, &rows, range, options.noise);
+    Ok(StribeckFit { contradicted, ..with_intervals(&best, &rows, range, options.noise) })
+}
+
+/// Returns the curve with coefficients of either sign where it fits significantly better (F test).
+fn contradiction(
+    best: &StribeckCandidate,
+    rows: &[(f64, f64, f64)],
+    range: (f64, f64),
+    noise: StribeckNoise,
+) -> Option<StribeckCurve> {
+    let StribeckCandidate { curve, squares: free } = search(rows, range, unbounded);
+    let degrees_of_freedom = rows.len() - PARAMETERS;
+    let level = match noise {
+        StribeckNoise::Known => t_quantile_95(None).powi(2),
+        StribeckNoise::Uniform | StribeckNoise::Proportional => {
+            t_quantile_95(Some(degrees_of_freedom)).powi(2) * free / degrees_of_freedom as f64
+        }
+    };
+    // Rounding: without noise both are exact.
+    let rounding = 1e-18 * rows.iter().map(|(_, force, weight)| weight * force * force).sum::<f64>();
+    (best.squares - free > CONTRADICTION * level + rounding).then_some(curve)
 }
 
 /// Checks the data and returns the range of v_s.
@@ -168,18 +195,22 @@ struct StribeckCandidate {
     squares: f64,
 }
 
+/// Least squares in (F_c, F_s − F_c, d), with or without bounds.
+type Solve = fn(&[([f64; 3], f64, f64)]) -> ([f64; 3], f64);
+
 /// Returns the best curve for a given ln v_s.
 fn project(
     rows: &[(f64, f64, f64)],
     scratch: &mut Vec<([f64; 3], f64, f64)>,
     log_velocity: f64,
+    solve: Solve,
 ) -> StribeckCandidate {
     let velocity = log_velocity.exp();
     scratch.clear();
     scratch.extend(rows.iter().map(|&(speed, force, weight)| {
         ([1.0, (-(speed / velocity) * (speed / velocity)).exp(), speed], force, weight)
     }));
-    let ([coulomb_n, excess_n, viscous_n_s_per_m], squares) = non_negative(scratch);
+    let ([coulomb_n, excess_n, viscous_n_s_per_m], squares) = solve(scratch);
     let curve = StribeckCurve {
         coulomb_n,
         static_n: coulomb_n + excess_n,
@@ -191,14 +222,14 @@ fn project(
 
 /// Returns the best curve over the range of v_s: a scan at 24 points per decade with refinement of its three
 /// lowest minima.
-fn search(rows: &[(f64, f64, f64)], (lower, upper): (f64, f64)) -> StribeckCandidate {
+fn search(rows: &[(f64, f64, f64)], (lower, upper): (f64, f64), solve: Solve) -> StribeckCandidate {
     let mut scratch = Vec::with_capacity(rows.len());
     let (from, to) = (lower.ln(), upper.ln());
     let count = ((to - from) / std::f64::consts::LN_10 * 24.0).ceil().clamp(8.0, 2000.0) as usize;
     let at =
         |index: usize| if index == count { to } else { from + (to - from) * index as f64 / count as f64 };
     let scan: Vec<StribeckCandidate> =
-        (0..=count).map(|index| project(rows, &mut scratch, at(index))).collect();
+        (0..=count).map(|index| project(rows, &mut scratch, at(index), solve)).collect();
     let level = |index: usize| scan[index].squares;
     let mut minima: Vec<usize> = (0..=count)
         .filter(|&index| {
@@ -209,7 +240,8 @@ fn search(rows: &[(f64, f64, f64)], (lower, upper): (f64, f64)) -> StribeckCandi
     minima.sort_by(|a, b| level(*a).total_cmp(&level(*b)));
     let mut best = scan[minima.first().copied().unwrap_or(0)];
     for &minimum in minima.iter().take(3) {
-        let refined = golden(rows, &mut scratch, at(minimum.saturating_sub(1)), at((minimum + 1).min(count)));
+        let ends = (at(minimum.saturating_sub(1)), at((minimum + 1).min(count)));
+        let refined = golden(ends, |log_velocity| project(rows, &mut scratch, log_velocity, solve));
         if refined.squares < best.squares {
             best = refined;
         }
@@ -219,23 +251,21 @@ fn search(rows: &[(f64, f64, f64)], (lower, upper): (f64, f64)) -> StribeckCandi
 
 /// Returns the lowest point of one minimum by golden section.
 fn golden(
-    rows: &[(f64, f64, f64)],
-    scratch: &mut Vec<([f64; 3], f64, f64)>,
-    mut low: f64,
-    mut high: f64,
+    (mut low, mut high): (f64, f64),
+    mut project: impl FnMut(f64) -> StribeckCandidate,
 ) -> StribeckCandidate {
     let section = 0.5 * (5.0_f64.sqrt() - 1.0);
     let (mut left_at, mut right_at) = (high - section * (high - low), low + section * (high - low));
-    let (mut left, mut right) = (project(rows, scratch, left_at), project(rows, scratch, right_at));
+    let (mut left, mut right) = (project(left_at), project(right_at));
     while high - low > 1e-9 {
         if left.squares <= right.squares {
             (high, right_at, right) = (right_at, left_at, left);
             left_at = high - section * (high - low);
-            left = project(rows, scratch, left_at);
+            left = project(left_at);
         } else {
             (low, left_at, left) = (left_at, right_at, right);
             right_at = low + section * (high - low);
-            right = project(rows, scratch, right_at);
+            right = project(right_at);
         }
     }
     if left.squares <= right.squares { left } else { right }
@@ -277,6 +307,7 @@ fn with_intervals(
         stribeck_velocity_m_per_s: estimate(3, velocity, interval::in_logarithm),
         residual_scatter,
         degrees_of_freedom,
+        contradicted: None,
     }
 }
 

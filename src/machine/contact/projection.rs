@@ -66,6 +66,18 @@ pub(super) fn inverse<const N: usize>(matrix: &Matrix<N>, used: [bool; N]) -> Op
 ///
 /// # Source  Lawson and Hanson, «Solving Least Squares Problems», ch. 23; enumeration replaces their search.
 pub(super) fn non_negative<const N: usize>(rows: &[([f64; N], f64, f64)]) -> ([f64; N], f64) {
+    least_squares(rows, |coefficient| coefficient >= 0.0)
+}
+
+/// Solves the same least squares with coefficients of either sign.
+pub(super) fn unbounded<const N: usize>(rows: &[([f64; N], f64, f64)]) -> ([f64; N], f64) {
+    least_squares(rows, |_| true)
+}
+
+fn least_squares<const N: usize>(
+    rows: &[([f64; N], f64, f64)],
+    is_admissible: fn(f64) -> bool,
+) -> ([f64; N], f64) {
     let mut normal = [[0.0; N]; N];
     let mut right = [0.0; N];
     for (x, y, weight) in rows {
@@ -86,7 +98,7 @@ pub(super) fn non_negative<const N: usize>(rows: &[([f64; N], f64, f64)]) -> ([f
         let used = std::array::from_fn(|index| set >> index & 1 == 1);
         let Some(inverse) = inverse(&normal, used) else { continue };
         let coefficients: [f64; N] = std::array::from_fn(|i| (0..N).map(|j| inverse[i][j] * right[j]).sum());
-        if coefficients.iter().all(|coefficient| *coefficient >= 0.0) {
+        if coefficients.iter().all(|coefficient| is_admissible(*coefficient)) {
             let sum = squares(&coefficients);
             if sum < best.1 {
                 best = (coefficients, sum);

@@ -68,6 +68,14 @@ impl StribeckCurve {
         bracketed_root(top, upper, slope).unwrap_or(top) * self.stribeck_velocity_m_per_s
     }
 
+    /// Computes the speed (m/s) of least friction from rest up to a speed, which it is itself where the friction
+    /// falls throughout.
+    pub fn least_friction_speed_up_to(&self, highest_m_per_s: f64) -> f64 {
+        let inner = self.least_friction_speed_m_per_s();
+        let least = if inner > 0.0 && inner < highest_m_per_s { inner } else { highest_m_per_s };
+        if self.force_n(least) < self.static_n { least } else { 0.0 }
+    }
+
     /// Computes the speed (m/s) on the rising branch at which the friction reaches a force, for example the
     /// unloading force of a nut.
     ///
@@ -186,7 +194,13 @@ mod tests {
         };
         assert_eq!(rising.least_friction_speed_m_per_s(), 0.0);
         assert!((rising.rising_branch_velocity_m_per_s(rising.force_n(0.02)).unwrap() - 0.02).abs() < 1e-12);
+        assert_eq!(rising.least_friction_speed_up_to(0.3), 0.0);
+        let axis = friction_axis_1();
+        let least = axis.least_friction_speed_m_per_s();
+        assert_eq!(axis.least_friction_speed_up_to(0.3), least);
+        assert_eq!(axis.least_friction_speed_up_to(0.5 * least), 0.5 * least);
         let flat = StribeckCurve { viscous_n_s_per_m: 0.0, ..friction_axis_1() };
+        assert_eq!(flat.least_friction_speed_up_to(0.3), 0.3);
         assert!(matches!(
             flat.rising_branch_velocity_m_per_s(500.0),
             Err(ContactError::NoRisingBranch { .. })

@@ -127,7 +127,9 @@ pub(super) fn abscissa_to_hz(
     warnings: &mut Vec<String>,
 ) -> Result<f64, MeasurementError> {
     let refuse = |text: String| MeasurementError::record(source, name, text);
+    let is_time = axis.unit().is_none() && axis.label.to_lowercase().contains("time");
     let kind = match axis.data_type {
+        data_type::UNKNOWN | data_type::GENERAL if is_time => Some("a time".to_string()),
         data_type::UNKNOWN | data_type::GENERAL | data_type::FREQUENCY => None,
         data_type::TIME => Some("a time".to_string()),
         data_type::ROTATIONAL_SPEED => None,

@@ -87,6 +87,24 @@ pub(super) fn column(name: &str) -> Option<Column> {
     Some(Column { name: name.into(), content, unit, decibels, label: others.join(" ") })
 }
 
+/// Whether the name of a column in a header says another content than the name that a request gives it.
+pub(super) fn contradicts(stated: &str, named: &str) -> bool {
+    let named = column(named).map(|named| named.content);
+    match column(stated) {
+        Some(stated) => named.is_some_and(|named| stated.content != named),
+        None => is_time(stated) && named == Some(Content::Frequency),
+    }
+}
+
+/// Whether a column is a time, by its name or its unit.
+pub(super) fn is_time(name: &str) -> bool {
+    let (rest, unit) = without_bracket(name);
+    let words = ["time", "zeit", "temps", "tiempo", "t", "sec", "seconds", "second", "s", "ms"];
+    let is_second = |unit: &str| parse(unit).is_ok_and(|unit| unit.dimension.name() == "a time");
+    unit.is_some_and(|unit| is_second(&unit))
+        || split(&rest.to_lowercase()).first().is_some_and(|first| words.contains(first))
+}
+
 fn split(lowercase: &str) -> Vec<&str> {
     lowercase
         .split(|c: char| !(c.is_alphanumeric() || "°%".contains(c)))

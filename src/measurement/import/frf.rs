@@ -9,6 +9,12 @@ use crate::{MeasurementError, Quantity};
 /// Largest excess of a coherence over 1 (1) that rounding in single precision explains.
 const ROUNDING: f64 = 1e-3;
 
+/// Highest frequency (Hz) below which many lines are more likely a time in s or a frequency in kHz: no machine
+/// shows a mode there.
+const LEAST_BAND_HZ: f64 = 5.0;
+/// Least number of lines of such a record: a few may be of a slow test.
+const MANY_LINES: usize = 50;
+
 /// An imported FRF, in SI units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImportedFrf {
@@ -118,6 +124,16 @@ impl ImportedFrf {
             let columns = [Some(&mut self.frequency_hz), self.coherence.as_mut(), self.relative_sd.as_mut()];
             columns.into_iter().flatten().for_each(|column| retain(column, &keep));
             retain(&mut self.values, &keep);
+        }
+        if let (Some(first), Some(last)) = (self.frequency_hz.first(), self.frequency_hz.last())
+            && *last < LEAST_BAND_HZ
+            && self.frequency_hz.len() >= MANY_LINES
+        {
+            self.warnings.push(format!(
+                "{}: the {} frequencies lie between {first} and {last} Hz, below the modes of any machine; if the column is a time in s, compute FRFs from the time record first (frf), if it is in kHz, state the unit",
+                self.name,
+                self.frequency_hz.len()
+            ));
         }
         Ok(self)
     }

@@ -6,7 +6,7 @@ use std::collections::{HashMap, HashSet};
 use num_complex::Complex64;
 
 use super::ImportedFrf;
-use super::column::{Column, Content, column};
+use super::column::{Column, Content, column, contradicts, is_time};
 use super::layout::{Cell, Layout, cell, is_void, layout};
 use super::unit::{Fault, Measures, measures, of_frf, to_hz};
 use crate::{MeasurementError, Quantity};
@@ -106,11 +106,7 @@ fn columns(layout: &Layout, request: &TableRequest) -> Result<Vec<Column>, Fault
     let names = match (&request.columns, &layout.header) {
         (Some(names), header) if names.len() == layout.cells => {
             let stated = header.iter().flatten().zip(names);
-            let contradicts = |(stated, named): &(&String, &String)| {
-                let (stated, named) = (column(stated), column(named));
-                stated.zip(named).is_some_and(|(stated, named)| stated.content != named.content)
-            };
-            if let Some((stated, named)) = stated.clone().find(contradicts) {
+            if let Some((stated, named)) = stated.clone().find(|(stated, named)| contradicts(stated, named)) {
                 return Err(format!(
                     "the column «{stated}» of the header is named {named}; leave columns out, or correct the header"
                 ));
@@ -146,6 +142,9 @@ fn columns(layout: &Layout, request: &TableRequest) -> Result<Vec<Column>, Fault
             continue;
         }
         columns.push(column(name).ok_or_else(|| {
+            if is_time(name) {
+                return format!("the column «{name}» is a time, and FRFs stand over frequency; compute FRFs from time records first (frf)");
+            }
             let known = "frequency_hz, real, imag, magnitude, phase_deg, phase_rad, coherence, relative_sd";
             let all = names.join(", ");
             format!("the column «{name}» of «{all}» has no known meaning and is not dropped; remove it, or name it one of {known}")

@@ -13,7 +13,6 @@ use super::selection::{Task, gains, prune, select};
 use super::stabilisation::{Stability, StablePole, candidates};
 use super::{ModalError, noise};
 use crate::{Frf, FrfLine};
-use numeric::unit::omega_rad_s;
 
 /// Smallest contribution of a mode over the rest of |H| at its frequency (1); a pole below it is background.
 const LEAST_PROMINENCE: f64 = 0.02;
@@ -141,10 +140,7 @@ pub fn with_curve_of<T>(
 ) -> T {
     let lines: Vec<_> = frf.lines.iter().zip(frf.component_sds()).filter(|(line, _)| is_used(line)).collect();
     let frequency_hz: Vec<f64> = lines.iter().map(|(line, _)| line.frequency_hz).collect();
-    let receptance: Vec<_> = lines
-        .iter()
-        .map(|(line, _)| line.value / frf.quantity.from_receptance(omega_rad_s(line.frequency_hz)))
-        .collect();
+    let receptance: Vec<_> = lines.iter().map(|(line, _)| frf.receptance(line)).collect();
     // Where no noise is stated, the residual of the modal fit shows it better than neighbouring lines.
     let component_sd: Option<Vec<f64>> = lines.iter().map(|(_, sd)| *sd).collect();
     let component_sd = component_sd.filter(|_| frf.noise_source().is_stated());

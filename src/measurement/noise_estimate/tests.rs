@@ -239,3 +239,31 @@ fn limit_uneven_and_few_lines() {
     assert!((0.009..0.011).contains(&middle), "{middle}");
     assert_eq!(frfs.each_source(), [NoiseSource::Neighbours, NoiseSource::Unknown, NoiseSource::Unknown]);
 }
+
+/// Mobility and accelerance of a receptance have its noise at every line, from neighbours and from coherence.
+#[test]
+fn limit_noise_is_that_of_the_structure_whatever_the_quantity() {
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(8);
+    let (mut first, _) = drawn(400, 3.0, &Noise { sd: &|_, _| 0.03, hann: false }, &mut random);
+    first.averages = Some(8);
+    let as_quantity = |quantity: Quantity, coherence: bool| {
+        let mut frf = Frf { quantity, ..first.clone() };
+        for (at, line) in frf.lines.iter_mut().enumerate() {
+            line.value *= quantity.from_receptance(std::f64::consts::TAU * line.frequency_hz);
+            line.noise =
+                coherence.then_some(FrfNoise::Coherence(0.85 + 0.14 * ((at * 7) % 11) as f64 / 11.0));
+        }
+        let mut frfs = vec![frf];
+        estimate_unstated_noise(&mut frfs);
+        frfs.remove(0).component_sds()
+    };
+    for coherence in [false, true] {
+        let receptance = as_quantity(Quantity::Receptance, coherence);
+        for quantity in [Quantity::Mobility, Quantity::Accelerance] {
+            for (own, other) in receptance.iter().zip(as_quantity(quantity, coherence)) {
+                let (own, other) = (own.unwrap(), other.unwrap());
+                assert!((own / other - 1.0).abs() < 1e-6, "{quantity:?}: {own} {other}");
+            }
+        }
+    }
+}

@@ -13,6 +13,9 @@ from ._errors import InputError, needs
 
 # MATLAB's namelengthmax.
 _LONGEST = 63
+# Text that a MATLAB file begins with, and its number of bytes.
+_FIRST_LINE = "MATLAB 5.0 MAT-file of jointid, a machine's joints"
+_FIRST_BYTES = 116
 
 
 def to_mat(path: str | os.PathLike[str], name: str, document: dict[str, Any]) -> None:
@@ -30,7 +33,9 @@ def to_mat(path: str | os.PathLike[str], name: str, document: dict[str, Any]) ->
         raise InputError(f"{target}: is no name of a MATLAB file; end it with .mat", file=target, key="path")
     content = io.BytesIO()
     savemat(content, {name: _value(document)}, long_field_names=True, oned_as="column")
-    write(target, content.getvalue())
+    # The first line of SciPy is that of everybody's files; by this one a file of jointid is recognised.
+    text = _FIRST_LINE.ljust(_FIRST_BYTES).encode("ascii")
+    write(target, text + content.getvalue()[_FIRST_BYTES:])
 
 
 def _value(value: Any) -> Any:

@@ -217,13 +217,13 @@ class Fleet:
             else pandas.DataFrame(columns=["machine", "draw"])
         )
 
-    def to_parquet(self, path: Path_) -> None:
+    def to_parquet(self, path: Path_, *, replace: bool = False) -> None:
         """Writes the table as Parquet."""
         import io
 
         content = io.BytesIO()
         self.table().to_parquet(content)
-        write(path, content.getvalue())
+        write(path, content.getvalue(), replace=replace)
 
     def _blocks(self) -> list[int]:
         whole, rest = divmod(self._bootstrap, BLOCK)

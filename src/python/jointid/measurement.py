@@ -214,10 +214,12 @@ class MeasurementSet:
         """Names of the motion records."""
         return self._core.motions
 
-    def to_uff(self, path: str | os.PathLike[str], *, binary: bool = True) -> list[str]:
+    def to_uff(
+        self, path: str | os.PathLike[str], *, binary: bool = True, replace: bool = False
+    ) -> list[str]:
         """Writes the FRFs as a universal file (dataset 58b, or 58 as text); returns what such a file cannot hold."""
         content, notes = self._core.universal(binary)
-        write(path, content)
+        write(path, content, replace=replace)
         return notes
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
@@ -524,8 +526,8 @@ def _from_arrays(
     )
 
 
-def write(path: str | os.PathLike[str], content: bytes | str) -> None:
-    """Writes a file as a whole. An existing one is replaced where it is of the same kind."""
+def write(path: str | os.PathLike[str], content: bytes | str, *, replace: bool = False) -> None:
+    """Writes a file as a whole. An existing one is replaced where jointid wrote it, or on request."""
     target = Path(_arrays.path("path", path))
     content = content.encode() if isinstance(content, str) else content
-    _core.write_files(target.parent, [(target.name, content)], False)
+    _core.write_files(target.parent, [(target.name, content)], False, replace)

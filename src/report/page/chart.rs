@@ -13,6 +13,23 @@ pub fn colour(n: usize) -> &'static str {
     PALETTE[n % PALETTE.len()]
 }
 
+/// Colours in their order along a series, from the first item to the last (after viridis, dark enough on white).
+const SERIES: [[f64; 3]; 5] =
+    [[68.0, 1.0, 84.0], [59.0, 82.0, 139.0], [33.0, 145.0, 140.0], [94.0, 180.0, 80.0], [226.0, 178.0, 0.0]];
+
+/// Returns the colour of the n-th of a number of items: of the palette where it has enough, else along a
+/// series, so that no two are alike.
+pub fn colour_of(n: usize, count: usize) -> String {
+    if count <= PALETTE.len() {
+        return colour(n).into();
+    }
+    let place = n as f64 / (count - 1) as f64 * (SERIES.len() - 1) as f64;
+    let from = (place as usize).min(SERIES.len() - 2);
+    let share = (place - from as f64).min(1.0);
+    let part = |i: usize| (SERIES[from][i] * (1.0 - share) + SERIES[from + 1][i] * share).round() as u8;
+    format!("#{:02X}{:02X}{:02X}", part(0), part(1), part(2))
+}
+
 /// Returns the dash of the n-th item. It changes with every round of the palette.
 pub fn dash(n: usize) -> &'static str {
     ["solid", "dot", "dashdot", "longdash"][(n / PALETTE.len()) % 4]
@@ -48,7 +65,7 @@ pub fn name_axis(title: &str) -> Value {
 
 /// Returns an axis whose numbers are shares, in percent.
 pub fn percent_axis(title: &str) -> Value {
-    with(axis(title), json!({ "tickformat": ".0%" }))
+    with(axis(title), json!({ "tickformat": ".2~%" }))
 }
 
 /// Returns a logarithmic axis with a title, with labels at 1, 2 and 5 of each decade as plain numbers.
@@ -122,6 +139,7 @@ pub struct Chart {
     layout: Value,
     traces: Vec<Value>,
     switches: Vec<Switches>,
+    samples: Vec<(&'static str, String)>,
     keys: Vec<Vec<Option<usize>>>,
     titles: Option<(usize, Vec<String>)>,
     log_switch: bool,
@@ -139,6 +157,7 @@ impl Chart {
             layout,
             traces: Vec::new(),
             switches: Vec::new(),
+            samples: Vec::new(),
             keys: Vec::new(),
             titles: None,
             log_switch: false,
@@ -148,6 +167,12 @@ impl Chart {
     /// Adds groups of switches; those with a single choice are not shown.
     pub fn switches(mut self, switches: Vec<Switches>) -> Self {
         self.switches = switches;
+        self
+    }
+
+    /// Adds a legend of the kinds of lines and marks: a style sheet's class for each, and what it means.
+    pub fn samples(mut self, samples: Vec<(&'static str, String)>) -> Self {
+        self.samples = samples;
         self
     }
 
@@ -192,7 +217,7 @@ impl Chart {
             for (at, option) in switches.options.iter().enumerate() {
                 let on = switches.many || at == 0;
                 let mark = if switches.coloured {
-                    format!("<i style=\"background:{}\"></i>", colour(at))
+                    format!("<i style=\"background:{}\"></i>", colour_of(at, switches.options.len()))
                 } else {
                     String::new()
                 };
@@ -202,6 +227,15 @@ impl Chart {
                 );
             }
             out += "</div>\n";
+        }
+        if !self.samples.is_empty() {
+            let item = |(class, text): &(&str, String)| {
+                format!("<li><i class=\"{class}\"></i>{}</li>", escape(text))
+            };
+            out += &format!(
+                "<ul class=\"samples\">{}</ul>\n",
+                self.samples.iter().map(item).collect::<String>()
+            );
         }
         if self.log_switch {
             // The range can also be typed, because dragging requires a mouse.

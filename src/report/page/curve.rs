@@ -3,7 +3,7 @@
 use num_complex::Complex64;
 use serde_json::{Value, json};
 
-use super::chart::{Chart, Switches, axis, colour, dash, hover_layout, line, log_axis, scatter, with};
+use super::chart::{Chart, Switches, axis, colour_of, hover_layout, line, log_axis, scatter, with};
 use super::text::{escape, rounded};
 use super::thin::{Thinned, thin};
 
@@ -29,7 +29,7 @@ pub struct PageCurve {
     pub held_out: bool,
     /// Quantity and unit of the values, such as `receptance (µm/N)`.
     pub unit: String,
-    /// Measured lines.
+    /// Measured lines; NaN where lines are missing or were not accepted, so that the curve breaks there.
     pub measured: Vec<(f64, Complex64)>,
     /// Predicted lines.
     pub predicted: Vec<(f64, Complex64)>,
@@ -90,6 +90,7 @@ pub fn chart(id: &str, curves: &[PageCurve], after: &str) -> String {
     let layout = with(layout, json!({ "yaxis2": with(axis("phase (°)"), phase_axis) }));
     let mut drawing = Drawing {
         most: (MOST_POINTS / many.max(1)).clamp(200, 3000),
+        positions: positions.len(),
         added: compared.then_some(after),
         ..Drawing::default()
     };
@@ -116,6 +117,7 @@ pub fn chart(id: &str, curves: &[PageCurve], after: &str) -> String {
     let mut chart = Chart::new(id, &label, &drawing.caption(curves), 600, layout)
         .switches(switches)
         .titles(1, titles)
+        .samples(drawing.samples(curves))
         .log_switch();
     // Predictions lie over measurements at all positions, marks over both.
     drawing.traces.sort_by_key(|t| t.0);
@@ -130,6 +132,8 @@ pub fn chart(id: &str, curves: &[PageCurve], after: &str) -> String {
 struct Drawing<'a> {
     /// Largest number of points of a curve.
     most: usize,
+    /// Number of positions, which differ by colour.
+    positions: usize,
     /// Name of the model with the added effect, where predictions before it are compared.
     added: Option<&'a str>,
     traces: Vec<Layered>,
@@ -143,6 +147,7 @@ impl Drawing<'_> {
     /// Draws the lines and marks of a curve, with the numbers of its position and channel.
     fn draw(&mut self, curve: &PageCurve, at: usize, channel: Option<usize>) {
         let result = self.added.unwrap_or("predicted");
+        let colour = colour_of(at, self.positions);
         for (lines, what, model) in [
             (&curve.measured, "measured", None),
             (&curve.before, "as described", Some(0)),
@@ -151,10 +156,7 @@ impl Drawing<'_> {
             if lines.is_empty() {
                 continue;
             }
-            let (f, h): (Vec<f64>, Vec<Complex64>) = lines.iter().copied().unzip();
-            let thinned = thin(&f, &h, MAX_DEVIATION, self.most);
-            self.worst = self.worst.max(thinned.deviation);
-            self.dropped |= thinned.kept.len() < f.len();
+            let parts = self.parts(lines);
             let hover = |y: &str| {
                 let (position, what, role) = (escape(&curve.position), escape(what), curve.role());
                 format!("{position}, {what} ({role})<br>%{{x:.6~g}} Hz<br>%{{y:.4~g}} {y}<extra></extra>")
@@ -162,21 +164,20 @@ impl Drawing<'_> {
             let (width, dashes) = match (model, curve.held_out) {
                 (None, _) => (3.5, None),
                 (Some(0), _) => (1.6, Some("dot")),
-                (_, false) => (1.4, Some(if self.added.is_some() { "solid" } else { dash(at) })),
+                (_, false) => (1.4, None),
                 (_, true) => (1.4, Some("dash")),
             };
-            let pen =
-                with(line(colour(at), width), dashes.map_or(Value::Null, |dash| json!({ "dash": dash })));
+            let pen = with(line(&colour, width), dashes.map_or(Value::Null, |dash| json!({ "dash": dash })));
             let (level, opacity) = if model.is_none() { (0, 0.4) } else { (1, 1.0) };
-            let trace = |(x, y): (Vec<f64>, Vec<Option<f64>>), hover: String, y_axis: Value| {
+            let trace = |(x, y): TracePoints, hover: String, y_axis: Value| {
                 let name = escape(&curve.position);
                 let look = json!({ "opacity": opacity, "name": name, "line": pen, "hovertemplate": hover });
                 scatter(x, y, "lines", with(look, y_axis))
             };
             let key = vec![Some(at), channel, model];
             let unit = curve.unit.split(['(', ')']).nth(1).unwrap_or("");
-            let above = trace(magnitude(&f, &h, &thinned), hover(&escape(unit)), Value::Null);
-            let below = trace(phase(&f, &h, &thinned), hover("°"), json!({ "yaxis": "y2" }));
+            let above = trace(joined(&parts, magnitude), hover(&escape(unit)), Value::Null);
+            let below = trace(joined(&parts, phase), hover("°"), json!({ "yaxis": "y2" }));
             self.traces.push((level, key.clone(), above));
             self.traces.push((level, key, below));
         }
@@ -189,21 +190,49 @@ impl Drawing<'_> {
                 "{name}, measured peak ({})<br>%{{x:.6~g}} Hz<br>%{{y:.4~g}}<extra></extra>",
                 curve.role()
             );
-            let mark = json!({ "color": colour(at), "size": 9, "symbol": symbol });
+            let mark = json!({ "color": colour, "size": 9, "symbol": symbol });
             let look = json!({ "marker": mark, "hovertemplate": text, "name": name });
             self.traces.push((2, vec![Some(at), channel, None], scatter(x, y, "markers", look)));
         }
     }
 
-    /// Returns the caption, which explains the lines and marks.
-    fn caption(&self, curves: &[PageCurve]) -> String {
+    /// Thins the parts of a curve between which it breaks.
+    fn parts(&mut self, lines: &[(f64, Complex64)]) -> Vec<CurvePart> {
+        let mut parts = Vec::new();
+        for part in lines.split(|(_, h)| !h.is_finite()).filter(|part| !part.is_empty()) {
+            let (f, h): (Vec<f64>, Vec<Complex64>) = part.iter().copied().unzip();
+            let most = (self.most * f.len()).div_ceil(lines.len());
+            let thinned = thin(&f, &h, MAX_DEVIATION, most.max(2));
+            self.worst = self.worst.max(thinned.deviation);
+            self.dropped |= thinned.kept.len() < f.len();
+            parts.push(CurvePart { f, h, thinned });
+        }
+        parts
+    }
+
+    /// Returns the legend of lines and marks.
+    fn samples(&self, curves: &[PageCurve]) -> Vec<(&'static str, String)> {
         let any = |is: fn(&PageCurve) -> bool| curves.iter().any(is);
+        let held_out = any(|c| c.held_out);
+        let fitted = if held_out { ", fitted" } else { "" };
+        let result = self.added.unwrap_or("predicted");
+        let samples = [
+            any(|c| !c.measured.is_empty()).then(|| ("wide", "measured".to_string())),
+            any(|c| !c.peaks.is_empty() && !c.held_out).then(|| ("mark", format!("measured peak{fitted}"))),
+            any(|c| !c.peaks.is_empty() && c.held_out).then(|| ("open", "measured peak, held out".into())),
+            self.added.is_some().then(|| ("dotted", "as described, at its best fit".into())),
+            any(|c| !c.held_out).then(|| ("line", format!("{result}{fitted}"))),
+            held_out.then(|| ("dashed", format!("{result}, held out"))),
+        ];
+        samples.into_iter().flatten().collect()
+    }
+
+    /// Returns the caption.
+    fn caption(&self, curves: &[PageCurve]) -> String {
+        let breaks = curves.iter().any(|c| c.measured.iter().any(|(_, h)| !h.is_finite()));
         let worst = self.worst.max(1e-4);
         let captions = [
-            any(|c| !c.measured.is_empty()).then(|| "Wide pale lines: measured. Thin lines: predicted.".into()),
-            any(|c| !c.peaks.is_empty()).then(|| "Marks: measured peaks. Lines: predicted.".into()),
-            self.added.map(|added| format!("Dotted lines: the machine as described, at its best fit. Other thin lines: {added}.")),
-            any(|c| c.held_out).then(|| "Dashed lines and open marks: held out of the fit.".into()),
+            breaks.then(|| "Measured curves break where lines are missing or were not accepted.".to_string()),
             Some("Drag to zoom, double-click to reset, hover for values.".into()),
             self.dropped.then(|| {
                 format!(
@@ -217,12 +246,43 @@ impl Drawing<'_> {
     }
 }
 
-fn magnitude(f: &[f64], h: &[Complex64], thinned: &Thinned) -> (Vec<f64>, Vec<Option<f64>>) {
+/// A part of a curve without a break.
+struct CurvePart {
+    f: Vec<f64>,
+    h: Vec<Complex64>,
+    thinned: Thinned,
+}
+
+/// Coordinates of a trace, which breaks where there is no value.
+type TracePoints = (Vec<f64>, Vec<Option<f64>>);
+
+/// Returns the points of all parts with breaks between them.
+fn joined(parts: &[CurvePart], points: fn(&[f64], &[Complex64], &Thinned) -> TracePoints) -> TracePoints {
+    let mut all = TracePoints::default();
+    for (at, CurvePart { f, h, thinned }) in parts.iter().enumerate() {
+        if at > 0 {
+            all.0.push(rounded(f[0], 7));
+            all.1.push(None);
+        }
+        let (mut x, mut y) = points(f, h, thinned);
+        // A line alone is drawn as one of no length, which its round ends make visible.
+        if let ([only], [value]) = (&x[..], &y[..]) {
+            let (only, value) = (*only, *value);
+            x.push(only);
+            y.push(value);
+        }
+        all.0.extend(x);
+        all.1.extend(y);
+    }
+    all
+}
+
+fn magnitude(f: &[f64], h: &[Complex64], thinned: &Thinned) -> TracePoints {
     thinned.kept.iter().map(|&i| (rounded(f[i], 7), Some(rounded(h[i].norm(), 5)))).unzip()
 }
 
 /// Returns the phase in degrees, interrupted where it wraps from one end of its range to the other.
-fn phase(f: &[f64], h: &[Complex64], thinned: &Thinned) -> (Vec<f64>, Vec<Option<f64>>) {
+fn phase(f: &[f64], h: &[Complex64], thinned: &Thinned) -> TracePoints {
     let mut points: Vec<(f64, Option<f64>)> = Vec::with_capacity(thinned.kept.len());
     for &i in &thinned.kept {
         let here = h[i].arg().to_degrees();

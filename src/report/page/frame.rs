@@ -6,6 +6,7 @@ use super::{Page, comparison, curve, loops, motion, parameter, peak, position, p
 use crate::document::{IdentificationDocument, Stamp};
 use crate::table;
 use crate::terminal::percent;
+use crate::vocabulary::VerdictKind;
 
 /// Largest size of a page in bytes, so that it can be sent by mail and opened on a laptop.
 pub const MOST_BYTES: usize = 8 << 20;
@@ -52,6 +53,13 @@ pub fn html(page: &Page) -> String {
 
 fn sections(page: &Page) -> Vec<(&'static str, &'static str, String)> {
     let mut out: Vec<(&'static str, &'static str, String)> = Vec::new();
+    let parameters = page.identification.as_ref().map(|of| {
+        let content = format!("{}{}", parameter::values(of), table::bootstrap(&of.bootstrap).html());
+        ("parameters", "Parameters", content)
+    });
+    // Where nothing is missing, the values are the result.
+    let is_complete = page.diagnosis.as_ref().is_some_and(|of| of.verdict.kind == VerdictKind::None);
+    out.extend(parameters.clone().filter(|_| is_complete));
     if let Some(of) = &page.diagnosis {
         out.push(("diagnosis", "Diagnosis", verdict::content(of, &page.diagnosed)));
     }
@@ -93,11 +101,7 @@ fn sections(page: &Page) -> Vec<(&'static str, &'static str, String)> {
         out.push(("comparison", "Single- and multi-position identification", comparison::content(of)));
     }
     if let Some(of) = &page.identification {
-        out.push((
-            "parameters",
-            "Parameters",
-            format!("{}{}", parameter::values(of), table::bootstrap(&of.bootstrap).html()),
-        ));
+        out.extend(parameters.filter(|_| !is_complete));
         out.push(("correlation", "Correlated parameters", parameter::correlations(of)));
     }
     let identified = page.identification.as_ref().map(|of| &of.tolerances);

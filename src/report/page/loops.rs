@@ -110,7 +110,7 @@ pub fn hybrid(of: &HybridDocument) -> String {
     let mut table = TextTable::new(
         "Prediction error of the travel: root mean square (µm)",
         2,
-        ["Record", "", "Model", "With network", "With diagnosed effects"],
+        ["Record", "Role", "Model", "With network", "With diagnosed effects"],
     );
     for (name, r) in &of.records {
         table.row([
@@ -152,7 +152,7 @@ pub fn hybrid(of: &HybridDocument) -> String {
     let mut contours = TextTable::new(
         "Largest contour errors (µm)",
         2,
-        ["Circle", "", "Measured", "Model error", "With network", "With diagnosed effects"],
+        ["Circle", "Role", "Measured", "Model error", "With network", "With diagnosed effects"],
     );
     for (name, c) in &of.contours {
         let physics = cell(c.physics_off_m, um);

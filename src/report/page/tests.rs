@@ -3,6 +3,7 @@
 use num_complex::Complex64;
 
 use super::*;
+use crate::vocabulary::VerdictKind;
 
 const EVIL: &str = "<script>alert('x')</script><img src=http://example.org/a.png>";
 
@@ -99,4 +100,49 @@ fn the_library_is_embedded_once_and_nothing_is_fetched() {
     assert!(made.contains("default-src 'none'"));
     let own = made.replace(chart::LIBRARY, "");
     assert!(!own.contains("http://") && !own.contains("https://"));
+}
+
+/// A curve with lines that are missing breaks there; its kinds of lines are in the legend, and no column is
+/// without a name.
+#[test]
+fn curves_break_and_have_a_legend() {
+    let mut curves = curves(18, 1, 60);
+    for line in curves.iter_mut().flat_map(|curve| &mut curve.measured[20..30]) {
+        line.1 = Complex64::new(f64::NAN, f64::NAN);
+    }
+    let made = html(&Page { title: "gaps".into(), curves, diagnosis: Some(diagnosis()), ..Page::default() });
+    let own = made.replace(chart::LIBRARY, "");
+    assert!(own.contains("null") && own.contains("Measured curves break where lines are missing"));
+    for part in ["<i class=\"wide\"></i>measured", "</i>predicted, fitted", "</i>predicted, held out"] {
+        assert!(own.contains(part), "{part}");
+    }
+    let colours: std::collections::BTreeSet<String> = (0..18).map(|at| chart::colour_of(at, 18)).collect();
+    assert_eq!(colours.len(), 18);
+    assert!(!own.contains("<th scope=\"col\"></th>") && !own.contains("<th scope=\"col\" class=\"n\"></th>"));
+    assert!(own.contains("\".2~%\"") && !own.contains("\".0%\""));
+}
+
+#[test]
+fn a_verdict_states_how_large_its_effect_is_and_none_shows_the_values_first() {
+    let mut found = diagnosis();
+    found.effects[1].parameters = [("k_s".to_string(), 900.0)].into();
+    found.effects[1].parameter_units = [("k_s".to_string(), "N*m/rad".to_string())].into();
+    let made = html(&Page { title: "large".into(), diagnosis: Some(found.clone()), ..Page::default() });
+    let head = made.split("<nav").next().unwrap();
+    assert!(head.contains("How large: table-mass: k_s = 900.0 N·m/rad"), "{head}");
+    found.verdict.kind = VerdictKind::None;
+    found.verdict.effects.clear();
+    let row = serde_json::json!({ "value": 5e8, "unit": "N/m", "lower": 1e7, "upper": 1e10, "interval95": [4e8, 6e8],
+        "identifiable": true, "depends_on_discrepancy": false, "fitted": true, "published": null, "description": "axial stiffness" });
+    let parameters = [("k_n".to_string(), serde_json::from_value(row).unwrap())].into();
+    let identification = Some(IdentificationDocument { parameters, ..IdentificationDocument::default() });
+    let page = Page { title: "none".into(), diagnosis: Some(found), identification, ..Page::default() };
+    let made = html(&page);
+    let at = |id: &str| made.find(&format!("href=\"#{id}\"")).unwrap();
+    assert!(at("parameters") < at("diagnosis"), "the values come first");
+    let head = made.split("<nav").next().unwrap();
+    assert!(
+        head.contains("How large: the gap at held-out data is 30.00 %, where noise alone leaves 1.00 %"),
+        "{head}"
+    );
 }

@@ -64,6 +64,7 @@ pub fn summary(of: &DiagnosisDocument) -> String {
         let what = if of.verdict.kind == VerdictKind::Ambiguous { "The first of them" } else { "It" };
         out += &paragraph(&format!("{what} acts at «{place}»{band}."));
     }
+    out += &size(of).map_or_else(String::new, |text| paragraph(&text));
     if let Some(phase) = &of.verdict.phase {
         out += &paragraph(&format!("Its residual is largest in this phase of the motion: {phase}."));
     }
@@ -71,6 +72,38 @@ pub fn summary(of: &DiagnosisDocument) -> String {
         out += &format!("<p><strong>Measure next:</strong> {}</p>\n", escape(next));
     }
     out
+}
+
+/// How large the named effects are, and what they change; the gap where none is named.
+fn size(of: &DiagnosisDocument) -> Option<String> {
+    if of.verdict.effects.is_empty() {
+        let (gap, at) =
+            of.gap.held_out.map(|gap| (gap, "held-out")).or(of.gap.fit.map(|gap| (gap, "fitted")))?;
+        let floor =
+            of.noise_floor.map_or_else(String::new, |x| format!(", where noise alone leaves {}", percent(x)));
+        return Some(format!("How large: the gap at {at} data is {}{floor}.", percent(gap)));
+    }
+    let values: Vec<String> = of
+        .named_effects()
+        .filter(|row| !row.parameters.is_empty())
+        .map(|row| format!("{}: {}", row.id, parameter_values(row)))
+        .collect();
+    let closed = of.chosen.closed.filter(|_| !of.verdict.effects.is_empty());
+    let closed = closed.map(|c| {
+        let first =
+            if of.verdict.kind == VerdictKind::Ambiguous { "the first of them closes" } else { "it closes" };
+        format!("{first} {} of the squared held-out gap{}", share_closed(Some(c)), interval_text(of))
+    });
+    let parts: Vec<String> = values.into_iter().chain(closed).collect();
+    (!parts.is_empty()).then(|| format!("How large: {}.", parts.join("; ")))
+}
+
+/// The values of the parameters of an effect, with their units.
+fn parameter_values(of: &EffectRow) -> String {
+    let value = |(id, x): (&String, &f64)| {
+        format!("{id} = {} {}", figure(*x), unit(of.parameter_units.get(id).map_or("", String::as_str)))
+    };
+    of.parameters.iter().map(value).collect::<Vec<_>>().join(", ")
 }
 
 /// The section behind the verdict: gap, location, effects.
@@ -100,7 +133,7 @@ pub fn content(of: &DiagnosisDocument, curves: &[PageCurve]) -> String {
 fn change(of: &DiagnosisDocument) -> String {
     let chosen = &of.chosen;
     let mut table =
-        TextTable::new("Held-out positions before and after", 1, ["", "as described", "chosen model"]);
+        TextTable::new("Held-out positions before and after", 1, ["Figure", "as described", "chosen model"]);
     if of.gap.held_out.is_some() && chosen.gap_held_out.is_some() {
         table.row(["gap".to_string(), cell(of.gap.held_out, percent), cell(chosen.gap_held_out, percent)]);
     }
@@ -123,8 +156,11 @@ fn change(of: &DiagnosisDocument) -> String {
 
 /// The gap by part.
 fn gaps(of: &DiagnosisDocument) -> String {
-    let mut table =
-        TextTable::new("Gap between the machine as described and the measurements", 2, ["Over", "", "Gap"]);
+    let mut table = TextTable::new(
+        "Gap between the machine as described and the measurements",
+        2,
+        ["Over", "Role", "Gap"],
+    );
     let mut row = |name: &str, role: &str, x: Option<f64>| {
         if x.is_some() {
             table.row([name.to_string(), role.into(), cell(x, percent)]);
@@ -294,17 +330,12 @@ fn effects(of: &DiagnosisDocument) -> String {
         let spread = interval.map_or(Value::Null, |_| json!({ "error_x": spread }));
         chart.trace(with(bar, spread));
     }
-    let header = ["Effect", "", "Gap before", "Gap after", "Closed", "95 % interval", "p"];
+    let header = ["Effect", "Values, or why not", "Gap before", "Gap after", "Closed", "95 % interval", "p"];
     let mut table = TextTable::new(
         "Candidates, best first; p: share of null simulations with a statistic as large",
         2,
         header,
     );
-    let value = |e: &EffectRow, id: &String, x: f64| {
-        format!("{id} = {} {}", figure(x), unit(e.parameter_units.get(id).map_or("", String::as_str)))
-    };
-    let parameters =
-        |e: &EffectRow| e.parameters.iter().map(|(id, x)| value(e, id, *x)).collect::<Vec<_>>().join(", ");
     for effect in of.effects.iter().filter(|effect| effect.status != EffectStatus::NotApplicable) {
         let class = if effect.selected { "strong" } else { "" };
         table.row_of(
@@ -313,7 +344,7 @@ fn effects(of: &DiagnosisDocument) -> String {
                 effect.id.clone(),
                 match (&effect.why, effect.selected) {
                     (Some(why), _) => why.clone(),
-                    (None, true) => format!("in the verdict; {}", parameters(effect)),
+                    (None, true) => format!("in the verdict; {}", parameter_values(effect)),
                     (None, false) => effect.status.to_string(),
                 },
                 cell(effect.gap_held_out_before.filter(|_| effect.status == EffectStatus::Tried), percent),

@@ -91,11 +91,16 @@ fn description() -> String {
 
 /// Identifies a row by its frequencies, read with scatter.
 fn identified(row: &Row, generator: &mut Xoshiro256PlusPlus) -> IdentificationDocument {
+    identified_with(row, true, generator)
+}
+
+/// As [`identified`], where the scatter may not be stated.
+fn identified_with(row: &Row, stated: bool, generator: &mut Xoshiro256PlusPlus) -> IdentificationDocument {
     let machine = read_machine_text("row.toml", &description(), &[], &[]).unwrap();
     let mode = |(at, hz): (usize, f64)| ModeObservation {
         order: at as u32 + 1,
         frequency_hz: Some(hz * (1.0 + SCATTER * normal(generator))),
-        frequency_sd_hz: Some(hz * SCATTER),
+        frequency_sd_hz: stated.then_some(hz * SCATTER),
         amplitude: None,
     };
     let modes = row.frequencies_hz().into_iter().enumerate().map(mode).collect();
@@ -141,4 +146,19 @@ fn recover_a_loss_of_stiffness_that_every_frequency_shows() {
     let [found, of_found, claimed, of_claimed] = counts(12);
     assert!(found * 100 >= 95 * of_found, "{found} of {of_found} found");
     assert!(claimed * 100 <= 2 * of_claimed, "{claimed} of {of_claimed} claimed wrongly");
+}
+
+/// The warning names the result whose measurements state no scatter, and no other.
+#[test]
+fn an_assumed_scatter_is_reported_with_its_result() {
+    let generator = &mut Xoshiro256PlusPlus::seed_from_u64(5);
+    let row = Row::drawn(generator);
+    let results = [true, false].map(|stated| identified_with(&row, stated, generator));
+    let file = |name: &str| Input { path: name.into(), sha256: String::new() };
+    for (a, b, expected) in [(0, 0, vec![]), (0, 1, vec!["b: "]), (1, 1, vec!["a: ", "b: "])] {
+        let found = compare_results((&results[a], &file("a")), (&results[b], &file("b"))).unwrap().1;
+        let warnings = &found.stamp.warnings;
+        assert_eq!(warnings.len(), expected.len(), "{warnings:?}");
+        assert!(warnings.iter().zip(expected).all(|(text, name)| text.starts_with(name)), "{warnings:?}");
+    }
 }

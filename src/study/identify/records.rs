@@ -12,7 +12,7 @@ use identification::motion::{
     ForceFit, SmallPrint, ToleranceSize, TolerantFit, correlation, estimate_weighted,
     estimate_with_tolerances, output_error,
 };
-use identification::{Doubt, Estimate};
+use identification::{Doubt, Estimate, idle_priors};
 use long_work::Control;
 use machine::Machine;
 use measurement::MotionRecord;
@@ -49,22 +49,18 @@ impl Study {
             &fit.iter().map(|i| &motions[*i]).collect::<Vec<&MotionSignal>>(),
         );
         let free: Vec<usize> = asked.into_iter().filter(|i| !unseen.contains(i)).collect();
-        if free.is_empty() {
-            return Err(StudyError::setting(
-                "freeze",
-                "",
-                "holds every parameter of the machine; leave one free",
-            ));
-        }
+        // Without a parameter to fit the records are compared with the start values.
+        let (refined, tolerant) = (simulated && !free.is_empty(), made.tolerances && !free.is_empty());
         let mut found = estimate_weighted(&rigid, machine, &free, &mut motions, fit, &self.control)?;
         let (mut complete, mut tolerances, mut doubts) = (true, BTreeMap::new(), Vec::new());
+        warnings.extend(idle_priors(machine, &[], "motion records are fitted without priors"));
         let mut estimates;
         let fitted: Vec<&MotionSignal> = fit.iter().map(|i| &motions[*i]).collect();
-        if simulated {
+        if refined {
             self.control.begin("simulate");
             (found, estimates) = refine_by_simulation(self, (&free, found), (fit, &motions), &self.control)?;
             complete = found.converged;
-        } else if made.tolerances {
+        } else if tolerant {
             let tolerant = estimate_with_tolerances(&rigid, machine, found, &fitted);
             tolerances = tolerance_rows(&tolerant, fitted[0].load_column);
             let advice = |doubt: &Doubt| {
@@ -85,7 +81,7 @@ impl Study {
         }
         let error =
             |r: &MotionRecordRow| if simulated { r.simulated_force_error } else { Some(r.force_error) };
-        let level = if simulated {
+        let level = if refined {
             let all = fit.iter().flat_map(|i| self.set.motions[*i].load.samples());
             all.map(|x| x * x).sum::<f64>()
         } else {

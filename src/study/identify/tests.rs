@@ -64,3 +64,26 @@ fn refuse_a_prior_of_a_frozen_parameter() {
     let fault = identified("prior = { value = 2e6, factor = 1.05 }", settings).unwrap_err().to_string();
     assert!(fault.contains("freeze") && fault.contains("parameter.k1.prior"), "{fault}");
 }
+
+/// The other spring as described leaves 1 N/µm for this one, whose catalogue says 2 N/µm within 5 %.
+#[test]
+fn a_prior_that_the_data_contradict_is_a_doubt() {
+    let settings = Settings { freeze: vec!["k2".into()], ..Settings::default() };
+    let found = identified("prior = { value = 2e6, factor = 1.05 }", settings.clone()).unwrap();
+    let row = &found.parameters["k1"];
+    let says = |texts: &[String]| {
+        texts.iter().any(|text| text.contains("prior of k1, which the data contradict by -"))
+    };
+    assert!(row.identifiable != Some(true) && says(&found.stamp.warnings), "{found:#?}");
+    assert!(!row.depends_on_discrepancy || says(&row.depends_on), "{row:?}");
+    let agreed = identified("prior = { value = 1e6, factor = 1.05 }", settings).unwrap();
+    assert!(!says(&agreed.stamp.warnings), "{agreed:#?}");
+}
+
+#[test]
+fn a_prior_of_a_parameter_that_is_not_fitted_is_reported() {
+    let found =
+        identified("fit = \"frf\"\nprior = { value = 2e6, factor = 1.05 }", Settings::default()).unwrap();
+    let says = |text: &String| text.starts_with("parameter.k1.prior has no effect: these data do not fit it");
+    assert!(found.stamp.warnings.iter().any(says), "{:?}", found.stamp.warnings);
+}

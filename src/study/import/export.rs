@@ -1,7 +1,7 @@
 //! Measurement sets as universal files.
 
 use crate::{StudyError, StudyResult};
-use measurement::{Frf, MeasurementSet, Quantity};
+use measurement::{Frf, Gain, MeasurementSet, Quantity};
 use universal_files::{
     Abscissa, ByteOrder, Encoding, FileHeader, NodeLocation, RecordAxis, Units, UniversalRecord,
     UniversalWriter, WriteError, data_type,
@@ -18,7 +18,8 @@ pub struct ExportedSet {
     pub notes: Vec<String>,
 }
 
-/// Formats the FRFs of a set as a universal file, in dataset 58b (binary) or 58 (text).
+/// Formats the FRFs of a set as a universal file, in dataset 58b (binary) or 58 (text). A known gain is divided
+/// out, so that the values are those of the structure.
 ///
 /// # Errors  the set holds no FRF, or one that a universal file cannot hold.
 pub fn export(set: &MeasurementSet, binary: bool) -> StudyResult<ExportedSet> {
@@ -37,22 +38,41 @@ pub fn export(set: &MeasurementSet, binary: bool) -> StudyResult<ExportedSet> {
     let fault = |e: WriteError| StudyError::input(&set.path, e.to_string());
     writer.header(&FileHeader { model_name: set.title.clone(), ..FileHeader::default() }).map_err(fault)?;
     writer.units(&Units::si()).map_err(fault)?;
+    let gain = match set.gain {
+        Gain::Known(gain) => gain,
+        Gain::Unknown => 1.0,
+    };
     let encoding = if binary { Encoding::Binary(ByteOrder::Little) } else { Encoding::Ascii };
     for frf in &set.frfs {
         let position = frf.position.map(|p| set.positions[p].name.clone());
         let (response, excitation) = (node(&frf.response), node(&frf.excitation));
-        writer.record(&record(frf, position.as_deref(), response, excitation), encoding).map_err(fault)?;
+        let record = record((frf, gain), position.as_deref(), response, excitation);
+        writer.record(&record, encoding).map_err(fault)?;
     }
     let bytes = writer.finish().map_err(fault)?;
     let has_noise = set.frfs.iter().any(|f| f.lines.iter().any(|l| l.noise.is_some()));
     let left_out = "coherence and relative_sd have no field in a universal FRF record and are not written; keep the measurement set, too";
     let has_window = set.frfs.iter().any(|f| f.condition.window_per_s > 0.0);
     let unstated = "an exponential window has no field in a universal FRF record; state exponential_window_s again where the file is imported";
-    let notes = [(has_noise, left_out), (has_window, unstated)].into_iter().filter(|(applies, _)| *applies);
-    Ok(ExportedSet { bytes, frfs: set.frfs.len(), notes: notes.map(|(_, note)| note.to_string()).collect() })
+    let uncalibrated = "the gain of the set is unknown, and a universal FRF record cannot say so: the values are not calibrated; state gain = \"unknown\" again where the file is imported";
+    let divided =
+        format!("the values are divided by the gain of the set, {gain}: those of the file have a gain of 1");
+    let notes = [
+        (has_noise, left_out),
+        (has_window, unstated),
+        (set.gain == Gain::Unknown, uncalibrated),
+        (gain != 1.0, &divided),
+    ];
+    let notes = notes.into_iter().filter(|(applies, _)| *applies).map(|(_, note)| note.to_string());
+    Ok(ExportedSet { bytes, frfs: set.frfs.len(), notes: notes.collect() })
 }
 
-fn record(frf: &Frf, position: Option<&str>, response: i64, excitation: i64) -> UniversalRecord {
+fn record(
+    (frf, gain): (&Frf, f64),
+    position: Option<&str>,
+    response: i64,
+    excitation: i64,
+) -> UniversalRecord {
     let (code, label, unit) = match frf.quantity {
         Quantity::Receptance => (data_type::DISPLACEMENT, "Displacement", "m"),
         Quantity::Mobility => (data_type::VELOCITY, "Velocity", "m/s"),
@@ -61,7 +81,7 @@ fn record(frf: &Frf, position: Option<&str>, response: i64, excitation: i64) -> 
     let location =
         |name: &str, node: i64| NodeLocation { entity: name.chars().take(10).collect(), node, direction: 1 };
     let frequency = Abscissa::Uneven(frf.lines.iter().map(|l| l.frequency_hz).collect());
-    let values = frf.lines.iter().map(|line| frf.recorded(line)).collect();
+    let values = frf.lines.iter().map(|line| frf.recorded(line) / gain).collect();
     let numerator = RecordAxis::new(code, label, unit);
     let mut record = UniversalRecord::frequency_response(
         location(&frf.response, response),

@@ -11,7 +11,7 @@ use identification::objective::{
 };
 use machine::{Chain, Machine, Operating, ParameterValues, PointMotion};
 use measurement::{FitSet, Frf, Gain, HoldOutSet, MeasurementSet, Quantity};
-use numeric::statistics::extremes;
+use numeric::statistics::{extremes, median};
 use numeric::unit::omega_rad_s;
 use report::page::{PageCurve, PeakMark};
 
@@ -25,6 +25,11 @@ const PEAK_LINES: i32 = 100;
 /// Distance of the first extra line from the peak, relative to its frequency (1). The i-th line lies i³ times
 /// as far: dense at the peak, up to 2 % from it.
 const PEAK_SPACING: f64 = 2e-8;
+
+/// Spacing of two lines over the median of their surroundings from which lines are missing between them (1).
+const GAP: f64 = 2.5;
+/// Number of spacings to either side that are the surroundings.
+const AROUND: usize = 4;
 
 /// A line of an FRF: frequency (Hz), and value in the displayed unit.
 type FrfSample = (f64, Complex64);
@@ -102,12 +107,13 @@ impl Overlay<'_> {
         Ok((all.pop().unwrap_or_default(), all.pop().unwrap_or_default()))
     }
 
-    /// Returns a measured FRF with its predictions at the same lines.
+    /// Returns a measured FRF with its predictions at the same lines, and where lines are missing.
     fn frf_curve(&self, at: usize, frf: &Frf, gains: &[f64]) -> StudyResult<PageCurve> {
         let set = self.set;
         let operating = operating(set, frf);
         let (factor, unit) = self.unit((&frf.response, &frf.excitation), frf.quantity)?;
-        let lines: Vec<f64> = frf.lines.iter().map(|l| l.frequency_hz).collect();
+        let measured = with_breaks(frf, factor);
+        let lines: Vec<f64> = measured.iter().map(|(frequency_hz, _)| *frequency_hz).collect();
         let (predicted, before) = self.predicted(
             (&frf.response, &frf.excitation),
             (frf.quantity, factor),
@@ -133,7 +139,7 @@ impl Overlay<'_> {
             channel,
             held_out: !self.fit.frfs().contains(&at),
             unit,
-            measured: frf.lines.iter().map(|l| (l.frequency_hz, l.value * factor)).collect(),
+            measured,
             predicted,
             before,
             peaks: Vec::new(),
@@ -225,6 +231,27 @@ impl Overlay<'_> {
         let input = if translates(excitation)? { "N" } else { "N·m" };
         Ok((factor, format!("{}{gain_note} ({output}/{input})", quantity.word())))
     }
+}
+
+/// Returns the lines of an FRF times a factor, NaN where they are missing or were not accepted.
+fn with_breaks(frf: &Frf, factor: f64) -> Vec<FrfSample> {
+    let none = Complex64::new(f64::NAN, f64::NAN);
+    let accepted = frf.lines.iter().map(|l| (l.frequency_hz, l.value * factor));
+    let rejected = frf.rejected.iter().filter(|l| l.frequency_hz > 0.0).map(|l| (l.frequency_hz, none));
+    let mut lines: Vec<FrfSample> = accepted.chain(rejected).collect();
+    lines.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let spacings: Vec<f64> = lines.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
+    let missing = spacings.iter().enumerate().flat_map(|(at, spacing)| {
+        let around = &spacings[at.saturating_sub(AROUND)..(at + AROUND + 1).min(spacings.len())];
+        let ratio = spacing / median(around.iter().copied()).unwrap_or(*spacing);
+        let count = if ratio > GAP { (ratio.round() as usize - 1).min(LINES) } else { 0 };
+        let (from, step) = (lines[at].0, spacing / (count + 1) as f64);
+        (1..=count).map(move |n| (from + step * n as f64, none))
+    });
+    let missing: Vec<FrfSample> = missing.collect();
+    lines.extend(missing);
+    lines.sort_by(|a, b| a.0.total_cmp(&b.0));
+    lines
 }
 
 /// Returns the index of a point, or a message.

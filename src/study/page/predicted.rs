@@ -2,17 +2,22 @@
 
 use super::inputs::unchanged;
 use crate::{Sources, Study, StudyResult};
+use measurement::modal::{CurveOptions, FittedMode, fit_curve, with_curve_of};
 use measurement::{Frf, MeasurementSet};
 use report::document::IdentificationDocument;
 use report::page::MeasuredMode;
 use report::prediction::PredictionDocument;
 
-/// Distance from a predicted natural frequency within which the maximum of a measured FRF is sought, relative
-/// to it (1).
+/// Distance from a predicted natural frequency within which the mode of a measured FRF is sought, relative to
+/// it (1).
 const SOUGHT: f64 = 0.08;
+/// Signal-to-noise ratio and contribution over the rest of H (1) above which a mode is drawn, as for the peaks
+/// of a single record.
+const LEAST_SIGNAL: f64 = 10.0;
+const LEAST_PROMINENCE: f64 = 0.1;
 
 /// Returns the measured natural frequencies of the set of an identification: those of its modes, else the
-/// maxima of its FRFs near the predicted ones.
+/// fitted modes of its FRFs near the predicted ones.
 ///
 /// # Errors  an input has changed since the identification.
 pub(super) fn measured(
@@ -59,16 +64,62 @@ fn at_position(set: &MeasurementSet, at: usize, predicted: &PredictionDocument, 
         return Vec::new();
     };
     let seen = nearest.modes.iter().filter(|m| m.mode.amplitude.is_some());
-    let mut found: Vec<f64> = seen.filter_map(|m| maximum_near(frf, m.mode.frequency_hz)).collect();
+    // Maxima of |H| are often those of noise: the modes of a fit are not.
+    let fitted = with_curve_of(frf, |_| true, |curve| fit_curve(curve, &CurveOptions::default()));
+    let modes: Vec<FittedMode> = fitted.map(|fit| fit.modes).unwrap_or_default();
+    let mut found: Vec<f64> = seen.filter_map(|m| mode_near(&modes, m.mode.frequency_hz)).collect();
     found.dedup();
     found
 }
 
-/// Returns the frequency (Hz) of the largest |H| near a frequency, unless it lies at an end of the lines
-/// sought.
-fn maximum_near(frf: &Frf, frequency_hz: f64) -> Option<f64> {
-    let lines: Vec<_> =
-        frf.lines.iter().filter(|l| (l.frequency_hz / frequency_hz).ln().abs() < SOUGHT).collect();
-    let top = (0..lines.len()).max_by(|a, b| lines[*a].value.norm().total_cmp(&lines[*b].value.norm()))?;
-    (top > 0 && top + 1 < lines.len()).then(|| lines[top].frequency_hz)
+/// Returns the frequency (Hz) of the clear mode that is nearest to a frequency.
+fn mode_near(modes: &[FittedMode], frequency_hz: f64) -> Option<f64> {
+    let distance = |mode: &&FittedMode| (mode.frequency_hz / frequency_hz).ln().abs();
+    let clear = modes.iter().filter(|m| m.signal_to_noise > LEAST_SIGNAL && m.prominence > LEAST_PROMINENCE);
+    let nearest = clear.min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+    (distance(&nearest) < SOUGHT).then_some(nearest.frequency_hz)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use measurement::{Condition, FrfLine, Quantity};
+    use num_complex::Complex64;
+    use report::prediction::PredictionDocument;
+
+    /// A mode at 100 Hz in noise of 20 % is marked at its fit, not at the highest line, and noise not at all.
+    #[test]
+    fn limit_marks_are_fitted_modes() {
+        let scatter = |at: u32| 2.0 * ((f64::from(at) * 12.9898).sin().abs() * 43_758.545_3).fract() - 1.0;
+        let line = |at: u32| {
+            let frequency_hz = 40.0 + 0.25 * f64::from(at);
+            let mode = 1.0 / Complex64::new(1.0 - (frequency_hz / 100.0).powi(2), 0.1 * frequency_hz / 100.0);
+            let noise = 1.0 + 0.2 * Complex64::new(scatter(2 * at), scatter(2 * at + 1));
+            FrfLine { frequency_hz, value: mode * noise, noise: None }
+        };
+        let frf = Frf {
+            position: Some(0),
+            record: None,
+            response: "table".into(),
+            excitation: "table".into(),
+            quantity: Quantity::Receptance,
+            condition: Condition::default(),
+            averages: None,
+            source: "test".into(),
+            lines: (0..600).map(line).collect(),
+            rejected: Vec::new(),
+        };
+        let mode = |hz: f64| {
+            serde_json::json!({ "order": 1, "frequency_hz": hz, "damping_ratio": 0.05, "amplitude": 1.0,
+            "frequency95": [hz, hz], "damping95": null, "amplitude95": null })
+        };
+        let predicted: PredictionDocument = serde_json::from_value(serde_json::json!({
+            "schema": "jointid/prediction/1", "tool_version": "0", "seed": 1, "complete": true, "inputs": [], "warnings": [],
+            "quantity": "receptance", "response": "table", "excitation": "table", "band_hz": [40.0, 190.0], "draws": 39, "minima": 1,
+            "nut_sd_m": 0.001, "positions": { "p": { "nut_m": 0.5, "modes": [mode(103.0), mode(160.0)], "static_stiffness": null,
+            "static_stiffness95": null } } })).unwrap();
+        let set = MeasurementSet { frfs: vec![frf], ..MeasurementSet::none() };
+        let found = at_position(&set, 0, &predicted, 0.5);
+        assert!(found.len() == 1 && (found[0] - 100.0).abs() < 0.5, "{found:?}");
+    }
 }

@@ -228,3 +228,31 @@ fn bad_data_are_named() {
         ContactError::EmptyRange { lower: 2e-3, upper: 1e-3 }
     );
 }
+
+/// Friction that rises from rest to a level, or falls with speed throughout, is no Stribeck curve.
+#[test]
+fn runs_that_no_curve_explains_contradict_it() {
+    let mut noise = Normal(11);
+    let mut contradicted = |force: fn(f64) -> f64, sd: f64| {
+        let rows: Vec<Observation> = velocities()
+            .into_iter()
+            .map(|velocity_m_per_s| Observation {
+                velocity_m_per_s,
+                force_n: (force(velocity_m_per_s.abs()) + sd * noise.draw()).copysign(velocity_m_per_s),
+                sd_n: None,
+            })
+            .collect();
+        fit_stribeck(&rows, &StribeckOptions::new(StribeckNoise::Uniform)).unwrap().contradicted
+    };
+    let rising = contradicted(|v| 100.0 - 50.0 * (-(v / 0.01).powi(2)).exp(), 1.0).unwrap();
+    assert!(rising.static_n < rising.coulomb_n, "{rising:?}");
+    let falling = contradicted(|v| 100.0 + 80.0 * (-(v / 0.01).powi(2)).exp() - 600.0 * v, 1.0).unwrap();
+    assert!((falling.viscous_n_s_per_m + 600.0).abs() < 100.0, "{falling:?}");
+    for law in [|_| 100.0, |v| 100.0 + 50.0 * (-(v / 0.01).powi(2)).exp(), |v| 100.0 + 400.0 * v]
+        as [fn(f64) -> f64; 3]
+    {
+        for sd in [0.0, 1.0] {
+            assert_eq!(contradicted(law, sd), None);
+        }
+    }
+}

@@ -316,3 +316,25 @@ fn speed_of_six_curves() {
         start.elapsed()
     );
 }
+
+/// The time of the search grows with the third power of the records; 400 of them would take half an hour.
+#[test]
+fn limit_modes_of_hundreds_of_positions_are_followed() {
+    let positions_m: Vec<f64> = (0..400).map(|at| 0.2 + 0.004 * f64::from(at)).collect();
+    let at = |u: f64| {
+        vec![reported(100.0 + 6.0 * u, 0.02, 0.02, 1e-6), reported(300.0 - 9.0 * u * u, 0.05, 0.03, 2e-7)]
+    };
+    let mut modes: Vec<Vec<FittedMode>> = (0..400).map(|k| at(f64::from(k) / 399.0)).collect();
+    // Hidden at some positions, and a peak of one record alone.
+    modes[7].remove(0);
+    modes[210].remove(1);
+    modes[123].push(reported(700.0, 0.01, 0.01, 1e-7));
+    let tracks = of_modes(&positions_m, &modes);
+    let regular: Vec<_> = tracks.iter().filter(|track| track.regular).collect();
+    assert_eq!(regular.iter().map(|track| track.sightings.len()).collect::<Vec<_>>(), [399, 399]);
+    assert!(regular.iter().all(|track| track.sightings.is_sorted_by_key(|(record, _)| *record)));
+    assert_eq!(
+        tracks.iter().filter(|track| !track.regular).map(|track| track.sightings.len()).sum::<usize>(),
+        1
+    );
+}

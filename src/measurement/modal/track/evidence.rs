@@ -16,6 +16,8 @@ const LEAST_SEEN: f64 = 0.6;
 const FALSE_ALARMS: f64 = 0.03;
 /// Largest leave-one-out prediction error of a frequency, in standard deviations.
 const MOST_ERROR_SD: f64 = 4.0;
+/// Largest number of sightings that are predicted from the others.
+const MOST_PREDICTED: usize = 100;
 /// Several records: smallest median share of orders at which the pole is stable (1); a misfit that repeats in
 /// all records lies below.
 const LEAST_TRACK_STABILITY: f64 = 0.2;
@@ -73,7 +75,10 @@ pub(super) fn judge_single(mode: &FittedMode) -> (bool, TrackEvidence) {
 pub(super) fn judge(chain: &SightingChain, track: &Track, modes: &[&FittedMode]) -> (bool, TrackEvidence) {
     let (stability, prominence, signal_to_noise) = medians(modes);
     let (seen, expected) = (track.sightings.len(), expected(chain, track));
-    let points: Vec<_> = track.sightings.iter().map(|s| chain.sightings[*s].point).collect();
+    // The errors of evenly chosen sightings: their time grows with the third power of the number.
+    let stride = seen.div_ceil(MOST_PREDICTED);
+    let chosen = track.sightings.iter().step_by(stride);
+    let points: Vec<_> = chosen.map(|s| chain.sightings[*s].point).collect();
     let errors = leave_one_out(&points);
     let roughness =
         errors.as_ref().map(|e| (e.iter().map(|e| e.0 * e.0).sum::<f64>() / e.len() as f64).sqrt());

@@ -7,8 +7,8 @@ use super::super::FittedMode;
 pub struct TrackRecord<'a> {
     /// Nut position (m), finite; records without one form a separate chain, in which modes should not move.
     pub nut_m: Option<f64>,
-    /// Key shared by records of the same response, excitation and quantity; amplitudes are compared only
-    /// among them.
+    /// Key shared by records of the same response, excitation, quantity and operating condition; amplitudes
+    /// are compared only among them.
     pub series: &'a str,
     /// Fitted band (Hz).
     pub band_hz: (f64, f64),

@@ -19,6 +19,9 @@ use super::process::Past;
 const DETECTION_PROBABILITY: f64 = 0.85;
 /// Number of continuations kept.
 const KEPT_TRACKS: usize = 48;
+/// Largest number of records that are searched for tracks: the time grows with its third power. The tracks of
+/// evenly chosen records take up the modes of all others.
+const MOST_SEARCHED: usize = 50;
 /// Largest distance of a mode from its prediction, in standard deviations.
 const GATE: f64 = 4.0;
 
@@ -37,6 +40,24 @@ impl Track {
     fn members<'a>(&self, chain: &'a SightingChain) -> Vec<&'a Sighting> {
         self.sightings.iter().map(|s| &chain.sightings[*s]).collect()
     }
+
+    /// Takes up the most probable of the open modes of a record, or misses it. Predictions remain those of
+    /// the searched records.
+    fn take_up(&mut self, chain: &SightingChain, step: usize, open: &mut Vec<usize>) {
+        let missed = self.score + miss_score(chain, step, self.past.predict(chain.u[step]).mean);
+        let found =
+            open.iter().enumerate().filter_map(|(place, at)| Some((place, extended(chain, self, *at)?)));
+        let best = found.max_by(|a, b| a.1.score.total_cmp(&b.1.score));
+        match best.filter(|(_, track)| track.score > missed) {
+            None => self.score = missed,
+            Some((place, track)) => {
+                let at = open.swap_remove(place);
+                let place = self.sightings.partition_point(|s| *s < at);
+                self.sightings.insert(place, at);
+                self.score = track.score;
+            }
+        }
+    }
 }
 
 /// Returns the score of a record without the mode: negative if its band covers the mode, else 0.
@@ -45,11 +66,33 @@ fn miss_score(chain: &SightingChain, step: usize, y: f64) -> f64 {
     if (low.ln()..=high.ln()).contains(&y) { (1.0 - DETECTION_PROBABILITY).ln() } else { 0.0 }
 }
 
-/// Returns all modes of the chain as tracks, the most probable first.
+/// Returns all modes of the chain as tracks.
 pub(super) fn tracks(chain: &SightingChain) -> Vec<Track> {
-    let mut free = vec![true; chain.sightings.len()];
+    let stride = chain.u.len().div_ceil(MOST_SEARCHED).max(1);
+    let (searched, others): (Vec<usize>, Vec<usize>) =
+        (0..chain.u.len()).partition(|step| step.is_multiple_of(stride));
+    let mut free: Vec<bool> = chain.sightings.iter().map(|s| s.step.is_multiple_of(stride)).collect();
+    let mut found = searched_tracks(chain, &searched, &mut free);
+    for step in others {
+        let mut open: Vec<usize> =
+            (0..chain.sightings.len()).filter(|at| chain.sightings[*at].step == step).collect();
+        for track in &mut found {
+            track.take_up(chain, step, &mut open);
+        }
+        found.extend(open.into_iter().map(|at| {
+            let point = chain.sightings[at].point;
+            let missed = (0..chain.u.len()).filter(|other| *other != step);
+            let score = missed.map(|other| miss_score(chain, other, point.y)).sum();
+            Track { sightings: vec![at], score, past: Past::start(point) }
+        }));
+    }
+    found
+}
+
+/// Returns the modes of some records, those that are free, as tracks, the most probable first.
+fn searched_tracks(chain: &SightingChain, steps: &[usize], free: &mut [bool]) -> Vec<Track> {
     let mut best: Vec<Option<Track>> =
-        (0..free.len()).map(|start| Some(follow(chain, start, &free))).collect();
+        (0..free.len()).map(|start| free[start].then(|| follow((chain, steps), start, free))).collect();
     let mut found = Vec::new();
     loop {
         let top = best.iter().flatten().max_by(|a, b| {
@@ -66,19 +109,21 @@ pub(super) fn tracks(chain: &SightingChain) -> Vec<Track> {
             if !free[start] {
                 *entry = None;
             } else if entry.as_ref().is_some_and(|t| t.sightings.iter().any(|s| !free[*s])) {
-                *entry = Some(follow(chain, start, &free));
+                *entry = Some(follow((chain, steps), start, free));
             }
         }
         found.push(track);
     }
 }
 
-/// Returns the best track that starts with a sighting.
-fn follow(chain: &SightingChain, start: usize, free: &[bool]) -> Track {
+/// Returns the best track through some records that starts with a sighting.
+fn follow((chain, steps): (&SightingChain, &[usize]), start: usize, free: &[bool]) -> Track {
     let first = &chain.sightings[start];
-    let before: f64 = (0..first.step).map(|step| miss_score(chain, step, first.point.y)).sum();
+    let (before, after) = steps.split_at(steps.partition_point(|step| *step <= first.step));
+    let before = before.iter().filter(|step| **step < first.step);
+    let before: f64 = before.map(|step| miss_score(chain, *step, first.point.y)).sum();
     let mut kept = vec![Track { sightings: vec![start], score: before, past: Past::start(first.point) }];
-    for step in first.step + 1..chain.u.len() {
+    for &step in after {
         let mut next = Vec::new();
         for track in &kept {
             let prediction = track.past.predict(chain.u[step]);
