@@ -108,7 +108,9 @@ pub(super) fn fault_of_some(
         let gaps = fitter.gaps(nominal, fitted, &own.in_version(&corrected)).ok()?;
         Some((*fault, gap_over(&gaps)?))
     };
-    let tried: Vec<(ChainFault, f64)> = faults(&thinned(ratio)).iter().filter_map(gap).collect();
+    let mut tried = faults(&thinned(ratio));
+    tried.retain(|fault| fault.is_distinct(fitter, nominal));
+    let tried: Vec<(ChainFault, f64)> = tried.iter().filter_map(gap).collect();
     let by_gap = |a: &&(ChainFault, f64), b: &&(ChainFault, f64)| a.1.total_cmp(&b.1);
     let is_ordinary = |tried: &&(ChainFault, f64)| tried.1 < limits.ordinary;
     let simplest = tried.iter().filter(is_ordinary).map(|(fault, _)| fault.parameters()).min();
@@ -165,10 +167,9 @@ pub(super) fn fault_of_some_with_others(
         }
         found
     };
-    let found: Vec<(ChainFault, f64)> = faults(&thinned(ratio_to(fitter, &own, (nominal, others))?))
-        .par_iter()
-        .filter_map(fitted_along)
-        .collect();
+    let mut tried = faults(&thinned(ratio_to(fitter, &own, (nominal, others))?));
+    tried.retain(|fault| fault.is_distinct(fitter, nominal));
+    let found: Vec<(ChainFault, f64)> = tried.par_iter().filter_map(fitted_along).collect();
     let simpler = |a: &&(ChainFault, f64), b: &&(ChainFault, f64)| {
         a.0.parameters().cmp(&b.0.parameters()).then_with(|| a.1.total_cmp(&b.1))
     };

@@ -13,7 +13,7 @@ use super::fit::{Fitted, Fitter, coordinates_of};
 use super::hypothesis::Hypothesis;
 use super::multistart::MULTISTART;
 use super::policy::LEAST_UNIT;
-use identification::objective::ObjectiveError;
+use identification::objective::{COMMAND, ObjectiveError};
 use identification::{CHI_SQUARE_95, Tail};
 use long_work::Control;
 use measurement::{Frf, FrfLine, Gain, MeasurementSet};
@@ -122,7 +122,7 @@ impl ChainFault {
                     .iter()
                     .find(|(scale, _)| near(*scale))
                     .map_or(String::new(), |(_, cause)| format!(", as of {cause}"));
-                format!("the values of {records} are {} times too large{cause}", figures(factor))
+                format!("the values of {records} are {}{cause}", times(factor))
             }
             ChainFault::FrequencyScale(factor) => {
                 let unit = match FREQUENCY_SCALES.iter().position(|scale| *scale == factor) {
@@ -133,7 +133,7 @@ impl ChainFault {
                     Some(5) => "kHz for Hz",
                     _ => "another unit than Hz",
                 };
-                format!("the frequencies of {records} are {} times too large: {unit}", figures(factor))
+                format!("the frequencies of {records} are {}: {unit}", times(factor))
             }
             ChainFault::LowPass(hz) => {
                 format!("the measuring chain of {records} has a first-order low pass at {} Hz", figures(hz))
@@ -228,6 +228,22 @@ pub(super) fn figures(x: f64) -> String {
     format!("{:.*}", (2 - decade).clamp(0, 9) as usize, (x / unit).round() * unit)
 }
 
+impl ChainFault {
+    /// Whether FRFs can show it on a machine: gains and times of a closed loop take up another scale of time.
+    pub(super) fn is_distinct(self, fitter: &Fitter<'_>, nominal: &Hypothesis) -> bool {
+        let is_loop = |frf: &Frf| frf.excitation == COMMAND && nominal.machine.point(COMMAND).is_none();
+        !matches!(self, ChainFault::FrequencyScale(_)) || !fitter.fit.set().frfs.iter().any(is_loop)
+    }
+}
+
+/// States a factor on what is too large or too small.
+pub(super) fn times(factor: f64) -> String {
+    match factor.abs() {
+        x if x < 1.0 => format!("{} times too small", figures(1.0 / x)),
+        x => format!("{} times too large", figures(x)),
+    }
+}
+
 /// Returns the fault of all records with which the nominal machine fits best, on the corrected data; `None`
 /// without FRFs.
 ///
@@ -239,6 +255,7 @@ pub(super) fn fault_of_all(
 ) -> Result<Option<ChainCandidate>, ObjectiveError> {
     let Domain::Frf(_) = fitter.domain else { return Ok(None) };
     let frequencies = FREQUENCY_SCALES.map(ChainFault::FrequencyScale);
+    let frequencies = frequencies.into_iter().filter(|fault| fault.is_distinct(fitter, nominal));
     // A factor of 1 stands for a free one.
     let faults: Vec<ChainFault> = [ChainFault::Polarity, ChainFault::Conjugate, ChainFault::Scale(1.0)]
         .into_iter()

@@ -37,7 +37,10 @@ pub fn peak_errors(
         let lines_hz = record.frequencies_hz();
         let measured = record.magnitudes();
         let predicted: Vec<f64> = measured.iter().zip(residuals).map(|(h, r)| h / r.re.exp()).collect();
-        let (Some(m), Some(p)) = (highest(&measured), highest(&predicted)) else { continue };
+        let Some(m) = highest(&measured) else { continue };
+        // The same resonance need not be the highest one of the prediction.
+        let distance = |at: &usize| (lines_hz[*at] / lines_hz[m]).ln().abs();
+        let Some(p) = peaks(&predicted).min_by(|a, b| distance(a).total_cmp(&distance(b))) else { continue };
         frequencies.push(lines_hz[p] / lines_hz[m] - 1.0);
         heights.push(predicted[p] / measured[m] - 1.0);
         if let (Some(true_ratio), Some(ratio)) =
@@ -56,7 +59,12 @@ pub fn peak_errors(
 
 /// Returns the index of the highest inner maximum that stands out on both sides.
 fn highest(magnitudes: &[f64]) -> Option<usize> {
-    let stands_out = |at: usize| {
+    peaks(magnitudes).max_by(|a, b| magnitudes[*a].total_cmp(&magnitudes[*b]))
+}
+
+/// Returns the indices of the inner maxima that stand out on both sides.
+fn peaks(magnitudes: &[f64]) -> impl Iterator<Item = usize> {
+    let stands_out = move |at: usize| {
         let top = magnitudes[at];
         let least = |side: &mut dyn Iterator<Item = &f64>| {
             side.take_while(|h| **h <= top).fold(top, |low, h| low.min(*h))
@@ -66,9 +74,9 @@ fn highest(magnitudes: &[f64]) -> Option<usize> {
         top > STANDS_OUT * left.max(right)
     };
     let inner = 1..magnitudes.len().saturating_sub(1);
-    let maxima =
-        inner.filter(|at| magnitudes[*at] >= magnitudes[at - 1] && magnitudes[*at] > magnitudes[at + 1]);
-    maxima.filter(|at| stands_out(*at)).max_by(|a, b| magnitudes[*a].total_cmp(&magnitudes[*b]))
+    let is_largest =
+        |at: &usize| magnitudes[*at] >= magnitudes[at - 1] && magnitudes[*at] > magnitudes[at + 1];
+    inner.filter(is_largest).filter(move |at| stands_out(*at))
 }
 
 /// Returns half of the half-power width over the frequency; `None` where a half-power point lies outside the

@@ -1,7 +1,7 @@
 //! Sign and unit of the recorded force of one record, or of all: sought in every record before any effect.
 
 use super::gap::{MotionPart, part, square};
-use crate::measuring_chain::{ChainFault, SAME_SCALE, figures};
+use crate::measuring_chain::{ChainFault, SAME_SCALE, times};
 use crate::policy::LEAST_UNIT;
 use crate::{Verdict, VerdictKind};
 use dynamics::inverse_dynamics::{InverseError, MotionSignal, Rigid};
@@ -52,8 +52,7 @@ impl ForceFault {
         };
         let times = match size {
             _ if !is_scale(size) => None,
-            x if x < 1.0 => Some(format!("{} times too small{}", figures(1.0 / x), cause(x))),
-            x => Some(format!("{} times too large{}", figures(x), cause(x))),
+            x => Some(format!("{}{}", times(x), cause(x))),
         };
         match (self.factor < 0.0, times) {
             (true, None) => format!("the sign of the force of {of} is reversed"),
