@@ -125,21 +125,28 @@ impl<'f> Case<'f> {
         }
         let nominal_loss = facts.left_out(Model::Nominal).unwrap_or(f64::MAX);
         if !facts.in_sample {
-            let of_same = ranking.same.iter().map(|at| Model::Candidate(ranking.tried[*at].at));
-            let models: Vec<Model> = std::iter::once(Model::Nominal).chain(of_same).collect();
-            let is_known = |model: &Model| of(&facts.held_out_loss, *model).is_some();
             let uses_held_out = facts.holds_out && policy.calibrated;
-            if uses_held_out && models.len() > 2 && !models.iter().all(is_known) {
-                return Err(Need::HeldOut(models));
-            }
-            let held_out = |model: Model| {
-                of(&facts.held_out_loss, model).filter(|_| uses_held_out).copied().unwrap_or(0.0)
+            let equal = if policy.calibrated { ranking.equal_fits() } else { Vec::new() };
+            let asked = ranking.same.iter().chain(&equal).map(|at| Model::Candidate(ranking.tried[*at].at));
+            let models: Vec<Model> = std::iter::once(Model::Nominal).chain(asked).collect();
+            let is_missing = |model: &Model| {
+                of(&facts.left_out, *model).is_none()
+                    || (uses_held_out && of(&facts.held_out_loss, *model).is_none())
             };
-            let nominal = nominal_loss + held_out(Model::Nominal);
-            ranking.keep_best_predicting(nominal, |ranked| {
-                let model = Model::Candidate(ranked.at);
-                Some(facts.left_out(model)? + held_out(model))
-            });
+            if models.len() > 2 && models.iter().any(is_missing) {
+                let is_left_out = |model: &Model| of(&facts.left_out, *model).is_some();
+                return Err(match models.iter().all(is_left_out) {
+                    true => Need::HeldOut(models),
+                    false => Need::LeftOut(models),
+                });
+            }
+            let held_out = |model: Model| of(&facts.held_out_loss, model).filter(|_| uses_held_out).copied();
+            if policy.calibrated {
+                ranking.add_equal_fits(|ranked| held_out(Model::Candidate(ranked.at)));
+            }
+            let total = |model: Model| Some(facts.left_out(model)? + held_out(model).unwrap_or(0.0));
+            let nominal = total(Model::Nominal).unwrap_or(f64::MAX);
+            ranking.keep_predictive(nominal, |ranked| total(Model::Candidate(ranked.at)));
         }
         let before = facts.before();
         let mut case = Case { facts, policy, ranking, nominal_loss, before, significant: None };

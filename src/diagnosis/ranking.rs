@@ -94,17 +94,8 @@ impl<'f> Ranking<'f> {
         };
         let as_simple = |c: &CandidateFacts| price(c) == 0.0 || c.chi_square() + price(c) < best.chi_square();
         let explains = |c: &CandidateFacts| c.gain >= self.policy.rival_reduction * best.gain;
-        let least = self.tried.iter().map(|t| self.candidate(t).chi_square()).fold(f64::INFINITY, f64::min);
-        let fits_best = |c: &CandidateFacts| {
-            self.policy.calibrated
-                && !c.is_limit
-                && c.gain > 0.0
-                && c.chi_square() <= least + self.margin(least)
-        };
         let rival = |t: &Ranked| {
-            let candidate = self.candidate(t);
-            let is_alike = self.penalised(t) <= reach && as_simple(candidate);
-            explains(candidate) && (is_alike || fits_best(candidate))
+            self.penalised(t) <= reach && explains(self.candidate(t)) && as_simple(self.candidate(t))
         };
         (0..self.tried.len()).filter(|at| rival(&self.tried[*at])).collect()
     }
@@ -117,23 +108,65 @@ impl<'f> Ranking<'f> {
             (order.iter().map(|at| self.tried[*at]).collect(), (0..kept.len()).collect());
     }
 
-    /// Keeps, of equal fits, those that predict as well as the best predicting one, which comes first: a
-    /// predictive density below its by the decisive factor excludes one. `loss` is that at left-out and, of
-    /// FRFs, held-out data, `nominal` that of the nominal machine. Modes give few numbers: a share of the improvement is
-    /// allowed.
-    pub fn keep_best_predicting(&mut self, nominal: f64, loss: impl Fn(&Ranked) -> Option<f64>) {
-        let least = self.same.iter().filter_map(|at| loss(&self.tried[*at])).fold(f64::INFINITY, f64::min);
-        let unit =
-            self.facts.excess(self.tried.first().map_or(0.0, |first| self.candidate(first).chi_square()));
+    /// Returns what small print lets a candidate reduce χ², as far as it may count for nothing.
+    fn cost(&self, ranked: &Ranked) -> f64 {
+        let unit = self.facts.excess(self.candidate(ranked).chi_square());
+        self.policy.least_statistic * unit * self.facts.null.scale(&self.candidate(ranked).id)
+    }
+
+    /// Returns the indices of the candidates that the penalty ranks behind, though they fit as well as the best
+    /// one.
+    pub fn equal_fits(&self) -> Vec<usize> {
+        let least = self.tried.iter().map(|t| self.candidate(t).chi_square()).fold(f64::INFINITY, f64::min);
+        let fits = |at: &usize| {
+            let candidate = self.candidate(&self.tried[*at]);
+            !candidate.is_limit
+                && candidate.gain > 0.0
+                && candidate.chi_square() <= least + self.margin(least)
+        };
+        (0..self.tried.len()).filter(|at| !self.same.contains(at) && fits(at)).collect()
+    }
+
+    /// Adds to the set what fits as well as the best candidate and is worth its parameters: it fits better than
+    /// the first by what they cost, or predicts held-out data decisively better, by their losses.
+    pub fn add_equal_fits(&mut self, held_out: impl Fn(&Ranked) -> Option<f64>) {
+        let Some(first) = self.tried.first() else { return };
+        let (own, chi_square) = (self.cost(first), self.candidate(first).chi_square());
+        let decisive = 2.0 * self.policy.decisive * self.facts.excess(chi_square);
+        let is_worth = |at: &usize| {
+            let ranked = &self.tried[*at];
+            let fits = self.candidate(ranked).chi_square() + self.cost(ranked) < chi_square + own;
+            fits || held_out(first).zip(held_out(ranked)).is_some_and(|(first, own)| own + decisive < first)
+        };
+        let more = self.equal_fits().into_iter().filter(is_worth);
+        let all = self.same.iter().copied().chain(more).collect();
+        self.keep(all);
+        let in_range = self.in_range();
+        self.keep(in_range);
+    }
+
+    /// Keeps, of equal fits, those that predict as well as the others: a predictive density below that of another
+    /// one by the decisive factor excludes one, unless the other has parameters that cost as much. `loss` is that
+    /// at left-out and, of FRFs, held-out data, `nominal` that of the nominal machine. Modes give few numbers: a
+    /// share of the improvement is allowed.
+    pub fn keep_predictive(&mut self, nominal: f64, loss: impl Fn(&Ranked) -> Option<f64>) {
         let of_improvement = if self.policy.calibrated { 0.0 } else { self.policy.shortfall };
-        let allowed = of_improvement * (nominal - least).max(0.0);
-        let reach = least + allowed + 2.0 * self.policy.decisive * unit;
-        let stays = |at: &usize| loss(&self.tried[*at]).is_none_or(|loss| loss <= reach);
-        let mut kept: Vec<usize> = self.same.iter().copied().filter(stays).collect();
-        let of = |at: &usize| loss(&self.tried[*at]).unwrap_or(f64::INFINITY);
-        kept.sort_by(|a, b| of(a).total_cmp(&of(b)));
+        let is_better = |ranked: &Ranked, own: f64, other: &Ranked| {
+            let unit = self.facts.excess(self.candidate(other).chi_square());
+            let cost = (self.cost(other) - self.cost(ranked)).max(0.0);
+            loss(other).is_some_and(|loss| {
+                let allowed = of_improvement * (nominal - loss).max(0.0) + 2.0 * self.policy.decisive * unit;
+                loss + allowed + cost < own
+            })
+        };
+        let all = || self.same.iter().map(|at| &self.tried[*at]);
+        let stays = |at: &usize| {
+            let ranked = &self.tried[*at];
+            loss(ranked).is_none_or(|own| !all().any(|other| is_better(ranked, own, other)))
+        };
+        let (mut kept, dropped): (Vec<usize>, Vec<usize>) = self.same.iter().partition(|at| stays(at));
         let (count, all) = (kept.len(), self.same.len());
-        kept.extend(self.same.iter().filter(|at| !stays(at)));
+        kept.extend(dropped);
         self.keep(kept);
         self.same.truncate(count);
         self.rejected = count..all;

@@ -265,24 +265,24 @@ fn what_leaves_a_joint_at_its_end_is_no_rival_of_that_joint() {
     assert_eq!(judged(facts).verdict.kind, VerdictKind::Ambiguous);
 }
 
-/// Of fits that are equal, more parameters exclude none: the one that predicts left-out and held-out data best
-/// comes first, and one that predicts decisively worse is dropped. Modes are not asked for held-out data.
+/// An effect with more parameters that fits as well as the best is in the set where it fits better by what they
+/// cost, or predicts held-out data decisively better; what predicts decisively worse is dropped.
 #[test]
 fn equal_fits_are_told_apart_by_what_they_predict() {
-    let mut facts = plain();
-    facts.candidates.push(CandidateFacts { added: 4, ..effect("table-rocking", 5000.0, 1001.0) });
-    facts.null.scales = vec![("table-rocking".into(), 10.0)];
-    facts.left_out.push(Of { model: Model::Candidate(1), value: Some(998.0) });
-    facts.held_out_loss.push(Of { model: Model::Candidate(1), value: 599.0 });
-    let names = |facts: &Facts| {
-        let found = judged(facts.clone()).verdict;
+    let names = |chi_square: f64, left_out: f64, held_out: f64| {
+        let mut facts = plain();
+        facts.candidates.push(CandidateFacts { added: 4, ..effect("table-rocking", 5000.0, chi_square) });
+        facts.null.scales = vec![("screw-lead".into(), 3.0), ("table-rocking".into(), 10.0)];
+        facts.left_out.push(Of { model: Model::Candidate(1), value: Some(left_out) });
+        facts.held_out_loss.push(Of { model: Model::Candidate(1), value: held_out });
+        let found = judged(facts).verdict;
         found.effects.iter().map(ToString::to_string).collect::<Vec<String>>()
     };
-    assert_eq!(names(&facts), ["table-rocking", "screw-lead"]);
-    facts.held_out_loss[2].value = 620.0;
-    assert_eq!(names(&facts), ["screw-lead"]);
-    facts.held_out_loss[2].value = 580.0;
-    assert_eq!(names(&facts), ["table-rocking"]);
+    assert_eq!(names(999.0, 1000.0, 600.0), ["screw-lead"]);
+    assert_eq!(names(970.0, 1000.0, 600.0), ["screw-lead", "table-rocking"]);
+    assert_eq!(names(999.0, 1000.0, 590.0), ["screw-lead", "table-rocking"]);
+    assert_eq!(names(999.0, 1000.0, 570.0), ["table-rocking"]);
+    assert_eq!(names(970.0, 1000.0, 610.0), ["screw-lead"]);
 }
 
 /// Effects that fit alike are withdrawn together where they leave much, as one is.
