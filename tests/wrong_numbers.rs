@@ -136,6 +136,33 @@ fn recover_wrong_numbers() {
     assert!(upper(set, visible.len()) >= 0.8 && upper(held, stated) >= 0.85);
 }
 
+/// What a diagnosis names beside the effects of the library belongs to the machine again from its id and the values
+/// of the chosen model: pages and plans draw it.
+#[test]
+fn named_numbers_belong_to_the_machine_again() {
+    let study = Study::load("configs/tian.toml", "measurements/tian").unwrap();
+    let machine = &study.config().machine;
+    let range = |machine: &machine::Machine, id: &str| {
+        let parameter = &machine.parameters[machine.parameter(id).unwrap()];
+        (parameter.lower, parameter.upper)
+    };
+    let (lower, upper) = range(machine, "k_ar");
+    for (value, end) in [(0.1 * lower, lower), (10.0 * upper, upper)] {
+        let all = study.candidates(&[("~k_ar".to_string(), value)].into());
+        let with = machine.with_chosen(["inertia of rotor", "k_ar"], &all).unwrap();
+        assert_eq!(range(&with, "inertia_of_rotor_change"), (-0.9, 4.0));
+        let (low, high) = range(&with, "~k_ar");
+        assert!((low..=high).contains(&value) && [low, high].contains(&end), "{low} to {high}");
+        let joint = with.joints.iter().find(|joint| joint.name == "bearing-right").unwrap();
+        let at = with.parameter("~k_ar");
+        assert_eq!(joint.stiffness.depends_on().collect::<Vec<_>>(), at.into_iter().collect::<Vec<_>>());
+    }
+    // Numbers that an effect of the library is have its name alone.
+    let ids: Vec<String> =
+        study.candidates(&Default::default()).into_iter().map(|effect| effect.id).collect();
+    assert!(ids.contains(&"table-mass".into()) && !ids.contains(&"mass of table".into()), "{ids:?}");
+}
+
 /// A machine of another hand on a bed, with another lead, with a load and with a free end, each of which its
 /// description lacks.
 #[test]

@@ -55,4 +55,4 @@ pub use ranking::Ranked;
 
 pub use screening::{Status, fitter, hypotheses, implausibility, relaxes_within};
 pub use verdict::{Verdict, VerdictKind};
-pub use wrong_number::stated_id;
+pub use wrong_number::{named_numbers, stated_id};

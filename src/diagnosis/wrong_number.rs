@@ -4,11 +4,13 @@
 //! rotor, and joints that the data drive to an end of their range: a bearing that is missing or free ends at
 //! the lower one.
 
+use std::collections::BTreeMap;
+
 use super::fit::{Fitted, values_of};
 use super::hypothesis::Hypothesis;
 use machine::{
-    Data, Effect, FitRule, Machine, Mechanism, Parameter, Patch, Rescale, Role, Scale, Target, TargetKind,
-    Value,
+    Base, Data, Effect, FitRule, Joint, Machine, Mechanism, Parameter, Patch, Rescale, Role, Scale, Target,
+    TargetKind, Value,
 };
 
 /// Range of the relative change of a number.
@@ -23,7 +25,34 @@ const MARK: char = '~';
 /// Returns the candidates of a nominal machine and its fit: an id is the name of the number, or the id of the
 /// stiffness.
 pub(super) fn wrong_numbers(nominal: &Hypothesis, base: &Fitted, effects: &[Effect]) -> Vec<Effect> {
-    let Hypothesis { machine, .. } = nominal;
+    let machine = &nominal.machine;
+    let values = values_of(nominal, base);
+    let joints = ends(machine, &base.units).into_iter().map(|at| {
+        let Parameter { lower, upper, .. } = machine.parameters[at];
+        joint_beyond(machine, at, values[at] < 0.5 * (lower + upper))
+    });
+    stated_numbers(machine, effects).chain(joints).collect()
+}
+
+/// Returns the candidates that a diagnosis of a machine may name beside the effects of the library, for the
+/// positions of its nut (m) and the values of its chosen model.
+pub fn named_numbers(
+    machine: &Machine,
+    nuts_m: &[f64],
+    effects: &[Effect],
+    chosen: &BTreeMap<String, f64>,
+) -> Vec<Effect> {
+    let with_tolerances = machine.with_tolerances(nuts_m).ok();
+    let numbers = with_tolerances.iter().flat_map(|machine| stated_numbers(machine, effects));
+    let joints = chosen.iter().filter_map(|(id, value)| {
+        let at = machine.parameter(id.strip_prefix(MARK)?)?;
+        Some(joint_beyond(machine, at, *value <= machine.parameters[at].lower))
+    });
+    numbers.chain(joints).collect()
+}
+
+/// Returns the numbers that have a tolerance and that no effect of the library changes.
+fn stated_numbers<'m>(machine: &'m Machine, effects: &'m [Effect]) -> impl Iterator<Item = Effect> + 'm {
     let is_known = |target: &Target| {
         let changes = |effect: &&Effect| effect.patch.rescales.iter().any(|(other, ..)| other == target);
         let applies =
@@ -31,8 +60,8 @@ pub(super) fn wrong_numbers(nominal: &Hypothesis, base: &Fitted, effects: &[Effe
         effects.iter().filter(applies).any(|effect| changes(&effect))
     };
     let is_relative = |p: &Parameter| p.is_tolerance() && p.mechanism == Mechanism::Ratio && p.start == 0.0;
-    let tolerances = machine.parameters.iter().enumerate().filter(|(_, p)| is_relative(p));
-    let numbers = tolerances.filter_map(|(at, parameter)| {
+    let tolerances = machine.parameters.iter().enumerate().filter(move |(_, p)| is_relative(p));
+    tolerances.filter_map(move |(at, parameter)| {
         let target = target_of(machine, at).filter(|target| !is_known(target))?;
         let name = parameter.name();
         let change = Parameter {
@@ -48,42 +77,33 @@ pub(super) fn wrong_numbers(nominal: &Hypothesis, base: &Fitted, effects: &[Effe
             ..Patch::default()
         };
         Some(candidate(name, description, patch))
-    });
-    let values = values_of(nominal, base);
-    let joints = ends(machine, &base.units).into_iter().map(|at| {
-        let Parameter { id, lower, upper, unit, mechanism, .. } = &machine.parameters[at];
-        let is_low = values[at] < 0.5 * (lower + upper);
-        let (end, range, text) = match is_low {
-            true => (*lower, (BELOW * lower, *lower), "below its range: is that joint missing, or free?"),
-            false => (*upper, (*upper, BEYOND * upper), "beyond its range: is that joint rigid?"),
-        };
-        let stiffness = Parameter {
-            id: format!("{MARK}{id}"),
-            start: end,
-            lower: range.0,
-            upper: range.1,
-            ..added(*mechanism, unit, Scale::Logarithmic)
-        };
-        let of_joint = machine.joints.iter().filter(|j| j.stiffness.base == machine::Base::Parameter(at));
-        let mut names: Vec<&str> = of_joint.map(|joint| joint.name.as_str()).collect();
-        names.dedup();
-        let rescale =
-            |name: &str| (TargetKind::JointStiffness.of(name), Rescale::Replace, stiffness.id.clone());
-        let rescales = names.into_iter().map(rescale).collect();
-        candidate(
-            id,
-            format!("{id} lies {text}"),
-            Patch { rescales, parameters: vec![stiffness], ..Patch::default() },
-        )
-    });
-    numbers.chain(joints).collect()
+    })
+}
+
+/// Returns the candidate that moves the joints of a stiffness beyond an end of its range.
+fn joint_beyond(machine: &Machine, at: usize, is_low: bool) -> Effect {
+    let Parameter { id, lower, upper, unit, mechanism, .. } = &machine.parameters[at];
+    let (start, range, text) = match is_low {
+        true => (*lower, (BELOW * lower, *lower), "below its range: is that joint missing, or free?"),
+        false => (*upper, (*upper, BEYOND * upper), "beyond its range: is that joint rigid?"),
+    };
+    let (lower, upper) = range;
+    let own = added(*mechanism, unit, Scale::Logarithmic);
+    let stiffness = Parameter { id: format!("{MARK}{id}"), start, lower, upper, ..own };
+    let of_joint = machine.joints.iter().filter(|joint| joint.stiffness.base == Base::Parameter(at));
+    let mut names: Vec<&str> = of_joint.map(|joint| joint.name.as_str()).collect();
+    names.dedup();
+    let rescale = |name: &str| (TargetKind::JointStiffness.of(name), Rescale::Replace, stiffness.id.clone());
+    let rescales = names.into_iter().map(rescale).collect();
+    let patch = Patch { rescales, parameters: vec![stiffness], ..Patch::default() };
+    candidate(id, format!("{id} lies {text}"), patch)
 }
 
 /// Returns the stiffnesses, by index, of joints that a fit leaves at an end of their range.
 pub(super) fn ends(machine: &Machine, units: &[f64]) -> Vec<usize> {
     let at_end = |at: &usize| {
         let parameter = &machine.parameters[*at];
-        let of_joint = |joint: &machine::Joint| joint.stiffness.base == machine::Base::Parameter(*at);
+        let of_joint = |joint: &Joint| joint.stiffness.base == Base::Parameter(*at);
         parameter.role == Role::Described
             && parameter.fit != FitRule::Never
             && parameter.is_at_bound(parameter.from_unit(units[*at]))

@@ -68,11 +68,11 @@ impl Machine {
         effects: &[Effect],
     ) -> Option<Machine> {
         chosen.into_iter().try_fold(self.clone(), |machine, id| {
-            // A released parameter is already a parameter of the machine.
-            if machine.parameters.iter().any(|p| p.id == id) {
-                return Some(machine);
+            match effects.iter().find(|effect| effect.id == id) {
+                Some(effect) => machine.with_effect(effect).ok(),
+                // A released parameter is already a parameter of the machine.
+                None => machine.parameter(id).map(|_| machine),
             }
-            machine.with_effect(effects.iter().find(|e| e.id == id)?).ok()
         })
     }
 

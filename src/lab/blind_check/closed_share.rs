@@ -52,7 +52,7 @@ pub fn closed_share(folder: &Path, case: &str, of: &DiagnosisAnswer) -> StudyRes
     };
     let before = gap(described, &of.described).filter(|before| *before > 0.0);
     let after = described
-        .with_chosen(of.chosen.effects(), &study.config().effects)
+        .with_chosen(of.chosen.effects(), &study.candidates(&of.chosen.parameters))
         .and_then(|machine| gap(&machine, &of.chosen.parameters));
     Ok(before.zip(after).map(|(before, after)| 1.0 - (after / before).powi(2)))
 }

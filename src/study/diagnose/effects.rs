@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::DiagnosisRequest;
-use crate::{StudyError, StudyResult};
+use crate::{MachineConfig, Study, StudyError, StudyResult};
 use diagnosis::{Status, Verdict};
 use machine::{Data, Effect, Parameter};
 use report::diagnosis::VerdictRow;
@@ -28,6 +28,17 @@ pub fn choose_effects(request: &DiagnosisRequest, all: &[Effect], data: Data) ->
     let wanted =
         |e: &&Effect| (request.effects.is_empty() || is_requested(e)) && !request.exclude.contains(&e.id);
     Ok(Effect::for_data(all, data).filter(wanted).cloned().collect())
+}
+
+impl Study {
+    /// Returns all that a diagnosis may name: the effects of the library, and stated numbers, which depend on the
+    /// values of its chosen model.
+    pub fn candidates(&self, chosen: &BTreeMap<String, f64>) -> Vec<Effect> {
+        let MachineConfig { machine, effects, .. } = &self.config;
+        let library: Vec<Effect> = Effect::for_data(effects, Data::Frf).cloned().collect();
+        let numbers = diagnosis::named_numbers(machine, &self.set.nuts_m(), &library, chosen);
+        [&effects[..], &numbers].concat()
+    }
 }
 
 /// Returns a candidate's status as a word, and the reason why it was not fitted.

@@ -25,7 +25,7 @@ pub(super) fn draw(of: &DiagnosisDocument, sources: &Sources, page: &mut Page) -
     let described = &config.machine;
     let before = model(described.clone(), &of.described);
     let after = described
-        .with_chosen(of.chosen.effects(), &config.effects)
+        .with_chosen(of.chosen.effects(), &study.candidates(&of.chosen.parameters))
         .and_then(|machine| model(machine, &of.chosen.parameters));
     let models: Vec<CurveModel> =
         before.into_iter().chain(after.filter(|_| !of.chosen.is_nominal())).collect();

@@ -59,16 +59,16 @@ impl Study {
         let mut rivals = Vec::new();
         // The chosen model may describe the effects that it names in more detail.
         let chosen: Vec<&str> = diagnosis.chosen.effects().collect();
+        let candidates = self.candidates(&diagnosis.chosen.parameters);
         for explanation in &diagnosis.verdict.effects {
             let named: Vec<&str> = explanation.split('+').collect();
             let effects = if named.iter().all(|id| chosen.contains(id)) { chosen.clone() } else { named };
-            let machine =
-                self.config.machine.with_chosen(effects, &self.config.effects).ok_or_else(|| {
-                    StudyError::input(
-                        name,
-                        format!("names «{explanation}», which the machine cannot have; diagnose again"),
-                    )
-                })?;
+            let machine = self.config.machine.with_chosen(effects, &candidates).ok_or_else(|| {
+                StudyError::input(
+                    name,
+                    format!("names «{explanation}», which the machine cannot have; diagnose again"),
+                )
+            })?;
             let found = identify(&machine, &fit, &held_out, &made, &self.control)?;
             rivals.push(RivalMachine { name: explanation.clone(), machine, values: found.values });
         }
