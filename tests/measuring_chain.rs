@@ -187,7 +187,8 @@ fn recover_faults_of_one_channel() {
     }
 }
 
-/// A record of noise, and a copy of another record, are named.
+/// A record of noise, a copy of another record, and two of three held-out records at each other's positions are
+/// named.
 fn recover_records_without_data_of_their_own() {
     let simulated = ordinary(40_417, 0).unwrap();
     let folder = tempfile::tempdir().unwrap();
@@ -204,10 +205,18 @@ fn recover_records_without_data_of_their_own() {
     for line in &mut noise.frfs[at("l2")].lines {
         line.value = 1e-9 * Complex64::new(normal(&mut random), normal(&mut random));
     }
-    for (set, fault) in [(copied, "copied-record@l5"), (noise, "noise@l2")] {
+    let mut exchanged = set.clone();
+    exchanged.frfs[at("l4")].lines.clone_from(&set.frfs[at("l6")].lines);
+    exchanged.frfs[at("l6")].lines.clone_from(&set.frfs[at("l4")].lines);
+    let cases = [
+        (copied, &["copied-record@l5"][..]),
+        (noise, &["noise@l2"]),
+        (exchanged, &["swapped-records@l4", "swapped-records@l6"]),
+    ];
+    for (set, expected) in cases {
         let (kind, faults, effects) = verdict(&machine, set);
         assert!(
-            kind == "measurement" && faults == [fault] && effects.is_empty(),
+            kind == "measurement" && faults == expected && effects.is_empty(),
             "{kind} {faults:?} {effects:?}"
         );
     }

@@ -313,7 +313,10 @@ pub(super) fn held_out_fault(
     gaps: &[PartialGap],
 ) -> Result<Option<Fault>, ObjectiveError> {
     let set = fitter.fit.set();
-    let Some(middle) = quantile(gaps.iter().map(|p| p.gap), 0.5) else { return Ok(None) };
+    // Of three held-out records two may be exchanged: fitted ones tell what is ordinary, too.
+    let fitted = fitter.gaps(nominal, base, &fitter.fit.to_predict())?;
+    let all = gaps.iter().chain(&fitted).map(|p| p.gap);
+    let Some(middle) = quantile(all, 0.5).filter(|_| !gaps.is_empty()) else { return Ok(None) };
     let outlying: Vec<usize> =
         gaps.iter().filter(|p| p.gap > OUTLIER.0 * middle).filter_map(|p| p.frf).collect();
     for pair in pairs(set, &outlying, &outlying) {
