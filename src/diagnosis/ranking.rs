@@ -145,17 +145,17 @@ impl<'f> Ranking<'f> {
         self.keep(in_range);
     }
 
-    /// Keeps, of equal fits, those that predict as well as the others: a predictive density below that of another
-    /// one by the decisive factor excludes one, unless the other has parameters that cost as much. `loss` is that
-    /// at left-out and, of FRFs, held-out data, `nominal` that of the nominal machine. Modes give few numbers: a
-    /// share of the improvement is allowed.
+    /// Keeps, of equal fits, those that predict as well as the others. One is dropped whose predictive density is
+    /// below that of another by the decisive factor and by more than a share of the other's improvement, which the
+    /// error of the model may make, unless the other has parameters that cost as much. `loss` is that at left-out
+    /// and, of FRFs, held-out data, `nominal` that of the nominal machine.
     pub fn keep_predictive(&mut self, nominal: f64, loss: impl Fn(&Ranked) -> Option<f64>) {
-        let of_improvement = if self.policy.calibrated { 0.0 } else { self.policy.shortfall };
         let is_better = |ranked: &Ranked, own: f64, other: &Ranked| {
             let unit = self.facts.excess(self.candidate(other).chi_square());
             let cost = (self.cost(other) - self.cost(ranked)).max(0.0);
             loss(other).is_some_and(|loss| {
-                let allowed = of_improvement * (nominal - loss).max(0.0) + 2.0 * self.policy.decisive * unit;
+                let shortfall = self.policy.shortfall * (nominal - loss).max(0.0);
+                let allowed = shortfall + 2.0 * self.policy.decisive * unit;
                 loss + allowed + cost < own
             })
         };
