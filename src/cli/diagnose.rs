@@ -94,6 +94,7 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
         ablated: given.ablate.clone(),
         all_facts: given.facts.is_some(),
     };
+    // Before the folder of the outputs exists.
     for (key, ids) in [("effects", &request.effects), ("exclude", &request.exclude)] {
         study.check_effects(key, ids).map_err(shown)?;
     }

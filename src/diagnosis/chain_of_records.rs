@@ -108,9 +108,8 @@ pub(super) fn fault_of_some(
         let gaps = fitter.gaps(nominal, fitted, &own.in_version(&corrected)).ok()?;
         Some((*fault, gap_over(&gaps)?))
     };
-    let mut tried = faults(&thinned(ratio));
-    tried.retain(|fault| fault.is_distinct(fitter, nominal));
-    let tried: Vec<(ChainFault, f64)> = tried.iter().filter_map(gap).collect();
+    let tried: Vec<(ChainFault, f64)> =
+        distinct_faults(fitter, nominal, ratio).iter().filter_map(gap).collect();
     let by_gap = |a: &&(ChainFault, f64), b: &&(ChainFault, f64)| a.1.total_cmp(&b.1);
     let is_ordinary = |tried: &&(ChainFault, f64)| tried.1 < limits.ordinary;
     let simplest = tried.iter().filter(is_ordinary).map(|(fault, _)| fault.parameters()).min();
@@ -167,9 +166,9 @@ pub(super) fn fault_of_some_with_others(
         }
         found
     };
-    let mut tried = faults(&thinned(ratio_to(fitter, &own, (nominal, others))?));
-    tried.retain(|fault| fault.is_distinct(fitter, nominal));
-    let found: Vec<(ChainFault, f64)> = tried.par_iter().filter_map(fitted_along).collect();
+    let ratio = ratio_to(fitter, &own, (nominal, others))?;
+    let found: Vec<(ChainFault, f64)> =
+        distinct_faults(fitter, nominal, ratio).par_iter().filter_map(fitted_along).collect();
     let simpler = |a: &&(ChainFault, f64), b: &&(ChainFault, f64)| {
         a.0.parameters().cmp(&b.0.parameters()).then_with(|| a.1.total_cmp(&b.1))
     };
@@ -210,6 +209,17 @@ const DELAYS: (f64, f64) = (8.0, 20.0);
 fn thinned(ratio: Vec<(f64, Complex64)>) -> Vec<(f64, Complex64)> {
     let step = ratio.len().div_ceil(MOST_LINES).max(1);
     ratio.into_iter().step_by(step).collect()
+}
+
+/// Returns the faults that a machine can show, with the parameters that fit a ratio best on few of its lines.
+fn distinct_faults(
+    fitter: &Fitter<'_>,
+    nominal: &Hypothesis,
+    ratio: Vec<(f64, Complex64)>,
+) -> Vec<ChainFault> {
+    let mut all = faults(&thinned(ratio));
+    all.retain(|fault| fault.is_distinct(fitter, nominal));
+    all
 }
 
 /// Returns every kind of fault with the parameters that fit a ratio of measured over predicted FRF, ln of it

@@ -312,11 +312,14 @@ pub(super) fn held_out_fault(
     (nominal, base): (&Hypothesis, &Fitted),
     gaps: &[PartialGap],
 ) -> Result<Option<Fault>, ObjectiveError> {
+    if gaps.is_empty() {
+        return Ok(None);
+    }
     let set = fitter.fit.set();
     // Of three held-out records two may be exchanged: fitted ones tell what is ordinary, too.
     let fitted = fitter.gaps(nominal, base, &fitter.fit.to_predict())?;
     let all = gaps.iter().chain(&fitted).map(|p| p.gap);
-    let Some(middle) = quantile(all, 0.5).filter(|_| !gaps.is_empty()) else { return Ok(None) };
+    let Some(middle) = quantile(all, 0.5) else { return Ok(None) };
     let outlying: Vec<usize> =
         gaps.iter().filter(|p| p.gap > OUTLIER.0 * middle).filter_map(|p| p.frf).collect();
     for pair in pairs(set, &outlying, &outlying) {

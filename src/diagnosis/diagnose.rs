@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::data_fault::{Contradiction, Fault, contradiction};
+use super::data_fault::{Contradiction, Fault, contradiction, held_out_fault};
 use super::evidence::{Domain, DomainObjective, PartialGap};
 use super::facts::Facts;
 use super::fit::{Ablation, Fitted, Fitter};
@@ -194,6 +194,10 @@ pub fn diagnose(
     };
     control.begin("4/6 further effects and cross-validation");
     let is_first = screening.base.chi_square == first;
+    let as_described = (&screening.nominal, &screening.base);
+    let gaps = fitter.gaps(as_described.0, as_described.1, held_out)?;
+    let fault_held_out = held_out_fault(fitter, held_out, as_described, &gaps)?;
+    let refit = NominalRefit::new(machine, effects, fitter, as_described, control)?;
     let mut gatherer = Gatherer {
         fitter,
         held_out,
@@ -202,8 +206,9 @@ pub fn diagnose(
         numbers: &numbers,
         seed: settings.seed,
         control,
-        gaps: fitter.gaps(&screening.nominal, &screening.base, held_out)?,
-        refit: NominalRefit::new(machine, effects, fitter, (&screening.nominal, &screening.base), control)?,
+        gaps,
+        fault_held_out,
+        refit,
         screening,
         located,
         beside: Vec::new(),

@@ -51,6 +51,8 @@ pub(super) struct Gatherer<'g, 's> {
     pub made: Option<(usize, Screening)>,
     /// Gaps of the held-out data with the nominal machine.
     pub gaps: Vec<PartialGap>,
+    /// Fault of a held-out record that the nominal machine leaves.
+    pub fault_held_out: Option<Fault>,
     /// The machine as described.
     pub refit: NominalRefit<'g, 's>,
     /// Fault of the chain of all records, and record that contradicts the others, where they were sought with
@@ -78,7 +80,6 @@ impl Gatherer<'_, '_> {
         let Screening { nominal, base, candidates } = &self.screening;
         let objective = self.fitter.objective(nominal)?;
         let set = self.fitter.fit.set();
-        let held_out_fault = held_out_fault(self.fitter, self.held_out, (nominal, base), &self.gaps)?;
         Ok(Facts {
             whole_frfs: matches!(self.fitter.domain, Domain::Frf(_)),
             count: objective.observations() as f64,
@@ -98,7 +99,7 @@ impl Gatherer<'_, '_> {
             closed: Vec::new(),
             farthest: Vec::new(),
             fault_in_records: fault_in_records.map(|fault| fault.facts(set)),
-            fault_held_out: held_out_fault.map(|fault| fault.facts(set)),
+            fault_held_out: self.fault_held_out.as_ref().map(|fault| fault.facts(set)),
             fault_held_out_remains: Vec::new(),
             one_position: None,
             chain: None,
@@ -312,9 +313,8 @@ impl Gatherer<'_, '_> {
                     let gaps = fitter.gaps(&hypothesis, &fitted, held_out)?;
                     held_out_fault(fitter, held_out, (&hypothesis, &fitted), &gaps)
                 };
-                let before = held_out_fault(fitter, held_out, (nominal, base), &self.gaps)?;
                 let with = self.model(*model).map(of).transpose()?;
-                let value = with.is_none_or(|with| with == before);
+                let value = with.is_none_or(|with| with == self.fault_held_out);
                 facts.fault_held_out_remains.push(Of { model: *model, value });
             }
             Need::OnePosition => {

@@ -35,29 +35,17 @@ impl Fitter<'_> {
             let objective = self.objective(hypothesis)?;
             let start = at_start(hypothesis);
             let seed = seed.wrapping_add(round as u64);
-            let ends: Vec<Fitted> = match &objective {
-                DomainObjective::Frf(_) => self
-                    .searched(&objective, &start, seed, &control.within(&key))
-                    .par_iter()
-                    .map(|end| {
-                        self.descend(
-                            self.coarse(&objective).as_ref().unwrap_or(&objective),
-                            end,
-                            COARSE_STEPS,
-                            control,
-                        )
-                    })
-                    .collect(),
-                DomainObjective::Modes(modes) => mode_search_end(modes, seed, &control.within(&key))
-                    .map(|(place, cost)| read_back(&objective, &start, &place, cost))
-                    .into_iter()
-                    .collect(),
-            };
-            let best = ends.into_iter().min_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
-            Ok(best.map(|best| match &objective {
-                DomainObjective::Frf(_) => self.descend(&objective, &best, STEPS, control),
-                DomainObjective::Modes(_) => best,
-            }))
+            if let DomainObjective::Modes(modes) = &objective {
+                let end = mode_search_end(modes, seed, &control.within(&key));
+                return Ok(end.map(|(place, cost)| read_back(&objective, &start, &place, cost)));
+            }
+            let coarse = self.coarse(&objective);
+            let few = coarse.as_ref().unwrap_or(&objective);
+            let minima = self.searched(&objective, &start, seed, &control.within(&key));
+            let ends: Vec<Fitted> =
+                minima.par_iter().map(|end| self.descend(few, end, COARSE_STEPS, control)).collect();
+            let best = ends.iter().min_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
+            Ok(best.map(|best| self.descend(&objective, best, STEPS, control)))
         })
     }
 

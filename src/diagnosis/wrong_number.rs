@@ -13,10 +13,11 @@ use machine::{
     TargetKind, Value,
 };
 
-/// Range of the relative change of a number.
+/// Range of the relative change of a number: from a tenth of it to five times, as a rotor with its brake or without.
+/// It decides nothing but where a search looks.
 const CHANGE: (f64, f64) = (-0.9, 4.0);
 /// Ranges of a stiffness below and beyond its own, as a share of the end (1): at the far ends the joint is
-/// absent, or rigid.
+/// absent, or rigid, and no estimate lies there. They decide nothing but where a search looks.
 const BELOW: f64 = 1e-5;
 const BEYOND: f64 = 1e3;
 /// Begins the id of the parameter that stands for one of the machine, which keeps both distinct.

@@ -51,7 +51,8 @@ const MARGIN: f64 = 40.0;
 /// χ² per degree of freedom above which no fit is that of the machine, as with the modes of another one (1):
 /// deviations of 14 standard deviations.
 const HOPELESS: f64 = 200.0;
-/// Number of times that the best of such minima has to be found.
+/// Number of times that the best of such minima has to be found. It guards the time of fits that doubts leave
+/// without an identifiable value; with 1 a single start would do.
 const FOUND_HOPELESS: usize = 2;
 
 /// A minimum, and the cost there.

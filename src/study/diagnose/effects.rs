@@ -3,31 +3,21 @@
 use std::collections::BTreeMap;
 
 use super::DiagnosisRequest;
-use crate::{MachineConfig, Study, StudyError, StudyResult};
+use crate::{MachineConfig, Study};
 use diagnosis::{Status, Verdict};
 use machine::{Data, Effect, Parameter};
 use report::diagnosis::VerdictRow;
 use report::vocabulary::{EffectStatus, VerdictKind};
 
 /// Returns the requested candidates; of effects with one id the one for this kind of data.
-pub fn choose_effects(request: &DiagnosisRequest, all: &[Effect], data: Data) -> StudyResult<Vec<Effect>> {
-    for (key, ids) in [("effects", &request.effects), ("exclude", &request.exclude)] {
-        if let Some(id) = ids.iter().find(|id| !all.iter().any(|e| e.id == **id)) {
-            let known: Vec<&str> = all.iter().map(|e| e.id.as_str()).collect();
-            return Err(StudyError::setting(
-                key,
-                "",
-                format!("no effect is called «{id}»; there are {}", known.join(", ")),
-            ));
-        }
-    }
+pub fn choose_effects(request: &DiagnosisRequest, all: &[Effect], data: Data) -> Vec<Effect> {
     // What describes a requested effect in more detail goes with it.
     let is_requested = |e: &Effect| {
         request.effects.contains(&e.id) || e.refines.as_ref().is_some_and(|id| request.effects.contains(id))
     };
     let wanted =
         |e: &&Effect| (request.effects.is_empty() || is_requested(e)) && !request.exclude.contains(&e.id);
-    Ok(Effect::for_data(all, data).filter(wanted).cloned().collect())
+    Effect::for_data(all, data).filter(wanted).cloned().collect()
 }
 
 impl Study {

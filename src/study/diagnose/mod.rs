@@ -100,6 +100,8 @@ impl Study {
         request: &DiagnosisRequest,
     ) -> StudyResult<(DiagnosisDocument, Option<FactsDocument>)> {
         self.check_observations()?;
+        self.check_effects("effects", &request.effects)?;
+        self.check_effects("exclude", &request.exclude)?;
         if !(20..=2000).contains(&request.nulls) {
             return Err(StudyError::setting(
                 "nulls",

@@ -32,7 +32,7 @@ impl Study {
         let made = self.settings.identification(&self.set)?;
         let machine = &self.config.machine;
         self.check_frozen()?;
-        let effects = choose_effects(request, &self.config.effects, Data::Motion)?;
+        let effects = choose_effects(request, &self.config.effects, Data::Motion);
         let (fit, held_out) = self.set.split_motions(self.fit.as_deref(), &self.hold_out)?;
         let (motions, _, column_warnings) = self.preprocess_all()?;
         let of = |records: &[usize]| records.iter().map(|i| &motions[*i]).collect::<Vec<&MotionSignal>>();

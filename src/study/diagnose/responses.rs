@@ -37,7 +37,7 @@ impl Study {
         let whole = made.frf.is_some();
         self.check_frozen()?;
         self.check_commanded()?;
-        let mut effects = choose_effects(request, &self.config.effects, Data::Frf)?;
+        let mut effects = choose_effects(request, &self.config.effects, Data::Frf);
         // FRFs of a force do not depend on the loops.
         effects.retain(|effect| self.is_commanded() || !acts_on_loops_alone(effect));
         let blocks = fit.leave_one_out(whole).len();
