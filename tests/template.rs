@@ -177,6 +177,91 @@ fn every_listed_schema_is_valid() {
     assert!(stderr(&["schema", "machines"], Path::new(".")).contains("there are machine, effects"));
 }
 
+/// The templates for motion records ask for records; angles are refused where the axis travels.
+#[test]
+fn templates_of_motion_ask_for_records_in_their_unit() {
+    let folder = tempfile::tempdir().unwrap();
+    for axis in ["linear", "rotary"] {
+        jointid()
+            .current_dir(folder.path())
+            .args(["init", axis, "--kind", &format!("motion-{axis}")])
+            .assert()
+            .success();
+    }
+    let floating = ["init", "other", "--kind", "motion-linear", "--right-bearing", "floating"];
+    assert!(stderr(&floating, folder.path()).contains("--right-bearing: an axis for motion records"));
+    let identify =
+        |axis: &str| format!("identify --config {axis}/machine.toml --measurements {axis}/measurements");
+    let fault = |axis: &str| stderr(&identify(axis).split(' ').collect::<Vec<_>>(), folder.path());
+    assert!(fault("linear").contains("linear/measurements/fast.csv"));
+    let record = jointid()
+        .current_dir(folder.path())
+        .args("simulate motion --config rotary/machine.toml --reference sine --out sine --quiet".split(' '))
+        .output()
+        .unwrap();
+    assert!(record.status.success());
+    for name in ["fast", "slow"] {
+        let to = folder.path().join(format!("linear/measurements/{name}.csv"));
+        let text = fs::read_to_string(folder.path().join("sine/motion.csv")).unwrap();
+        assert!(text.starts_with("time_s,command_rad,position_rad,torque_nm"));
+        fs::write(to, text.replace("torque_nm", "force_n").replace(",table_rad", ",other")).unwrap();
+    }
+    let refused = fault("linear");
+    assert!(refused.contains("position_rad") && refused.contains("«table» reads a travel"), "{refused}");
+}
+
+/// Returns what the script of a shell is told to offer for the last of these words.
+fn completed(words: &[&str]) -> Vec<String> {
+    let last = (words.len() - 1).to_string();
+    let asked = [("JOINTID_COMPLETE", "bash"), ("_CLAP_COMPLETE_INDEX", &last), ("_CLAP_IFS", "\n")];
+    let output = jointid().envs(asked).arg("--").args(words).output().unwrap();
+    assert!(output.status.success() && output.stderr.is_empty(), "{words:?}");
+    String::from_utf8(output.stdout).unwrap().lines().map(str::to_owned).collect()
+}
+
+/// Shells offer the positions and records of the set that the command line names, and ids of effects.
+#[test]
+fn shells_complete_positions_records_and_effects() {
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let script = jointid().args(["completions", shell]).output().unwrap().stdout;
+        assert!(String::from_utf8(script).unwrap().contains("JOINTID_COMPLETE"), "{shell}");
+    }
+    let bench: Vec<String> = (1..=6).map(|at| format!("l{at}")).collect();
+    assert_eq!(completed(&["jointid", "identify", "--positions", ""]), bench);
+    assert_eq!(completed(&["jointid", "simulate", "modes", "--position", "l3"]), ["l3"]);
+    assert_eq!(completed(&["jointid", "diagnose", "--without", "rotor-h"]), ["rotor-hold"]);
+    assert_eq!(completed(&["jointid", "effects", "guide-v"]), ["guide-viscous"]);
+
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let manifest = "title = \"own\"\nquantity = \"receptance\"\nresponse = \"table\"\nexcitation = \"table\"\n\
+        [[position]]\nname = \"near\"\nnut_m = 0.6\n[[position]]\nname = \"far\"\nnut_m = 1.2\n\
+        [[frf]]\nposition = \"near\"\nrecord = \"first\"\nfile = \"a.csv\"\n";
+    fs::write(path("manifest.toml"), manifest).unwrap();
+    fs::write(path("a.csv"), "frequency_hz,real,imag\n10,1e-8,-1e-9\n20,1e-8,-1e-9\n").unwrap();
+    let set = path("");
+    let of_set = |option: &str, begun: &str| {
+        completed(&["jointid", "identify", "--measurements", &set, option, begun])
+    };
+    assert_eq!(of_set("--positions", "near,"), ["near,near", "near,far", "near,first"]);
+    assert_eq!(of_set("--hold-out", "f"), ["far", "first"]);
+    assert_eq!(completed(&["jointid", "identify", "--measurements", "=", &set, "--hold-out", "fa"]), ["far"]);
+    // A set that cannot be read offers nothing.
+    assert_eq!(
+        completed(&["jointid", "identify", "--measurements", &path("none"), "--positions", ""]),
+        [""; 0]
+    );
+
+    // A result names its set.
+    let result = path("identification.json");
+    let identified = jointid()
+        .args(["identify", "--positions", "l1,l3,l5", "--repeats", "1", "--quiet", "--json"])
+        .output()
+        .unwrap();
+    fs::write(&result, identified.stdout).unwrap();
+    assert_eq!(completed(&["jointid", "validate", "--result", &result, "--positions", ""]), bench);
+}
+
 #[test]
 fn completions_and_manual_contain_every_command() {
     let help = String::from_utf8(jointid().arg("--help").output().unwrap().stdout).unwrap();
@@ -184,11 +269,11 @@ fn completions_and_manual_contain_every_command() {
     let names: Vec<&str> =
         lists.filter(|l| l.starts_with("  ")).filter_map(|l| l.split_whitespace().next()).collect();
     assert!(names.len() > 12, "{help}");
-    let bash = String::from_utf8(jointid().args(["completions", "bash"]).output().unwrap().stdout).unwrap();
+    let offered = completed(&["jointid", ""]);
     let folder = tempfile::tempdir().unwrap();
     jointid().args(["man", "--out"]).arg(folder.path()).assert().success();
     for name in &names {
-        assert!(bash.contains(name), "{name}");
+        assert!(offered.iter().any(|word| word == name), "{name}");
         assert!(folder.path().join(format!("jointid-{name}.1")).exists(), "{name}");
         // The laboratory's program shows its own, which its own tests read; here it might have to be built.
         if *name == "lab" {

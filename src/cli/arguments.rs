@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
+use crate::completion;
 use crate::message::shown;
 use crate::terminal;
-use crate::words::{EffectId, Word, one_of};
+use crate::words::{Word, one_of};
 use report::document::{IdentificationDocument, Input};
 use report::vocabulary::ToleranceUse;
 use study::{ObjectiveKind, Quantity, RodModel, Study, StudyResult};
@@ -15,10 +16,10 @@ use study::{ObjectiveKind, Quantity, RodModel, Study, StudyResult};
 #[derive(Debug, Args)]
 pub struct SplitArguments {
     /// Positions or records to fit, comma-separated; all others are held out
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', add = completion::records())]
     pub positions: Option<Vec<String>>,
     /// Records or positions to hold out, comma-separated
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', add = completion::records())]
     pub hold_out: Vec<String>,
 }
 
@@ -35,7 +36,7 @@ pub struct Sources {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
     /// Effects to take out of the machine's description, comma-separated
-    #[arg(long, value_name = "EFFECTS", value_delimiter = ',', value_parser = EffectId, hide_possible_values = true)]
+    #[arg(long, value_name = "EFFECTS", value_delimiter = ',', add = completion::effects())]
     pub without: Vec<String>,
     /// Accept files outside the measurement set's folder in its manifest
     #[arg(long)]

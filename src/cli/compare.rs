@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::arguments::{OutputArguments, SearchArguments, Sources};
+use crate::completion;
 use crate::long_work::{finish, on_threads, resumable};
 use crate::message::shown;
 use crate::outcome::{CommandResult, deliver, prepare, warn};
@@ -18,11 +19,11 @@ pub struct CompareArguments {
     #[command(flatten)]
     pub sources: Sources,
     /// Positions of the multi-position identification, comma-separated
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', add = completion::records())]
     pub positions: Option<Vec<String>>,
     /// Positions to identify one by one, comma-separated; by default the fit positions except the first, as
     /// in the paper
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', add = completion::records())]
     pub single: Option<Vec<String>>,
     /// Compare objectives instead, by leave-one-out cross-validation over the fit positions
     #[arg(long, conflicts_with = "single")]

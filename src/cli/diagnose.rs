@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::arguments::{OutputArguments, SearchArguments, Sources, SplitArguments};
+use crate::completion;
 use crate::long_work::{finish, on_threads, resumable};
 use crate::message::{shown, to_message};
 use crate::outcome::{
@@ -11,7 +12,7 @@ use crate::outcome::{
 use crate::progress::WorkProgress;
 use crate::search::settings;
 use crate::terminal;
-use crate::words::{EffectId, Word, one_of};
+use crate::words::{Word, one_of};
 use report::diagnosis::DiagnosisDocument;
 use report::record::motion_diagnosis_text;
 use report::{EARLIER, OutputFolder, identification_text, to_json};
@@ -41,10 +42,10 @@ pub struct DiagnoseArguments {
     #[command(flatten)]
     pub split: SplitArguments,
     /// Candidate effects, comma-separated; by default all that apply
-    #[arg(long, value_name = "EFFECTS", value_delimiter = ',', value_parser = EffectId, hide_possible_values = true)]
+    #[arg(long, value_name = "EFFECTS", value_delimiter = ',', add = completion::effects())]
     pub effects: Vec<String>,
     /// Effects to leave out of the candidates, comma-separated
-    #[arg(long, value_name = "EFFECTS", value_delimiter = ',', value_parser = EffectId, hide_possible_values = true)]
+    #[arg(long, value_name = "EFFECTS", value_delimiter = ',', add = completion::effects())]
     pub exclude: Vec<String>,
     /// Null simulations whose fits are made in full, beside 2000 linear ones; 25 times as many for motion
     /// records

@@ -1,16 +1,16 @@
 //! `jointid effects`: the library of effects, or one of them.
 
 use crate::arguments::OutputArguments;
+use crate::completion;
 use crate::message::shown;
 use crate::outcome::{CommandResult, deliver, prepare};
-use crate::words::EffectId;
 use report::effects::{effect_text, effects_table};
 
 /// `effects`.
 #[derive(Debug, clap::Args)]
 pub struct EffectsArguments {
     /// Id of an effect, to show it whole
-    #[arg(value_name = "ID", value_parser = EffectId, hide_possible_values = true)]
+    #[arg(value_name = "ID", add = completion::effects())]
     pub id: Option<String>,
     /// Machine configuration whose own effects are listed, too
     #[arg(long, value_name = "FILE")]

@@ -4,6 +4,7 @@
 // The arguments.
 pub mod arguments;
 mod command_line;
+pub mod completion;
 pub mod operating;
 
 // One file or folder per command, `completions` and `man` together, `export` with `import`.
@@ -71,7 +72,7 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Report(given) => report::run(&given),
         Command::Init(given) => init::run(&given),
         Command::Schema(given) => schema::run(&given, &study::schema_names(), study::schema),
-        Command::Completions(given) => manual::completions(&given, command()),
+        Command::Completions(given) => manual::completions(&given, "jointid"),
         Command::Man(given) => manual::man(&given, command()),
         Command::Simulate(given) => simulate::run(&given),
         Command::Lab(given) => return laboratory::run(&words[1..], &given.words),
@@ -79,10 +80,14 @@ pub fn run_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
 }
 
 /// Parses the arguments of this process, and starts its threads and the watch for Ctrl-C. A faulty command
-/// line ends the process.
+/// line ends the process, as does the answer to a shell that completes one.
 pub fn begun<A: FromArgMatches>(command: clap::Command, arguments: impl IntoIterator<Item = OsString>) -> A {
     std::sync::LazyLock::force(&terminal::BEGUN);
-    let parsed = command.try_get_matches_from(arguments).and_then(|matches| A::from_arg_matches(&matches));
+    let words: Vec<OsString> = arguments.into_iter().collect();
+    if completion::answered(&command, &words).unwrap_or_else(|error| error.exit()) {
+        std::process::exit(0);
+    }
+    let parsed = command.try_get_matches_from(words).and_then(|matches| A::from_arg_matches(&matches));
     let arguments = parsed.unwrap_or_else(|error| terminal::refuse(&error));
     long_work::watch_ctrl_c();
     long_work::start_threads();

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Command};
 use clap_complete::Shell;
 
+use crate::completion;
 use crate::message::to_message;
 use crate::outcome::{CommandResult, Outcome, print_out};
 use crate::terminal;
@@ -27,10 +28,8 @@ pub struct ManArguments {
 }
 
 /// Prints the completions of a shell.
-pub fn completions(given: &CompletionsArguments, mut root: Command) -> CommandResult {
-    let mut text = Vec::new();
-    let name = root.get_name().to_string();
-    clap_complete::generate(given.shell, &mut root, name, &mut text);
+pub fn completions(given: &CompletionsArguments, program: &str) -> CommandResult {
+    let text = completion::script(given.shell, program).map_err(|fault| fault.to_string())?;
     print_out(&String::from_utf8_lossy(&text))?;
     Ok(Outcome::Done)
 }

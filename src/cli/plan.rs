@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::arguments::{OutputArguments, RodArguments, Sources, band};
+use crate::completion;
 use crate::message::shown;
 use crate::outcome::{CommandResult, deliver, prepare, used, warn};
 use crate::words::{Word, one_of};
@@ -31,7 +32,7 @@ pub struct PlanArguments {
     #[arg(long, value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u8).range(1..=8))]
     pub choose: Vec<u8>,
     /// Measurements already made, comma-separated: positions, or position:response/excitation
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', add = completion::positions())]
     pub measured: Vec<String>,
     /// Channels to choose from, response/excitation, comma-separated; that of the set by default
     #[arg(long, value_name = "POINT/POINT", value_delimiter = ',')]

@@ -4,6 +4,7 @@
 use std::path::PathBuf;
 
 use crate::arguments::{OutputArguments, band, opened};
+use crate::completion;
 use crate::long_work::{on_threads, stop_flag};
 use crate::message::shown;
 use crate::outcome::{
@@ -27,7 +28,7 @@ pub struct PredictArguments {
     #[arg(long, value_name = "M", value_delimiter = ',', conflicts_with = "positions")]
     pub nut_m: Vec<f64>,
     /// Positions of the measurement set, comma-separated; all by default
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', add = completion::positions())]
     pub positions: Vec<String>,
     /// Also predict the FRF at each position, with a pointwise band
     #[arg(long)]

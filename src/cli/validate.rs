@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::arguments::{OutputArguments, opened};
+use crate::completion;
 use crate::long_work::stop_flag;
 use crate::message::shown;
 use crate::outcome::{CommandResult, Outcome, deliver, prepare, used, warn};
@@ -23,7 +24,7 @@ pub struct ValidateArguments {
     #[arg(long)]
     pub allow_outside: bool,
     /// Positions to check, comma-separated; those held out by default
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', add = completion::positions())]
     pub positions: Option<Vec<String>>,
     /// Limit of the relative frequency error, or of the gap of FRFs or records; exit with 1 above it
     #[arg(long, value_name = "SHARE")]

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::arguments::{OutputArguments, QUANTITIES, Sources};
+use crate::completion;
 use crate::message::shown;
 use crate::operating::{LoadArguments, warn_of_result};
 use crate::outcome::{CommandResult, deliver, prepare, used};
@@ -18,7 +19,7 @@ pub struct FrfArguments {
     #[command(flatten)]
     pub sources: Sources,
     /// Positions of the measurement set, comma-separated; all by default
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', conflicts_with = "nut_m")]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', add = completion::positions(), conflicts_with = "nut_m")]
     pub position: Option<Vec<String>>,
     /// Nut position from the left end of the screw (m)
     #[arg(long, value_name = "M")]

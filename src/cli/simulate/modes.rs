@@ -1,6 +1,7 @@
 //! `jointid simulate modes`: undamped natural frequencies and mode shapes.
 
 use crate::arguments::{OutputArguments, RodArguments, Sources};
+use crate::completion;
 use crate::message::shown;
 use crate::operating::{LoadArguments, nut_place, warn_of_result};
 use crate::outcome::{CommandResult, deliver, prepare};
@@ -13,7 +14,7 @@ pub struct ModesArguments {
     #[command(flatten)]
     pub sources: Sources,
     /// Position of the measurement set; mid-stroke by default
-    #[arg(long, value_name = "NAME", conflicts_with = "nut_m")]
+    #[arg(long, value_name = "NAME", add = completion::positions(), conflicts_with = "nut_m")]
     pub position: Option<String>,
     /// Nut position from the left end of the screw (m)
     #[arg(long, value_name = "M")]

@@ -125,7 +125,7 @@ pub fn run() -> ExitCode {
         Command::Schema(given) => {
             cli::schema::run(&given, &crate::document::SCHEMAS, crate::document::schema)
         }
-        Command::Completions(given) => manual::completions(&given, command()),
+        Command::Completions(given) => manual::completions(&given, "jointid-lab"),
         Command::Man(given) => manual::man(&given, command()),
     };
     cli::exit_code(outcome).into()

@@ -23,11 +23,15 @@ fn completions_and_manual_contain_every_command() {
         }
     };
     fits("lab", &help);
-    let (_, bash, _) = run(&["completions", "bash"]);
+    let (_, script, _) = run(&["completions", "bash"]);
+    assert!(script.contains("jointid-lab"), "{script}");
+    let asked = [("JOINTID_COMPLETE", "bash"), ("_CLAP_COMPLETE_INDEX", "1"), ("_CLAP_IFS", "\n")];
+    let offered = lab().envs(asked).args(["--", "jointid-lab", ""]).output().unwrap().stdout;
+    let offered = String::from_utf8(offered).unwrap();
     let folder = tempfile::tempdir().unwrap();
     lab().args(["man", "--out"]).arg(folder.path()).assert().success();
     for name in &names {
-        assert!(bash.contains(name), "{name}");
+        assert!(offered.lines().any(|word| word == *name), "{name}");
         assert!(folder.path().join(format!("jointid-lab-{name}.1")).exists(), "{name}");
         let (_, help, _) = run(&[name, "--help"]);
         assert!(help.contains("Example:\n  jointid lab "), "{name} has no example");
