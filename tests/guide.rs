@@ -92,6 +92,28 @@ fn the_commands_of_the_page_on_prediction_run() {
     assert!(drawn.contains("id=\"prediction-frequency\""));
 }
 
+/// Simulated records, in rad and N·m, lead back to the inertia with which they were made.
+#[cfg(unix)]
+#[test]
+fn the_page_on_rotary_axes_leads_to_an_inertia() {
+    let folder = tempfile::tempdir().unwrap();
+    let name_records = |folder: &Path| {
+        let manifest = folder.join("table/measurements/manifest.toml");
+        let text = fs::read_to_string(&manifest).unwrap();
+        fs::write(&manifest, text.replace("st.csv", "st/motion.csv").replace("ow.csv", "ow/motion.csv"))
+            .unwrap();
+    };
+    run_page(&page("rotary.md"), folder.path(), name_records);
+    let found = &document(folder.path(), "table/results/identification.json")["parameters"];
+    let inertia = &found["moving_inertia"];
+    assert!(
+        (inertia["value"].as_f64().unwrap() - 1.0).abs() < 1e-3 && inertia["unit"] == "kg*m^2",
+        "{inertia}"
+    );
+    assert!((found["coulomb_friction"]["value"].as_f64().unwrap() - 1.0).abs() < 1e-2, "{found}");
+    assert_eq!(document(folder.path(), "table/results/diagnosis.json")["verdict"]["kind"], "none");
+}
+
 /// The diagnosis names the effect that the page adds, and the one that these data do not distinguish from it.
 #[cfg(unix)]
 #[test]

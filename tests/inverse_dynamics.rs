@@ -191,6 +191,7 @@ fn simulated_record(name: &str, axis: &Axis, seed: u64) -> MotionSignal {
         source: format!("{name}.csv"),
         step_s: 1e-3,
         time_s: Vec::new(),
+        is_angle: false,
         command_m: Vec::new(),
         position_m: Vec::new(),
         load: DriveEffort::Force(Vec::new()),

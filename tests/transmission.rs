@@ -113,6 +113,7 @@ fn record(name: &str, samples: &[(f64, f64, f64, f64)]) -> MotionRecord {
         source: format!("{name}.csv"),
         step_s: 1e-3,
         time_s: (0..samples.len()).map(|i| 1e-3 * i as f64).collect(),
+        is_angle: false,
         command_m: of(|s| s.0),
         position_m: of(|s| s.1),
         load: DriveEffort::Torque(of(|s| s.3)),

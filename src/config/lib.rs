@@ -23,5 +23,5 @@ pub use error::ConfigError;
 pub use identified::{Found, machine_as_found};
 pub use read::{MachineConfig, Overrides, effect_library, read_machine, read_machine_text};
 pub use schema::{effects_schema, machine_schema};
-pub use template::{MACHINE_TEMPLATE, floating_template};
+pub use template::{LINEAR_TEMPLATE, MACHINE_TEMPLATE, ROTARY_TEMPLATE, floating_template};
 pub use unknown::unknown_effect;

@@ -1,8 +1,13 @@
-//! The template of a machine configuration.
+//! Templates of machine configurations.
 
 /// A commented `machine.toml`. Numbers that the user has to enter are `nan`, which the program rejects by
 /// key.
 pub const MACHINE_TEMPLATE: &str = include_str!("template/machine.toml");
+
+/// A commented rigid linear axis for motion records.
+pub const LINEAR_TEMPLATE: &str = include_str!("template/motion-linear.toml");
+/// A commented rigid rotary axis for motion records.
+pub const ROTARY_TEMPLATE: &str = include_str!("template/motion-rotary.toml");
 
 /// Returns the template of a machine whose right bearing floats: without its joint and parameters.
 pub fn floating_template() -> String {
@@ -21,6 +26,16 @@ pub fn floating_template() -> String {
 mod tests {
     use super::*;
     use crate::read_machine_text;
+
+    #[test]
+    fn templates_of_motion_give_no_warning() {
+        for (text, angle) in [(LINEAR_TEMPLATE, false), (ROTARY_TEMPLATE, true)] {
+            let read = read_machine_text("machine.toml", text, &[], &[]).unwrap();
+            assert_eq!(read.warnings, Vec::<String>::new());
+            let drive = read.machine.drive.as_ref().unwrap();
+            assert_eq!(drive.position.encoder.reads_angle(&read.machine), angle);
+        }
+    }
 
     /// With numbers filled in, and with the drive off as the guide says, both templates are read without a
     /// warning.

@@ -1,6 +1,6 @@
 //! The user's guide: each page answers one question.
 //!
-//! Use: [own_machine], [own_frfs], [motion], [python], [mistakes]. Results: [results], [prediction],
+//! Use: [own_machine], [own_frfs], [motion], [rotary], [python], [mistakes]. Results: [results], [prediction],
 //! [verdicts], [own_effect]. Background: [models], [validation],
 //! [speed], [published], [papers]. Source code: [crates].
 
@@ -24,6 +24,9 @@ pub mod own_effect {}
 
 #[doc = include_str!("motion.md")]
 pub mod motion {}
+
+#[doc = include_str!("rotary.md")]
+pub mod rotary {}
 
 #[doc = include_str!("python.md")]
 pub mod python {}

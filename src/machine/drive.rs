@@ -3,7 +3,9 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{CurrentFile, CurrentLoop, Motor, MotorFile, NumberSource, Value, Wave, WaveFile};
+use super::{
+    CurrentFile, CurrentLoop, Machine, Motor, MotorFile, NumberSource, PointMotion, Value, Wave, WaveFile,
+};
 
 /// The encoder of a control loop.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,6 +16,13 @@ pub struct Encoder {
     pub travel: f64,
     /// Resolution in units of the reading (m or rad); 0 for an ideal encoder.
     pub step: Value,
+}
+
+impl Encoder {
+    /// Whether it reads an angle (rad): it stands on a rotating point whose angle is not converted to a travel.
+    pub fn reads_angle(&self, machine: &Machine) -> bool {
+        machine.points[self.at].motion == PointMotion::Rotation && self.travel == 1.0
+    }
 }
 
 /// The proportional position loop: v_ref = k_p·(r − x) + f·ṙ.

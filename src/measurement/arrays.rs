@@ -188,6 +188,7 @@ impl MotionArrays {
             source: source.into(),
             step_s: 0.0,
             time_s: self.time_s.clone(),
+            is_angle: false,
             command_m: self.command_m.clone(),
             position_m: self.position_m.clone(),
             load: self.load.clone(),

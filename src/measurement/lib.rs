@@ -45,4 +45,4 @@ pub use set::{
 };
 pub use source::SourceFile;
 pub use split::{DataPart, FitSet, Fitted, HeldOut, HoldOutSet};
-pub use template::SET_TEMPLATE;
+pub use template::{MOTION_SET_TEMPLATE, SET_TEMPLATE};

@@ -43,9 +43,11 @@ pub struct MotionRecord {
     pub step_s: f64,
     /// Time stamps (s).
     pub time_s: Vec<f64>,
-    /// Commanded position (m).
+    /// Whether positions are angles (rad), those of a rotary axis; else they are travels.
+    pub is_angle: bool,
+    /// Commanded position (m, or rad of an angle).
     pub command_m: Vec<f64>,
-    /// Measured position (m).
+    /// Measured position (m, or rad of an angle).
     pub position_m: Vec<f64>,
     /// Drive force or torque.
     pub load: DriveEffort,
@@ -65,19 +67,24 @@ impl MotionRecord {
 const STEP_TOLERANCE: f64 = 0.02;
 /// Smallest number of consecutive samples at an extreme value by which a channel counts as saturated.
 const SATURATED_SAMPLES: usize = 20;
-/// Columns that a record must have.
-const REQUIRED: [&str; 3] = ["time_s", "command_m", "position_m"];
+/// Columns that a record must have: those of a travel, and those of an angle.
+const REQUIRED: [[&str; 3]; 2] =
+    [["time_s", "command_m", "position_m"], ["time_s", "command_rad", "position_rad"]];
 /// Columns of the drive effort; a record has exactly one of them.
 pub(super) const EFFORT_COLUMNS: [&str; 2] = ["force_n", "torque_nm"];
 
-/// Reads a time record: columns `time_s,command_m,position_m` and `force_n` or `torque_nm`; other columns are
-/// kept by name.
+/// Reads a time record: columns `time_s,command_m,position_m`, or `time_s,command_rad,position_rad` of a rotary
+/// axis, and `force_n` or `torque_nm`; other columns are kept by name.
 ///
 /// # Errors  a column is missing, a cell is not a number; time stamps repeat, decrease, are uneven or skip
 ///   samples (with the line); a
 /// channel is constant; force or torque is saturated (with the first line of the saturation).
 pub fn read_motion(path: &str, name: &str, text: &str) -> Result<MotionRecord, MeasurementError> {
-    let table = Table::read_open(path, text, &REQUIRED, &EFFORT_COLUMNS)?;
+    let [travel, angle] = REQUIRED;
+    let optional = [&travel[1..], &angle[1..], &EFFORT_COLUMNS].concat();
+    let is_angle = Table::read_open(path, text, &travel[..1], &optional)?.has(angle[2]);
+    let required = if is_angle { angle } else { travel };
+    let table = Table::read_open(path, text, &required, &EFFORT_COLUMNS)?;
     let load_column = table.one_of(EFFORT_COLUMNS)?;
     let mut lines = Vec::new();
     let names: Vec<String> = table.columns().into_iter().map(str::to_string).collect();
@@ -92,7 +99,7 @@ pub fn read_motion(path: &str, name: &str, text: &str) -> Result<MotionRecord, M
     let mut columns: BTreeMap<String, Vec<f64>> = names.into_iter().zip(cells).collect();
     let mut take = |name: &str| columns.remove(name).unwrap_or_default();
     let (time_s, command_m, position_m, load) =
-        (take(REQUIRED[0]), take(REQUIRED[1]), take(REQUIRED[2]), take(load_column));
+        (take(required[0]), take(required[1]), take(required[2]), take(load_column));
     let load =
         if load_column == EFFORT_COLUMNS[0] { DriveEffort::Force(load) } else { DriveEffort::Torque(load) };
     let record = MotionRecord {
@@ -100,6 +107,7 @@ pub fn read_motion(path: &str, name: &str, text: &str) -> Result<MotionRecord, M
         source: path.into(),
         step_s: 0.0,
         time_s,
+        is_angle,
         command_m,
         position_m,
         load,
@@ -117,7 +125,8 @@ impl MotionRecord {
         let path = &self.source;
         self.step_s = step(path, &self.time_s, lines)?;
         let (column, load) = (self.load.column(), self.load.samples());
-        for (name, channel) in [("position_m", self.position_m.as_slice()), (column, load)] {
+        let position = REQUIRED[usize::from(self.is_angle)][2];
+        for (name, channel) in [(position, self.position_m.as_slice()), (column, load)] {
             if channel.iter().all(|x| *x == channel[0]) {
                 let fault =
                     format!("{name} is constant ({}); record the channel while the axis moves", channel[0]);

@@ -39,7 +39,7 @@ pub use document_rows::positions as position_rows;
 pub use dynamics::model::RodModel;
 pub use effects::effects;
 pub use error::{FaultLocation, StudyError, StudyResult};
-pub use files::{schema, schema_names, templates};
+pub use files::{Template, schema, schema_names, templates};
 pub use frequency_response::Evaluated;
 pub use friction::{FrictionRequest, friction};
 pub use identification::Drawing;

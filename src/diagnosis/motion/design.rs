@@ -362,6 +362,7 @@ mod tests {
             source: "sine.csv".into(),
             step_s: 1e-3,
             time_s: (0..9000).map(|i| 1e-3 * i as f64).collect(),
+            is_angle: false,
             command_m: (0..9000).map(swings).collect(),
             position_m: (0..9000).map(swings).collect(),
             load: DriveEffort::Force(vec![1.0; 9000]),

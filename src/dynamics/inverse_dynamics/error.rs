@@ -52,6 +52,16 @@ pub enum InverseError {
         /// Name of the driven point.
         point: String,
     },
+    /// A record has angles where the encoder reads a travel.
+    #[error(
+        "{path}: has column position_rad, but the encoder at «{point}» reads a travel; write position_m and command_m"
+    )]
+    Angle {
+        /// File of the record.
+        path: String,
+        /// Name of the point at which the encoder is mounted.
+        point: String,
+    },
     /// A setting does not match the machine.
     #[error("{key} {given}: {fault}")]
     Setting {

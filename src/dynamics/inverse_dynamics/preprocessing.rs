@@ -84,6 +84,8 @@ pub struct MotionSignal {
     pub excluded: Vec<bool>,
     /// Column of the record with the load.
     pub load_column: &'static str,
+    /// Whether the recorded positions are angles (rad).
+    pub is_angle: bool,
     /// Settings of the preprocessing.
     pub preprocessing: Preprocessing,
     /// Period of the command in decimated samples, if it repeats.
@@ -124,6 +126,7 @@ impl MotionSignal {
             is_moving: Vec::new(),
             excluded: Vec::new(),
             load_column: record.load.column(),
+            is_angle: record.is_angle,
             preprocessing: recipe,
             period: None,
             extra_channels: Vec::new(),

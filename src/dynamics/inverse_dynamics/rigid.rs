@@ -70,12 +70,17 @@ impl Rigid {
         Ok(Rigid { driven: ratios[drive.on], ratios })
     }
 
-    /// Checks that the recorded load has the kind of the drive's load.
+    /// Checks that the recorded load has the kind of the drive's load, and the position that of its encoder.
     ///
-    /// # Errors  a force is recorded where the driven point rotates, or a torque where it translates.
+    /// # Errors  a force is recorded where the driven point rotates, or a torque where it translates; angles
+    ///   are recorded where the encoder reads a travel.
     pub fn check(&self, machine: &Machine, motion: &MotionSignal) -> Result<(), InverseError> {
         let drive = machine.drive.as_ref().ok_or(InverseError::NoDrive)?;
-        let point = &machine.points[drive.on];
+        let (point, encoder) = (&machine.points[drive.on], &drive.position.encoder);
+        if motion.is_angle && !encoder.reads_angle(machine) {
+            let (path, point) = (motion.source.clone(), machine.points[encoder.at].name.clone());
+            return Err(InverseError::Angle { path, point });
+        }
         let wanted = if point.motion == Kind::Translation { "force_n" } else { "torque_nm" };
         if motion.load_column == wanted {
             return Ok(());

@@ -169,8 +169,7 @@ fn table(path: &str, file: &mut Option<SourceFile>) -> StudyResult<Course> {
 /// Returns the unit of the encoder's reading, `m` or `rad`, and the column of force or torque.
 fn units(machine: &Machine) -> (&'static str, &'static str) {
     let Some(drive) = &machine.drive else { return ("m", "force_n") };
-    let encoder = &drive.position.encoder;
-    let angle = machine.points[encoder.at].motion == PointMotion::Rotation && encoder.travel == 1.0;
+    let angle = drive.position.encoder.reads_angle(machine);
     let rotates = machine.points[drive.on].motion == PointMotion::Rotation;
     (if angle { "rad" } else { "m" }, if rotates { "torque_nm" } else { "force_n" })
 }
