@@ -36,7 +36,7 @@ pub fn html(page: &Page) -> String {
         .or_else(|| page.identification.as_ref().map(sentence))
         .unwrap_or_default();
     let lead = if lead.is_empty() { lead } else { format!("<p class=\"verdict\">{}</p>\n", escape(&lead)) };
-    let under = page.diagnosis.as_ref().map(verdict::summary).unwrap_or_default();
+    let under = page.diagnosis.as_ref().map(|of| verdict::summary(of, &page.sketch)).unwrap_or_default();
     let mut notes: String = page.notes.iter().map(|n| format!("<li>{}</li>", escape(n))).collect();
     if !notes.is_empty() {
         notes = format!("<ul class=\"notes\">{notes}</ul>\n");

@@ -12,6 +12,7 @@ mod peak;
 mod position;
 mod predicted;
 mod shape;
+mod sketch;
 mod text;
 mod thin;
 mod verdict;
@@ -20,6 +21,7 @@ pub use curve::{PageCurve, PeakMark};
 pub use frame::{MOST_BYTES, html};
 pub use predicted::MeasuredMode;
 pub use shape::{Deflection, ModeShape, ShapeGroup};
+pub use sketch::Sketch;
 
 use std::collections::BTreeMap;
 
@@ -60,6 +62,8 @@ pub struct Page {
     pub curves: Vec<PageCurve>,
     /// FRFs of a diagnosis: measured, and predicted before and after it.
     pub diagnosed: Vec<PageCurve>,
+    /// The machine of the diagnosis.
+    pub sketch: Sketch,
     /// Mode shapes along the shafts, by position.
     pub shapes: Vec<ShapeGroup>,
     /// Nut position (m) of each position, where known.

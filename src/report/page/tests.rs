@@ -146,3 +146,37 @@ fn a_verdict_states_how_large_its_effect_is_and_none_shows_the_values_first() {
         "{head}"
     );
 }
+
+/// The machine is drawn with the location of the verdict marked; no two points share a place.
+#[test]
+fn a_sketch_marks_where_the_effect_acts() {
+    let points =
+        ["table", "left", "screw", "right", "left-angle", "screw-angle", "right-angle", "rotor", EVIL];
+    let sketch = Sketch {
+        points: points.iter().enumerate().map(|(at, name)| (name.to_string(), at > 3)).collect(),
+        joints: vec![
+            ("bearing-left".into(), vec![1]),
+            ("bearing-right".into(), vec![3]),
+            ("nut".into(), vec![0, 2, 5]),
+            ("coupling".into(), vec![7, 4]),
+            ("guide".into(), vec![0]),
+        ],
+        shafts: vec![("rod".into(), vec![[Some(1), Some(4)], [Some(2), Some(5)], [Some(3), Some(6)]])],
+    };
+    let drawn = |place: &str| {
+        let mut found = diagnosis();
+        found.verdict.place = Some(place.into());
+        let page = Page { diagnosis: Some(found), sketch: sketch.clone(), ..Page::default() };
+        html(&page).split("<nav").next().unwrap().to_string()
+    };
+    let head = drawn("rotor");
+    assert!(head.contains("aria-label=\"Sketch of the machine, «rotor» marked\""), "{head}");
+    assert!(!head.contains(EVIL));
+    for (place, marked) in [("rotor", 2), ("nut", 3), ("bearing-left", 2), ("rod", 2)] {
+        assert_eq!(drawn(place).matches("class=\"here\"").count(), marked, "{place}");
+    }
+    assert!(!drawn("measurement").contains("<svg"));
+    let corner = |rect: &str| rect.split("width").next().unwrap().to_string();
+    let corners: std::collections::BTreeSet<String> = head.split("<rect").skip(1).map(corner).collect();
+    assert_eq!(corners.len(), points.len());
+}

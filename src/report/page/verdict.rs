@@ -7,6 +7,7 @@ use super::chart::{
     Chart, Switches, axis, bar_layout, colour, layout, line, log_axis, name_axis, percent_axis, scatter, with,
 };
 use super::curve::{self, PageCurve};
+use super::sketch::Sketch;
 use super::text::{TextTable, cell, escape, paragraph, rounded};
 use crate::diagnosis::{DiagnosisDocument, EffectRow, combination_text, effect_ids};
 use crate::diagnosis_text::{interval_text, is_undetermined};
@@ -43,8 +44,8 @@ pub fn sentence(of: &DiagnosisDocument) -> String {
     }
 }
 
-/// The text under the verdict: reason, location, next measurement.
-pub fn summary(of: &DiagnosisDocument) -> String {
+/// What stands under the verdict: reason, location, next measurement, and a sketch with the location marked.
+pub fn summary(of: &DiagnosisDocument, machine: &Sketch) -> String {
     let described = of
         .named_effects()
         .filter_map(|row| Some(paragraph(&format!("{}: {}.", row.id, row.description.as_ref()?))));
@@ -71,7 +72,7 @@ pub fn summary(of: &DiagnosisDocument) -> String {
     if let Some(next) = &of.verdict.next_measurement {
         out += &format!("<p><strong>Measure next:</strong> {}</p>\n", escape(next));
     }
-    out
+    out + &of.verdict.place.as_ref().map_or_else(String::new, |place| machine.drawn(place))
 }
 
 /// How large the named effects are, and what they change; the gap where none is named.
@@ -101,7 +102,8 @@ fn size(of: &DiagnosisDocument) -> Option<String> {
 /// The values of the parameters of an effect, with their units.
 fn parameter_values(of: &EffectRow) -> String {
     let value = |(id, x): (&String, &f64)| {
-        format!("{id} = {} {}", figure(*x), unit(of.parameter_units.get(id).map_or("", String::as_str)))
+        let unit = unit(of.parameter_units.get(id).map_or("", String::as_str));
+        format!("{id} = {} {unit}", figure(*x)).trim_end().to_owned()
     };
     of.parameters.iter().map(value).collect::<Vec<_>>().join(", ")
 }

@@ -6,9 +6,9 @@ use super::curves::{CurveModel, Overlay};
 use super::inputs::unchanged;
 use crate::{Sources, Study, StudyError, StudyResult};
 use dynamics::model::RodModel;
-use machine::Machine;
+use machine::{Joint, Machine, PointMotion, Station};
 use report::diagnosis::DiagnosisDocument;
-use report::page::Page;
+use report::page::{Page, Sketch};
 use report::vocabulary::DataKind;
 
 /// Draws the machine as described and as chosen, each at its fit, over the measurements.
@@ -18,6 +18,7 @@ pub(super) fn draw(of: &DiagnosisDocument, sources: &Sources, page: &mut Page) -
     let study = Study::reopened((of.machine.as_ref(), &of.config), &of.measurements, &of.stamp, sources);
     let study = unchanged(study, &of.stamp, ("diagnosis", "diagnose"))?;
     page.notes.extend(study.outdated_machine().filter(|note| !page.notes.contains(note)));
+    page.sketch = sketch(study.machine());
     if of.domain == DataKind::Motion {
         return Ok(());
     }
@@ -38,6 +39,24 @@ pub(super) fn draw(of: &DiagnosisDocument, sources: &Sources, page: &mut Page) -
     page.title = config.machine.title.clone();
     page.diagnosed = Overlay { set, fit, models: &models }.curves()?;
     Ok(())
+}
+
+/// Returns what a sketch of a machine shows: the ground is no point of it, and journals are parts of their shafts.
+fn sketch(machine: &Machine) -> Sketch {
+    let shown: Vec<usize> = (0..machine.points.len()).filter(|p| !machine.points[*p].fixed).collect();
+    let of = |point: usize| shown.iter().position(|p| *p == point);
+    let point = |p: &usize| {
+        let point = &machine.points[*p];
+        (point.name.clone(), point.motion == PointMotion::Rotation)
+    };
+    let joint = |joint: &Joint| (joint.name.clone(), joint.on.iter().filter_map(|(p, _)| of(*p)).collect());
+    let station = |s: &Station| [s.axial, s.torsion].map(|p| p.and_then(of));
+    let shafts = machine.shafts.iter().filter(|shaft| shaft.journal_of.is_none());
+    Sketch {
+        points: shown.iter().map(point).collect(),
+        joints: machine.joints.iter().map(joint).collect(),
+        shafts: shafts.map(|s| (s.name.clone(), s.stations.iter().map(station).collect())).collect(),
+    }
 }
 
 fn model(machine: Machine, values: &BTreeMap<String, f64>) -> Option<CurveModel> {
