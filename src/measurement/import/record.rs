@@ -160,6 +160,9 @@ pub fn described(header: &RecordHeader) -> String {
     if header.version != 0 {
         text += &format!("  version {}", header.version);
     }
-    let id = header.id_lines[0].trim();
-    if id.is_empty() || id.eq_ignore_ascii_case("none") { text } else { format!("{text}  {id}") }
+    // One of them may name the position.
+    let ids = header.id_lines.iter().map(|id| id.trim());
+    ids.filter(|id| !id.is_empty() && !id.eq_ignore_ascii_case("none"))
+        .for_each(|id| text += &format!("  «{id}»"));
+    text
 }

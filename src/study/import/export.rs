@@ -50,7 +50,7 @@ pub fn export(set: &MeasurementSet, binary: bool) -> StudyResult<ExportedSet> {
         writer.record(&record, encoding).map_err(fault)?;
     }
     let bytes = writer.finish().map_err(fault)?;
-    let has_noise = set.frfs.iter().any(|f| f.lines.iter().any(|l| l.noise.is_some()));
+    let has_noise = set.frfs.iter().any(|f| f.noise_source().is_stated());
     let left_out = "coherence and relative_sd have no field in a universal FRF record and are not written; keep the measurement set, too";
     let has_window = set.frfs.iter().any(|f| f.condition.window_per_s > 0.0);
     let unstated = "an exponential window has no field in a universal FRF record; state exponential_window_s again where the file is imported";

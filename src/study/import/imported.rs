@@ -87,7 +87,12 @@ pub fn import(request: &ImportRequest) -> StudyResult<ImportedSet> {
     if let Some(name) =
         request.nut_m.keys().find(|n| !assigned.iter().any(|(_, p)| p.position.as_ref() == Some(n)))
     {
-        let fault = "no record has a position of that name; use position, pattern or map";
+        let mut known: Vec<&str> = assigned.iter().filter_map(|(_, p)| p.position.as_deref()).collect();
+        known.dedup();
+        let fault = match known[..] {
+            [] => "no record has a position; use position, pattern or map, and list the contents of the files for their names".into(),
+            _ => format!("no record has a position of that name; there are {}", known.join(", ")),
+        };
         return Err(StudyError::setting("nut_m", format!("{name}=…"), fault));
     }
     if assigned.iter().any(|(frf, _)| frf.by_torque) && assigned.iter().any(|(frf, _)| !frf.by_torque) {
