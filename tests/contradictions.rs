@@ -5,7 +5,10 @@ use std::path::Path;
 
 use assert_cmd::Command;
 use jointid::{Sources, Study, read_identification};
+use rand::prelude::*;
+use rand_xoshiro::Xoshiro256PlusPlus;
 use serde_json::{Value, json};
+use test_data::draws;
 
 /// An identification of the bench, in a folder.
 fn identified(folder: &Path) -> String {
@@ -149,4 +152,130 @@ fn refuse_a_changed_result_in_every_command() {
             );
         }
     }
+}
+
+/// Identifications of modes, of FRFs, and of motion records.
+fn identifications(folder: &Path) -> Vec<String> {
+    let run = |words: &str| {
+        let output =
+            Command::cargo_bin("jointid").unwrap().current_dir(folder).args(words.split(' ')).output();
+        let output = output.unwrap();
+        assert!(output.status.success(), "{words}: {}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    for nut_m in ["0.6", "1.6"] {
+        let line = format!("simulate frf --nut-m {nut_m} --from-hz 20 --to-hz 200 --step-hz 2 --quiet");
+        let table = run(&line).replace("position,", "").replace(&format!("\n{nut_m},"), "\n");
+        fs::write(folder.join(format!("p{nut_m}.csv")), table).unwrap();
+    }
+    run(
+        "import p0.6.csv p1.6.csv --pattern p{} --nut-m 0.6=0.6,1.6=1.6 --quantity receptance --response table --excitation table --out frfs --quiet",
+    );
+    run("init axis --kind motion-linear --quiet");
+    run("simulate motion --config axis/machine.toml --reference s-curve --and-back --out motion --quiet");
+    for name in ["fast", "slow"] {
+        fs::copy(folder.join("motion/motion.csv"), folder.join(format!("axis/measurements/{name}.csv")))
+            .unwrap();
+    }
+    [
+        "identify --positions l1,l3,l5 --repeats 1 --json --quiet",
+        "identify --measurements frfs --repeats 1 --json --quiet",
+        "identify --config axis/machine.toml --measurements axis/measurements --json --quiet",
+    ]
+    .map(run)
+    .to_vec()
+}
+
+/// Returns a document in another layout: keys in another order, other blanks, escapes and forms of numbers.
+fn relaid(value: &Value, random: &mut Xoshiro256PlusPlus) -> String {
+    let blank = ["", " ", "\n", "\r\n\t"][random.random_range(0..4)];
+    let join = |parts: Vec<String>| parts.join(&format!("{blank},{blank}"));
+    match value {
+        Value::Object(map) => {
+            let mut keys: Vec<&String> = map.keys().collect();
+            keys.shuffle(random);
+            let of = |key: &String| {
+                format!("{}:{blank}{}", relaid(&json!(key), random), relaid(&map[key], random))
+            };
+            format!("{{{blank}{}{blank}}}", join(keys.into_iter().map(of).collect()))
+        }
+        Value::Array(list) => {
+            format!("[{blank}{}]", join(list.iter().map(|inner| relaid(inner, random)).collect()))
+        }
+        Value::String(text) if random.random_bool(0.5) => {
+            let escaped: String = text.encode_utf16().map(|unit| format!("\\u{unit:04x}")).collect();
+            format!("\"{escaped}\"")
+        }
+        Value::Number(x) if x.is_f64() && random.random_bool(0.5) => format!("{:e}", x.as_f64().unwrap()),
+        other => other.to_string(),
+    }
+}
+
+/// Returns a document that differs in one value or key, and what was changed.
+fn contradicted(sound: &Value, random: &mut Xoshiro256PlusPlus) -> (String, String) {
+    let places = places(sound);
+    let draw = |random: &mut Xoshiro256PlusPlus| places.choose(random).unwrap().clone();
+    loop {
+        let place = draw(random);
+        let value = sound.pointer(&place).unwrap();
+        let mut changed = sound.clone();
+        let other = match (random.random_range(0..4), value) {
+            // In its last digit.
+            (0, Value::Number(x)) if x.is_f64() => json!(x.as_f64().unwrap().next_up()),
+            // That of another place.
+            (1, _) => sound.pointer(&draw(random)).unwrap().clone(),
+            // The key again, before or after it, with the same or another value.
+            (2, _) => {
+                let (parent, key) = place.rsplit_once('/').unwrap();
+                let key = key.replace("~1", "/").replace("~0", "~");
+                if !sound.pointer(parent).unwrap().is_object() {
+                    continue;
+                }
+                let again = if random.random_bool(0.5) { value.clone() } else { json!(1.0) };
+                let twice = if random.random_bool(0.5) { [&again, value] } else { [value, &again] };
+                let marked = format!("{place} marked");
+                *changed.pointer_mut(&place).unwrap() = json!(marked);
+                let [first, second] = twice.map(Value::to_string);
+                let put = format!("{first},{}:{second}", json!(key));
+                return (
+                    changed.to_string().replace(&json!(marked).to_string(), &put),
+                    format!("{place} twice"),
+                );
+            }
+            _ => others(value).choose(random).unwrap().clone(),
+        };
+        // 0 and 0.0 are one number.
+        let is_same = other == *value || value.is_number() && value.as_f64() == other.as_f64();
+        *changed.pointer_mut(&place).unwrap() = other;
+        if !is_same {
+            return (relaid(&changed, random), place);
+        }
+    }
+}
+
+/// Of three kinds of identifications, each drawn contradiction is refused, and each drawn layout is read.
+#[test]
+fn refuse_drawn_contradictions_and_read_drawn_layouts() {
+    let folder = tempfile::tempdir().unwrap();
+    let sound: Vec<Value> =
+        identifications(folder.path()).iter().map(|text| serde_json::from_str(text).unwrap()).collect();
+    let path = folder.path().join("result.json");
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(75);
+    let read = |text: &str| {
+        fs::write(&path, text).unwrap();
+        read_identification(&path).map(|_| ()).map_err(|fault| fault.to_string())
+    };
+    let count = draws(90, 2000) as usize;
+    let (mut accepted, mut unread) = (Vec::new(), Vec::new());
+    for value in sound.iter().cycle().take(count) {
+        let (text, place) = contradicted(value, &mut random);
+        accepted.extend(read(&text).is_ok().then_some(place));
+        unread.extend(read(&relaid(value, &mut random)).err());
+    }
+    println!(
+        "{} of {count} contradictions accepted, {} of {count} sound results refused",
+        accepted.len(),
+        unread.len()
+    );
+    assert!(accepted.is_empty() && unread.is_empty(), "{accepted:?} {unread:?}");
 }

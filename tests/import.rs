@@ -164,3 +164,34 @@ fn refuse_files_that_cannot_be_imported() {
     refuse("no universal file", "h.uff", &[], "h.uff");
     refuse("", "i.uff", &[], "i.uff");
 }
+
+/// A file from `export` is listed with its positions; noise that was only estimated is not missed in it.
+#[test]
+fn a_listed_file_shows_what_its_pattern_needs() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    small_set(folder.path(), "");
+    let line = |n: u32| {
+        let (hz, wiggle) = (f64::from(n), f64::from(n * 7919 % 101));
+        format!("{hz},{},{}\n", 1e-9 * (1.0 + 1e-3 * wiggle), -1e-7 / hz)
+    };
+    let lines: String = (10..50).map(line).collect();
+    fs::write(at("a.csv"), format!("frequency_hz,real,imag\n{lines}")).unwrap();
+    assert!(read_set(&at("")).unwrap().frfs[0].lines[0].noise.is_some());
+    let run = |arguments: &[&str]| {
+        let output = jointid().args(arguments).output().unwrap();
+        String::from_utf8([output.stdout, output.stderr].concat()).unwrap()
+    };
+    let said = run(&["export", "--measurements", &at(""), "--out", &at("taps.uff")]);
+    assert!(!said.contains("coherence"), "{said}");
+    let list = run(&["import", &at("taps.uff"), "--list"]);
+    assert_eq!(list.matches("«table / table»  «position l1»").count(), 2, "{list}");
+    let import = |more: &[&str]| {
+        let names = ["--response", "table", "--excitation", "table", "--nut-m", "l2=0.6"];
+        run(&[&["import", &at("taps.uff"), "--out", &at("set")], &names[..], more].concat())
+    };
+    assert!(import(&[]).contains("no record has a position; use position, pattern or map"));
+    assert!(
+        import(&["--pattern", "position {}"]).contains("no record has a position of that name; there are l1")
+    );
+}
