@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::evidence::{Domain, PartialGap, gap_over};
 use super::fit::{Fitted, Fitter, coordinates_of, values_of};
 use super::hypothesis::Hypothesis;
-use super::measuring_chain::{ChainFault, FREQUENCY_SCALES};
+use super::measuring_chain::{ChainFault, FREQUENCY_SCALES, MOUNT_RATIOS};
 use super::policy::OUTLIER;
 use identification::Tail;
 use identification::objective::{FrfObjective, ObjectiveError};
@@ -195,9 +195,7 @@ fn ratio_to(
 /// two of them.
 const CORNERS: (f64, f64, f64) = (0.1, 100.0, 40.0);
 const STEPS: usize = 20;
-/// Trial damping ratios of a mount (1): adhesives and magnets have few per cent, a loose sensor more; steps
-/// of the search between two of them.
-const MOUNT_RATIOS: [f64; 6] = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5];
+/// Steps of the search between two trial damping ratios of a mount.
 const RATIO_STEPS: usize = 8;
 
 /// Largest number of lines to which a fault is fitted.

@@ -61,6 +61,10 @@ pub(super) const SAME_SCALE: f64 = 0.05;
 /// steps of the search between two of them.
 const CORNERS: [f64; 8] = [0.3, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
 const CORNER_STEPS: usize = 12;
+/// Trial damping ratios of a mount (1): adhesives and magnets have few per cent, a loose sensor more.
+pub(super) const MOUNT_RATIOS: [f64; 6] = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5];
+/// Damping ratio with which the natural frequency of the mount of all records is sought (1).
+const MOUNT_RATIO: f64 = MOUNT_RATIOS[2];
 /// Distance in the logarithm of a corner at which the rise of χ² is measured for its interval.
 const SIDE: f64 = 0.05;
 /// Steps of a fit to data of a trial corner, and relative decrease of χ² per step at which it ends: joints in
@@ -278,12 +282,16 @@ pub(super) fn fault_of_all(
     let filters = [
         (ChainFault::LowPass as fn(f64) -> ChainFault, CORNERS.map(|share| share * high)),
         (ChainFault::HighPass, CORNERS.map(|share| low / share)),
+        (|hz| ChainFault::MountResonance(hz, MOUNT_RATIO), CORNERS.map(|share| share * high)),
     ];
-    let filters: Result<Vec<ChainCandidate>, ObjectiveError> = filters
+    let filters: Result<Vec<(ChainCandidate, Fitted)>, ObjectiveError> = filters
         .into_par_iter()
         .map(|(made, corners)| filter(fitter, (nominal, base), (made, corners), control))
         .or_first_error();
-    found.extend(filters?);
+    let best = filters?.into_iter().min_by(|a, b| a.0.chi_square.total_cmp(&b.0.chi_square));
+    found.extend(
+        best.map(|(best, fitted)| with_damping(fitter, nominal, (best, fitted), control)).transpose()?,
+    );
     // A fit that was stopped has the χ² of other lines.
     if control.stopped() {
         return Ok(None);
@@ -346,7 +354,7 @@ fn filter(
     (nominal, base): (&Hypothesis, &Fitted),
     (made, corners): (fn(f64) -> ChainFault, [f64; CORNERS.len()]),
     control: &Control,
-) -> Result<ChainCandidate, ObjectiveError> {
+) -> Result<(ChainCandidate, Fitted), ObjectiveError> {
     let fit = |log_corner: f64, from: &Fitted| -> Result<Fitted, ObjectiveError> {
         let set = made(log_corner.exp()).corrected_in(fitter.fit.set(), |_| true);
         let data = fitter.on(fitter.fit.in_version(&set));
@@ -388,5 +396,29 @@ fn filter(
         - best.chi_square;
     let half = SIDE * (CHI_SQUARE_95 * misfit / rise.max(f64::MIN_POSITIVE)).sqrt();
     let interval95 = Some(((corner - half).exp(), (corner + half).exp()));
-    Ok(ChainCandidate { fault: made(corner.exp()), interval95, chi_square: best.chi_square })
+    Ok((ChainCandidate { fault: made(corner.exp()), interval95, chi_square: best.chi_square }, best))
+}
+
+/// Fits the damping ratio of a mount, which hardly moves its natural frequency above the band; other filters
+/// have none.
+fn with_damping(
+    fitter: &Fitter<'_>,
+    nominal: &Hypothesis,
+    (mut best, mut fitted): (ChainCandidate, Fitted),
+    control: &Control,
+) -> Result<ChainCandidate, ObjectiveError> {
+    let ChainFault::MountResonance(hz, _) = best.fault else { return Ok(best) };
+    let range = (MOUNT_RATIOS[0].ln(), MOUNT_RATIOS[MOUNT_RATIOS.len() - 1].ln());
+    golden_section(range, CORNER_STEPS, |log_ratio| {
+        let fault = ChainFault::MountResonance(hz, log_ratio.exp());
+        let set = fault.corrected_in(fitter.fit.set(), |_| true);
+        let data = fitter.on(fitter.fit.in_version(&set));
+        let found = data.descend_until(&data.objective(nominal)?, &fitted, FILTER_STEPS, control);
+        let chi_square = found.chi_square;
+        if chi_square < best.chi_square {
+            (best, fitted) = (ChainCandidate { fault, chi_square, ..best }, found);
+        }
+        Ok::<f64, ObjectiveError>(chi_square)
+    })?;
+    Ok(best)
 }
