@@ -130,3 +130,18 @@ fn time_records_are_no_frfs() {
     let (code, _, message) = run(folder, &format!("import a.csv --out set {IMPORT} {columns}"));
     assert!(code == 0 && message.contains("below the modes of any machine"), "{message}");
 }
+
+/// What is warned about can be acted on: a combination is named with what distinguishes its parameters.
+#[test]
+fn a_combination_is_stated_with_its_remedy() {
+    let study = jointid::Study::open(&jointid::Sources::default()).unwrap().fit(["l1", "l3", "l5"]).unwrap();
+    let settings = jointid::Settings { repeats: 1, ..study.settings().clone() };
+    let found = study.with_settings(settings).identify().unwrap();
+    assert!(!found.combinations.is_empty());
+    for combination in &found.combinations {
+        let is_stated = |text: &String| {
+            text.starts_with(&combination.description) && text.contains("prior") && text.contains("plan")
+        };
+        assert!(found.stamp.warnings.iter().any(is_stated), "{:?}", found.stamp.warnings);
+    }
+}

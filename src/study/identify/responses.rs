@@ -40,7 +40,8 @@ impl Study {
         let mut warnings = found.warnings.clone();
         warnings.extend(of_loops);
         warnings.extend(document_rows::pairing_warnings(&positions));
-        warnings.extend(found.combinations.iter().map(|c| c.text.clone()));
+        let remedy = "a prior of one of them, such as a catalogue value, distinguishes them, or a measurement that plan proposes";
+        warnings.extend(found.combinations.iter().map(|c| format!("{}; {remedy}", c.text)));
         warnings.extend(document_rows::passivity_warnings(machine, &self.set));
         let modes = self.natural_modes(&found)?;
         if whole {
