@@ -112,6 +112,19 @@ fn the_page_on_rotary_axes_leads_to_an_inertia() {
     );
     assert!((found["coulomb_friction"]["value"].as_f64().unwrap() - 1.0).abs() < 1e-2, "{found}");
     assert_eq!(document(folder.path(), "table/results/diagnosis.json")["verdict"]["kind"], "none");
+    // The page of a diagnosis alone has the title of the machine, too.
+    fs::create_dir(folder.path().join("alone")).unwrap();
+    fs::copy(folder.path().join("table/results/diagnosis.json"), folder.path().join("alone/diagnosis.json"))
+        .unwrap();
+    let report = ["report", "alone", "--quiet"];
+    assert_cmd::Command::cargo_bin("jointid")
+        .unwrap()
+        .current_dir(folder.path())
+        .args(report)
+        .assert()
+        .success();
+    let made = fs::read_to_string(folder.path().join("alone/report.html")).unwrap();
+    assert!(made.contains("<h1>my rotary axis</h1>"));
 }
 
 /// The diagnosis names the effect that the page adds, and the one that these data do not distinguish from it.

@@ -18,6 +18,7 @@ pub(super) fn draw(of: &DiagnosisDocument, sources: &Sources, page: &mut Page) -
     let study = Study::reopened((of.machine.as_ref(), &of.config), &of.measurements, &of.stamp, sources);
     let study = unchanged(study, &of.stamp, ("diagnosis", "diagnose"))?;
     page.notes.extend(study.outdated_machine().filter(|note| !page.notes.contains(note)));
+    page.title = study.machine().title.clone();
     page.sketch = sketch(study.machine());
     if of.domain == DataKind::Motion {
         return Ok(());
@@ -36,7 +37,6 @@ pub(super) fn draw(of: &DiagnosisDocument, sources: &Sources, page: &mut Page) -
         ));
     }
     let (fit, _) = set.split(Some(&of.fit_positions), &of.held_out_positions)?;
-    page.title = config.machine.title.clone();
     page.diagnosed = Overlay { set, fit, models: &models }.curves()?;
     Ok(())
 }
