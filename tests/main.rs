@@ -38,6 +38,7 @@ mod model;
 mod motion;
 mod motion_certainty;
 mod motion_command;
+mod nested;
 mod no_effect;
 mod outputs;
 mod page;

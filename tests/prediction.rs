@@ -81,14 +81,16 @@ fn recover_predictions_at_positions_not_tested() {
             // Each true peak belongs to the nearest predicted mode with a peak.
             for (hz, _) in simulated.natural[at].iter().filter(|(hz, _)| *hz < *measured_hz.last().unwrap()) {
                 let seen = position.modes.iter().filter(|m| m.mode.amplitude.is_some());
-                let distance = |m: &&PredictedMode| (m.mode.frequency_hz / hz).ln().abs();
+                let distance =
+                    |m: &&PredictedMode| (m.mode.frequency_hz.unwrap_or(f64::INFINITY) / hz).ln().abs();
                 let nearest = seen.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap();
-                let [low, high] = nearest.frequency95;
+                let [low, high] = nearest.frequency95.unwrap();
                 of_frequencies.count((low..=high).contains(hz));
                 frequency_widths.push((high / low).ln());
                 if let Some(bootstrap) = &bootstrap {
                     let same = |m: &&PredictedMode| m.mode.order == nearest.mode.order;
-                    let [from, to] = bootstrap.positions[name].modes.iter().find(same).unwrap().frequency95;
+                    let [from, to] =
+                        bootstrap.positions[name].modes.iter().find(same).unwrap().frequency95.unwrap();
                     of_bootstrap.count((from..=to).contains(hz));
                     bootstrap_widths.push((to / from).ln());
                 }

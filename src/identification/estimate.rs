@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::bootstrap::bootstraps;
 use super::combination::{Combination, combinations};
+use super::contained::contained_starts;
 use super::doubt::Doubt;
 use super::place::Place;
 use super::problem::{Basin, POLISH, Problem, Surroundings};
@@ -48,7 +49,8 @@ pub(super) fn estimate<P: Problem>(
     if free.is_empty() {
         return Ok(at_start(problem, machine));
     }
-    let found = searched(problem, plan, control);
+    let starts = contained_starts(machine, problem.varied(), &plan.contained);
+    let found = searched(problem, (plan, &starts), control);
     let (best, least) = finite(problem, found.minima.first())?;
     let freedom = problem.observations().saturating_sub(best.len());
     let misfit_at = |place: &Place| {

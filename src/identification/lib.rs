@@ -3,6 +3,7 @@
 
 mod bootstrap;
 mod combination;
+mod contained;
 mod doubt;
 mod estimate;
 mod measurement_plan;

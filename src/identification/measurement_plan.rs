@@ -318,12 +318,8 @@ fn columns_of(own: &[usize], all: &[usize]) -> Vec<usize> {
 
 /// Returns the prior information on each free parameter, in its unit interval.
 pub(super) fn prior_information(machine: &Machine, free: &[usize], values: &ParameterValues) -> Vec<f64> {
-    let of = |i: &usize| {
-        let parameter = &machine.parameters[*i];
-        parameter
-            .prior
-            .map_or(0.0, |prior| (parameter.unit_slope(values[*i]) * prior.slope(values[*i])).powi(2))
-    };
+    let of =
+        |i: &usize| machine.parameters[*i].deviation_slope(values[*i]).map_or(0.0, |slope| slope.powi(2));
     free.iter().map(of).collect()
 }
 

@@ -312,10 +312,10 @@ fn neutral_tolerances(fitted: &mut Machine, described: usize) -> Vec<(usize, Coo
 }
 
 fn parameter_coordinate(parameter: &machine::Parameter) -> Coordinate {
-    let prior = parameter.prior.map(|prior| {
+    let prior = parameter.prior.and_then(|prior| {
         let centre = prior.value(parameter.start, 0.0);
-        let slope = parameter.unit_slope(centre) * prior.slope(centre);
-        (1.0 / slope.abs(), parameter.to_unit(centre))
+        let slope = parameter.deviation_slope(centre)?;
+        Some((1.0 / slope.abs(), parameter.to_unit(centre)))
     });
     Coordinate { name: parameter.name().into(), of_machine: true, prior }
 }

@@ -67,6 +67,10 @@ pub trait Problem: Sync {
 
     /// Returns the indices of the free parameters that are not tolerances: the first coordinates.
     fn free(&self) -> &[usize];
+    /// Returns the indices of all parameters that are fitted, tolerances included: the first coordinates.
+    fn varied(&self) -> &[usize] {
+        self.free()
+    }
     /// Returns the coordinate of the gain, if it is unknown.
     fn gain_column(&self) -> Option<usize>;
     /// Returns the number of real numbers compared.
@@ -261,6 +265,9 @@ impl Problem for FrfObjective<'_> {
 
     fn free(&self) -> &[usize] {
         &self.free[..self.own_count]
+    }
+    fn varied(&self) -> &[usize] {
+        &self.free
     }
     fn gain_column(&self) -> Option<usize> {
         self.estimates_gain().then_some(self.free.len())

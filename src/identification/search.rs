@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::contained::ends_of_contained;
 use super::place::Place;
 use super::problem::{Basin, Problem, Round, Surroundings};
 use super::profile::CHI_SQUARE_95;
@@ -80,10 +81,11 @@ fn starts_of(candidates: &[Candidate], refined: usize) -> usize {
 }
 
 /// Searches the unit cube by rounds of new spread starts until the best minimum was found `plan.repeats`
-/// times, or the budget is spent; near a known solution by least squares alone.
+/// times, or the budget is spent; near a known solution by least squares alone. It ends with starts from the
+/// machines that this one contains: a minimum that only these find counts as seldom found.
 pub(super) fn searched<P: Problem>(
     problem: &P,
-    plan: &IdentificationSettings,
+    (plan, contained): (&IdentificationSettings, &[Vec<Place>]),
     control: &Control,
 ) -> Searched {
     if let Some(near) = &plan.near {
@@ -122,6 +124,16 @@ pub(super) fn searched<P: Problem>(
         if control.stopped() || (is_hopeless && effort.found >= FOUND_HOPELESS) {
             break;
         }
+    }
+    if !control.stopped() && !contained.is_empty() {
+        for (end, evaluations) in
+            control.cached("contained", || ends_of_contained(problem, contained, control))
+        {
+            let around = Surroundings { information: problem.information(&end.place), place: end.place };
+            merge(problem, &mut refined, (Centre { around, cost: end.cost }, evaluations));
+        }
+        let best = (0..refined.len()).min_by(|a, b| refined[*a].0.cost.total_cmp(&refined[*b].0.cost));
+        effort.found = best.map_or(0, |best| starts_of(&candidates, best));
     }
     let basin = |(at, (centre, _)): (usize, &(Centre, u64))| {
         let (place, cost) = (centre.around.place.clone(), centre.cost);
@@ -215,26 +227,34 @@ fn refine<P: Problem>(
             (Centre { around, cost: end.cost }, evaluations)
         })
         .collect();
-    for (at, (centre, evaluations)) in open.into_iter().zip(ends) {
-        let misfit =
-            problem.misfit(centre.cost.min(refined.iter().map(|r| r.0.cost).fold(f64::INFINITY, f64::min)));
-        let is_known = |(other, _): &(Centre, u64)| {
-            other.holds(&centre.around.place, misfit) || centre.holds(&other.around.place, misfit)
-        };
-        let known = refined.iter().position(is_known);
-        candidates[at].refined = Some(match known {
-            Some(known) => {
-                refined[known].1 += evaluations;
-                if centre.cost < refined[known].0.cost {
-                    refined[known].0 = centre;
-                }
-                known
+    for (at, end) in open.into_iter().zip(ends) {
+        candidates[at].refined = Some(merge(problem, refined, end));
+    }
+}
+
+/// Adds an end on all data to the refined minima, unless it is one of these, and returns its index.
+fn merge<P: Problem>(
+    problem: &P,
+    refined: &mut Vec<(Centre, u64)>,
+    (centre, evaluations): (Centre, u64),
+) -> usize {
+    let misfit =
+        problem.misfit(centre.cost.min(refined.iter().map(|r| r.0.cost).fold(f64::INFINITY, f64::min)));
+    let is_known = |(other, _): &(Centre, u64)| {
+        other.holds(&centre.around.place, misfit) || centre.holds(&other.around.place, misfit)
+    };
+    match refined.iter().position(is_known) {
+        Some(known) => {
+            refined[known].1 += evaluations;
+            if centre.cost < refined[known].0.cost {
+                refined[known].0 = centre;
             }
-            None => {
-                refined.push((centre, evaluations));
-                refined.len() - 1
-            }
-        });
+            known
+        }
+        None => {
+            refined.push((centre, evaluations));
+            refined.len() - 1
+        }
     }
 }
 
@@ -371,6 +391,12 @@ mod tests {
         fn start_near(&self, near: &Place) -> Place {
             near.clone()
         }
+        fn cost(&self, place: &Place) -> f64 {
+            self.around(place).2
+        }
+        fn polished_from(&self, near: &Place, control: &Control) -> (Basin, u64) {
+            self.refined(&Basin { place: near.clone(), cost: 0.0, starts: 1 }, control)
+        }
         fn with_inflated_variance(&self, _: f64) -> Option<Self> {
             None
         }
@@ -389,11 +415,12 @@ mod tests {
     }
 
     fn search(wells: &Wells, repeats: usize) -> Searched {
-        searched(
-            wells,
-            &IdentificationSettings { seed: 0, repeats, ..IdentificationSettings::default() },
-            &Control::default(),
-        )
+        search_beside(wells, repeats, &[])
+    }
+
+    fn search_beside(wells: &Wells, repeats: usize, contained: &[Vec<Place>]) -> Searched {
+        let plan = IdentificationSettings { seed: 0, repeats, ..IdentificationSettings::default() };
+        searched(wells, (&plan, contained), &Control::default())
     }
 
     /// Thinned lines favour one minimum, all lines the other, in which every third round ends. Ends that
@@ -415,6 +442,20 @@ mod tests {
     fn a_search_without_enough_finds_ends_with_its_budget_and_says_so() {
         let found = search(&Wells::of(&[([0.2, 0.5], 11.0, 30.0, 40), ([0.7, 0.5], 10.0, 31.0, 1)]), 3);
         assert_eq!((found.effort.starts, found.effort.found, found.effort.is_enough()), (18, 1, false));
+    }
+
+    /// A minimum that spread starts do not find, and the fit of a smaller machine leads to: it is the result, and
+    /// counts as found by none of the starts.
+    #[test]
+    fn a_search_ends_above_no_machine_that_this_one_contains() {
+        // All rounds end in the first.
+        let wells = Wells::of(&[([0.7, 0.5], 10.0, 31.0, 1), ([0.2, 0.5], 11.0, 20.0, 1)]);
+        let ends = |contained: &[f64]| {
+            let starts: Vec<Vec<Place>> = contained.iter().map(|x| vec![Place(vec![*x, 0.5])]).collect();
+            let found = search_beside(&wells, 2, &starts);
+            (found.minima[0].cost, found.minima.len(), found.effort.found)
+        };
+        assert_eq!((ends(&[]), ends(&[0.72]), ends(&[0.25])), ((31.0, 1, 2), (31.0, 1, 2), (20.0, 2, 0)));
     }
 
     /// A minimum that is far above the least one on thinned lines cannot be the least one on all.

@@ -1,5 +1,7 @@
 //! Settings of an identification.
 
+use std::collections::BTreeMap;
+
 use super::place::Place;
 use crate::objective::{FrfSettings, ModeSettings};
 use optimizer::SearchResult;
@@ -28,6 +30,9 @@ pub struct IdentificationSettings {
     /// They hold the free parameters and tolerances. Gain, nut positions and channels restart at their
     /// defaults.
     pub near: Option<Place>,
+    /// Fits of machines that this one contains, such as the machine without an effect: values by the names of
+    /// parameters and tolerances. The search starts from each of them, too, and thus ends above none.
+    pub contained: Vec<BTreeMap<String, f64>>,
     /// Whether intervals come from the profile likelihood; otherwise from the covariance.
     pub profile: bool,
     /// Number of bootstrap samples over lines, and of those over positions; 0 for no bootstrap.
@@ -44,6 +49,7 @@ impl Default for IdentificationSettings {
             seed: 1,
             repeats: REPEATS,
             near: None,
+            contained: Vec::new(),
             profile: true,
             bootstrap: 0,
         }

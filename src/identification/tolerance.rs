@@ -106,7 +106,7 @@ pub(super) fn check_priors(
     let of_parameter = |(column, &index): (usize, &usize)| {
         let (parameter, value) = (&machine.parameters[index], values[index]);
         let prior = parameter.prior.filter(|prior| matches!(prior, Prior::Catalogue(..)))?;
-        let left = sd.get(column)? * parameter.unit_slope(value) * prior.slope(value);
+        let left = sd.get(column)? * parameter.deviation_slope(value)?;
         let deviation = prior.deviation(parameter.start, value);
         let moved = standardised(deviation, left).abs();
         (moved > FINDING).then(|| Doubt::Prior(parameter.id.clone(), deviation, moved))
@@ -157,7 +157,7 @@ pub(super) fn estimates(
     let described = objective.free.iter().enumerate().filter_map(|(column, &index)| {
         let parameter = &machine.parameters[index];
         let prior = parameter.prior.filter(|_| parameter.is_tolerance())?;
-        let slope = parameter.unit_slope(values[index]) * prior.slope(values[index]) * prior.sd();
+        let scale = if matches!(prior, Prior::Normal(_)) { 1.0 } else { values[index] };
         Some(ToleranceEstimate {
             name: parameter.name().into(),
             mechanism: parameter.mechanism,
@@ -165,7 +165,7 @@ pub(super) fn estimates(
             mean: parameter.start,
             prior,
             value: values[index],
-            sd: sd[column] * slope,
+            sd: sd[column] * parameter.unit_slope(values[index]) / scale,
         })
     });
     let known = &set.tolerance;

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use machine::{Parameter, Prior, Scale};
+use machine::{Parameter, Scale};
 
 /// An identified parameter.
 #[derive(Debug, Clone, PartialEq)]
@@ -98,11 +98,8 @@ pub fn narrow_width(parameters: &[Parameter], values: &[f64], index: usize) -> f
             REFERENCE.ln() * magnitude(parameters, values, index) / (parameter.upper - parameter.lower),
         ),
     };
-    let by_prior = |prior: Prior| {
-        let slope = parameter.unit_slope(values[index]) * prior.slope(values[index]);
-        narrowed(1.0 / (slope.abs() * RANGE_SD))
-    };
-    parameter.prior.map_or(by_kind, |prior| by_kind.min(by_prior(prior)))
+    let by_prior = |slope: f64| narrowed(1.0 / (slope.abs() * RANGE_SD));
+    parameter.deviation_slope(values[index]).map_or(by_kind, |slope| by_kind.min(by_prior(slope)))
 }
 
 /// As [`narrow_width`] for any logarithmic range.

@@ -66,7 +66,9 @@ pub struct Parameter {
 pub enum Prior {
     /// Normal, with this standard deviation in the parameter's unit.
     Normal(f64),
-    /// Log-normal: this is the standard deviation of the logarithm, and the start value is the median.
+    /// Log-normal above the start value, its median, with this standard deviation of the logarithm; below it
+    /// normal, with the start value times this as the standard deviation. A number that may as well be absent,
+    /// as a loss factor, is thus not excluded at zero.
     LogNormal(f64),
     /// Log-normal about a median of its own, such as a catalogue value, in the parameter's unit: median, and
     /// standard deviation of the logarithm.
@@ -78,15 +80,17 @@ impl Prior {
     pub fn deviation(self, start: f64, value: f64) -> f64 {
         match self {
             Prior::Normal(sd) => (value - start) / sd,
+            Prior::LogNormal(sd) if value < start => (value / start - 1.0) / sd,
             Prior::LogNormal(sd) => (value / start).ln() / sd,
             Prior::Catalogue(median, sd) => (value / median).ln() / sd,
         }
     }
 
     /// Returns the derivative of [`Prior::deviation`] with respect to the value.
-    pub fn slope(self, value: f64) -> f64 {
+    fn slope(self, start: f64, value: f64) -> f64 {
         match self {
             Prior::Normal(sd) => 1.0 / sd,
+            Prior::LogNormal(sd) if value < start => 1.0 / (sd * start),
             Prior::LogNormal(sd) | Prior::Catalogue(_, sd) => 1.0 / (sd * value),
         }
     }
@@ -95,6 +99,7 @@ impl Prior {
     pub fn value(self, start: f64, deviation: f64) -> f64 {
         match self {
             Prior::Normal(sd) => start + sd * deviation,
+            Prior::LogNormal(sd) if deviation < 0.0 => start * (1.0 + sd * deviation),
             Prior::LogNormal(sd) => start * (sd * deviation).exp(),
             Prior::Catalogue(median, sd) => median * (sd * deviation).exp(),
         }
@@ -124,6 +129,12 @@ impl Parameter {
     /// without a prior.
     pub fn deviation(&self, value: f64) -> Option<f64> {
         Some(self.prior?.deviation(self.start, value))
+    }
+
+    /// Returns the derivative of this deviation with respect to the coordinate in the unit interval of its
+    /// range; `None` without a prior.
+    pub fn deviation_slope(&self, value: f64) -> Option<f64> {
+        Some(self.prior?.slope(self.start, value) * self.unit_slope(value))
     }
 
     /// Maps a value to the unit interval of its range: 0 at `lower`, 1 at `upper`.

@@ -16,13 +16,21 @@ use super::vocabulary::Role;
 pub struct NaturalMode {
     /// Mode number in ascending frequency, from 1; rigid-body modes do not count.
     pub order: usize,
-    /// Natural frequency: that of the peak of the FRF, or of the undamped mode where the FRF shows no peak
-    /// (Hz).
-    pub frequency_hz: f64,
+    /// Frequency of its peak in the FRF (Hz); absent where the FRF shows none.
+    pub frequency_hz: Option<f64>,
+    /// Undamped natural frequency (Hz).
+    pub natural_hz: f64,
     /// Damping ratio (1); absent for a mode whose damping cannot be stated.
     pub damping_ratio: Option<f64>,
     /// Magnitude of the FRF at the peak (SI units of the quantity); absent where it shows no peak.
     pub amplitude: Option<f64>,
+}
+
+impl NaturalMode {
+    /// Whether it lies below a frequency (Hz), with its peak or without damping.
+    pub fn is_below(&self, hz: f64) -> bool {
+        self.natural_hz <= hz || self.frequency_hz.is_some_and(|peak_hz| peak_hz <= hz)
+    }
 }
 
 /// A natural mode with its 95 % intervals.
@@ -31,8 +39,11 @@ pub struct PredictedMode {
     /// Values of the best fit.
     #[serde(flatten)]
     pub mode: NaturalMode,
-    /// 95 % interval of the natural frequency (Hz).
-    pub frequency95: [f64; 2],
+    /// 95 % interval of the frequency of the peak (Hz), from the possible machines that show one; absent where
+    /// the best fit shows none.
+    pub frequency95: Option<[f64; 2]>,
+    /// 95 % interval of the undamped natural frequency (Hz).
+    pub natural95: [f64; 2],
     /// 95 % interval of the damping ratio (1).
     pub damping95: Option<[f64; 2]>,
     /// 95 % interval of the amplitude (SI units of the quantity); absent where some of the possible machines
@@ -109,8 +120,8 @@ impl PredictionDocument {
 }
 
 /// Columns of the table of modes.
-pub(super) const HEADER: [&str; 7] =
-    ["Nut m", "Order", "Frequency Hz", "95 % interval", "Damping %", "95 % interval", "Amplitude"];
+pub(super) const HEADER: [&str; 8] =
+    ["Nut m", "Order", "Undamped Hz", "Peak Hz", "95 % interval", "Damping %", "95 % interval", "Amplitude"];
 
 /// A prediction as text.
 pub fn prediction_text(title: &str, document: &PredictionDocument) -> String {
@@ -146,14 +157,15 @@ pub(super) fn mode_rows(document: &PredictionDocument) -> (&'static str, Vec<Vec
             (Some(nut_m), None) => nut_m.to_string(),
         };
         for (at, PredictedMode { mode, frequency95, damping95, .. }) in position.modes.iter().enumerate() {
-            let (frequency, frequency95) = with_interval(mode.frequency_hz, *frequency95);
-            let (damping, damping95) = damping_cells(mode.damping_ratio, *damping95);
+            let (peak, peak95) = interval_cells(mode.frequency_hz, *frequency95, 1.0);
+            let (damping, damping95) = interval_cells(mode.damping_ratio, *damping95, 100.0);
             let place = if at == 0 { place.clone() } else { String::new() };
             rows.push(vec![
                 place,
                 mode.order.to_string(),
-                frequency,
-                frequency95,
+                figure(mode.natural_hz),
+                peak,
+                peak95,
                 damping,
                 damping95,
                 cell(mode.amplitude, figure),
@@ -177,11 +189,11 @@ pub(super) fn stiffness_rows(document: &PredictionDocument) -> Vec<Vec<String>> 
     document.ordered().into_iter().filter_map(row).collect()
 }
 
-/// Writes a damping ratio and its interval in per cent, each «–» where it is absent.
-fn damping_cells(ratio: Option<f64>, interval: Option<[f64; 2]>) -> (String, String) {
-    match (ratio, interval) {
-        (Some(z), Some([a, b])) => with_interval(100.0 * z, [100.0 * a, 100.0 * b]),
-        (Some(z), None) => (figure(100.0 * z), "–".into()),
+/// Writes a number and its interval, multiplied by a factor, each «–» where it is absent.
+fn interval_cells(number: Option<f64>, interval: Option<[f64; 2]>, factor: f64) -> (String, String) {
+    match (number, interval) {
+        (Some(x), Some(ends)) => with_interval(factor * x, ends.map(|end| factor * end)),
+        (Some(x), None) => (figure(factor * x), "–".into()),
         (None, _) => ("–".into(), "–".into()),
     }
 }
@@ -189,11 +201,11 @@ fn damping_cells(ratio: Option<f64>, interval: Option<[f64; 2]>) -> (String, Str
 /// The modes of a prediction as CSV, each with the static stiffness of its position.
 pub fn prediction_csv(document: &PredictionDocument) -> String {
     let mut text = String::from(
-        "position,nut_m,order,frequency_hz,frequency_low_hz,frequency_high_hz,damping_ratio,damping_low,damping_high,amplitude,amplitude_low,amplitude_high,static_stiffness,static_stiffness_low,static_stiffness_high\n",
+        "position,nut_m,order,frequency_hz,frequency_low_hz,frequency_high_hz,natural_hz,natural_low_hz,natural_high_hz,damping_ratio,damping_low,damping_high,amplitude,amplitude_low,amplitude_high,static_stiffness,static_stiffness_low,static_stiffness_high\n",
     );
     let number = |x: Option<f64>| x.map_or(String::new(), |x| x.to_string());
     for (name, position) in document.ordered() {
-        for PredictedMode { mode, frequency95: [low, high], damping95, amplitude95 } in &position.modes {
+        for PredictedMode { mode, frequency95, natural95, damping95, amplitude95 } in &position.modes {
             let ends = |interval: &Option<[f64; 2]>| {
                 [number(interval.map(|i| i[0])), number(interval.map(|i| i[1]))].join(",")
             };
@@ -201,9 +213,10 @@ pub fn prediction_csv(document: &PredictionDocument) -> String {
                 csv_cell(name).to_string(),
                 number(position.nut_m),
                 mode.order.to_string(),
-                mode.frequency_hz.to_string(),
-                low.to_string(),
-                high.to_string(),
+                number(mode.frequency_hz),
+                ends(frequency95),
+                mode.natural_hz.to_string(),
+                ends(&Some(*natural95)),
                 number(mode.damping_ratio),
                 ends(damping95),
                 number(mode.amplitude),
@@ -243,11 +256,11 @@ pub(super) fn natural_frequencies_text(modes: &BTreeMap<String, Vec<NaturalMode>
         .collect();
     let rows = modes.iter().map(|(name, modes)| {
         let of = |order: usize| {
-            modes.iter().find(|m| m.order == order).map_or("–".into(), |m| figure(m.frequency_hz))
+            modes.iter().find(|m| m.order == order).map_or("–".into(), |m| figure(m.natural_hz))
         };
         std::iter::once(name.clone()).chain((1..=shown).map(of)).collect()
     });
-    format!("natural frequencies of the identified machine (Hz)\n{}", columns(&header, rows))
+    format!("undamped natural frequencies of the identified machine (Hz)\n{}", columns(&header, rows))
 }
 
 /// Number of orders in the table of natural frequencies.

@@ -107,12 +107,12 @@ fn a_prediction_as_text_and_table() {
     let found = document(json!({
         "quantity": "receptance", "response": "table", "excitation": "table", "band_hz": [5.0, 900.0], "draws": 199, "minima": 2, "nut_sd_m": 0.001,
         "positions": {
-            "0.4": { "nut_m": 0.4, "modes": [{ "order": 1, "frequency_hz": 66.123, "damping_ratio": 0.0213, "amplitude": 1.234e-7,
+            "0.4": { "nut_m": 0.4, "modes": [{ "order": 1, "frequency_hz": 66.123, "natural_hz": 66.138, "natural95": [65.9, 66.4], "damping_ratio": 0.0213, "amplitude": 1.234e-7,
                 "frequency95": [65.9, 66.4], "damping95": [0.02, 0.023], "amplitude95": null }],
                 "static_stiffness": 8.1e7, "static_stiffness95": [7.9e7, 8.3e7],
                 "frf": { "frequency_hz": [10.0], "value": [[1e-8, -1e-9]], "magnitude95": [[0.9e-8, 1.1e-8]] } },
-            "l1": { "nut_m": 0.6, "role": "held_out", "modes": [{ "order": 1, "frequency_hz": 67.0, "damping_ratio": null, "amplitude": null,
-                "frequency95": [66.8, 67.2], "damping95": null, "amplitude95": null }], "static_stiffness": null, "static_stiffness95": null },
+            "l1": { "nut_m": 0.6, "role": "held_out", "modes": [{ "order": 1, "natural_hz": 67.0, "natural95": [66.8, 67.2], "damping_ratio": null, "amplitude": null,
+                "damping95": null, "amplitude95": null }], "static_stiffness": null, "static_stiffness95": null },
         },
     }));
     let tables = format!("{}\n{}", prediction_csv(&found), predicted_frfs_csv(&found).unwrap());

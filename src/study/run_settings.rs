@@ -16,8 +16,8 @@ impl Study {
             None => Ok(()),
             Some(id) => {
                 let known: Vec<&str> = parameters.iter().map(|p| p.id.as_str()).collect();
-                let fault = format!("the machine has no parameter «{id}»; there are {}", known.join(", "));
-                Err(StudyError::setting("freeze", "", fault))
+                let fault = format!("the machine has no such parameter; there are {}", known.join(", "));
+                Err(StudyError::setting("freeze", id, fault))
             }
         }
     }

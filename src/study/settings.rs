@@ -132,6 +132,7 @@ impl Settings {
             repeats: self.repeats,
             frf: self.fits_frfs(set).then_some(frf),
             near: None,
+            contained: Vec::new(),
             profile: true,
             bootstrap: self.bootstrap,
         })

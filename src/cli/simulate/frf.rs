@@ -50,7 +50,7 @@ pub struct FrfArguments {
     pub closed_loop: bool,
     /// Add what identify expects beyond the description: journals, nut lengths, losses, guide damping and the
     /// integral action of a hold, at the medians of their priors. By default the machine is exactly as
-    /// described, which identify takes for an unusual one
+    /// described
     #[arg(long, conflicts_with = "result")]
     pub with_tolerances: bool,
     /// Quantity to compute

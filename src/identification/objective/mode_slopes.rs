@@ -35,10 +35,7 @@ impl ModeObjective<'_> {
         if let Some(whitening) = &self.whitening {
             data = whitening * data;
         }
-        let prior_slope = |index: usize| {
-            let described = &self.machine.parameters[index];
-            Some(described.prior?.slope(parameters[index]) * described.unit_slope(parameters[index]))
-        };
+        let prior_slope = |index: usize| self.machine.parameters[index].deviation_slope(parameters[index]);
         let of_column = |(column, &index): (usize, &usize)| Some((column, prior_slope(index)?));
         let priors: Vec<(usize, f64)> = self.free.iter().enumerate().filter_map(of_column).collect();
         let count = data.nrows();

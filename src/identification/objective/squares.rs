@@ -147,9 +147,8 @@ impl FrfObjective<'_> {
         let FrfSettings { nut_sd_m, channel_sd: (gain_sd, delay_sd_s), .. } = self.settings;
         let parameters = self.free.iter().enumerate().filter_map(move |(column, &index)| {
             let (parameter, value) = (&self.machine.parameters[index], here.parameters[index]);
-            let prior = parameter.prior?;
-            let slope = parameter.unit_slope(value) * prior.slope(value);
-            Some(PriorTerm { column, deviation: prior.deviation(parameter.start, value), slope })
+            let slope = parameter.deviation_slope(value)?;
+            Some(PriorTerm { column, deviation: parameter.deviation(value)?, slope })
         });
         let channels =
             here.channels.iter().take(self.free_channels()).flat_map(move |(log_gain, delay_s)| {

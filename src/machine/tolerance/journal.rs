@@ -1,6 +1,6 @@
 //! Journals: the thinner ends of a shaft.
 
-use super::number::{MARK, RELATIVE_STOP, massless, size, tolerance};
+use super::number::{MARK, RELATIVE_STOP, massless, of_unstated, size, tolerance};
 use crate::{Machine, Mechanism, Modifier, PointMotion, Prior, Station, StationPlace};
 
 /// Length of a journal in diameters of its shaft.
@@ -9,6 +9,8 @@ use crate::{Machine, Mechanism, Modifier, PointMotion, Prior, Station, StationPl
 ///   2.5 diameters long with collar
 /// and nut.
 const DIAMETERS: f64 = 1.75;
+/// Relative standard deviation of the section that an end with a journal lacks (1).
+const SPREAD: f64 = 0.5;
 /// Upper limits of a journal's length: as a share of the shaft's length, and of the distance from the end to
 /// the nearest nut or station.
 const MOST: (f64, f64) = (0.1, 0.5);
@@ -50,7 +52,8 @@ pub(super) fn split_off_journals(machine: &mut Machine, nuts_m: &[f64]) {
                 .points
                 .get(end.axial.or(end.torsion).unwrap_or(usize::MAX))
                 .map_or_else(String::new, |p| p.name.clone());
-            let prior = (-thinner, Prior::Normal(0.5 * thinner));
+            let (mean, sd) = of_unstated(SPREAD);
+            let prior = (-mean * thinner, Prior::Normal(sd * thinner));
             let parameter = tolerance(
                 format!("journal at {name}"),
                 (Mechanism::Ratio, "1"),

@@ -5,6 +5,8 @@ use crate::{FitRule, Machine, Mechanism, Operating, Parameter, PointMotion, Prio
 
 /// Numerical bound of a tolerance, in standard deviations: wide enough not to constrain the fit.
 pub(super) const STOP: f64 = 20.0;
+/// Smallest loss factor over its median (1): with the share of its deviation that a joint without loss has.
+const LEAST_LOSS: f64 = 0.05;
 /// Numerical bound of a relative change: a number keeps at least half of its value.
 pub(super) const RELATIVE_STOP: f64 = 0.5;
 /// Begins the ids of tolerances and the names of their parts, which keeps them distinct from those of a
@@ -49,8 +51,16 @@ pub(super) fn loss(name: String, median: f64, spread: f64) -> Parameter {
         name,
         (Mechanism::LossFactor, "1"),
         (median, Prior::LogNormal(spread)),
-        [median / stop, median * stop],
+        [median * LEAST_LOSS, median * stop],
     )
+}
+
+/// Returns mean and standard deviation of a feature that a description may leave out, over its typical size,
+/// which it has to a relative standard deviation: it is there or not at equal odds, as a machine may be described
+/// with or without it.
+pub(super) fn of_unstated(sd: f64) -> (f64, f64) {
+    const ODDS: f64 = 0.5;
+    (ODDS, (ODDS * sd * sd + ODDS * (1.0 - ODDS)).sqrt())
 }
 
 /// Returns a number at the start values.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::number::{MARK, massless, size, tolerance};
+use super::number::{MARK, massless, of_unstated, size, tolerance};
 use crate::{Joint, Machine, Mechanism, Operating, PointMotion, Prior, Shaft, Station, StationPlace, Value};
 
 /// Half the distance between the two supports of a nut: in leads, or in diameters of the screw where the lead
@@ -38,6 +38,7 @@ pub(super) fn distribute_nut_loads(machine: &mut Machine, nuts_m: &[f64]) {
     if !(sd > 0.0) {
         return;
     }
+    let (mean, sd) = of_unstated(sd);
     for index in 0..machine.shafts.len() {
         let Some(at) = machine.shafts[index].stations.iter().position(|s| s.place == StationPlace::Nut)
         else {
@@ -57,7 +58,7 @@ pub(super) fn distribute_nut_loads(machine: &mut Machine, nuts_m: &[f64]) {
         machine.parameters.push(tolerance(
             name,
             (Mechanism::Ratio, "1"),
-            (1.0, Prior::Normal(sd)),
+            (mean, Prior::Normal(sd)),
             [FACTOR.0, FACTOR.1],
         ));
         machine.shafts[index].nut_support_offset = Value::parameter(machine.parameters.len());

@@ -253,7 +253,7 @@ def prediction(found: Prediction) -> Figure:
             (place["nut_m"] or 0.0, mode)
             for place in places
             for mode in place["modes"]
-            if mode["order"] == order
+            if mode["order"] == order and mode["frequency_hz"] is not None
         ]
         nuts = [nut for nut, _ in of]
         axis.plot(nuts, [mode["frequency_hz"] for _, mode in of], "o-", color=AFTER, ms=4)

@@ -253,13 +253,14 @@ class Prediction(Document):
         return self.document["positions"]
 
     def to_frame(self) -> pandas.DataFrame:
-        """One row a mode: position, nut_m, order, frequency, damping ratio and amplitude with their intervals."""
+        """One row a mode: position, nut_m, order, frequency of the peak, undamped natural frequency, damping ratio and amplitude with their intervals."""
         rows = []
         for name, place in self.positions.items():
             for mode in place["modes"]:
                 row = {"position": name, "nut_m": place["nut_m"], "order": mode["order"]}
                 for key, ends in (
                     ("frequency_hz", "frequency95"),
+                    ("natural_hz", "natural95"),
                     ("damping_ratio", "damping95"),
                     ("amplitude", "amplitude95"),
                 ):

@@ -24,6 +24,9 @@ pub struct MeasuredMode {
     pub held_out: bool,
 }
 
+/// A predicted peak: nut position (m), frequency (Hz) and its interval.
+type PeakRow = (f64, f64, [f64; 2]);
+
 /// Number of orders in the chart of natural frequencies.
 const ORDERS: usize = 7;
 /// Largest distance ln(measured/predicted) of a mark from its order: beyond, the model lacks the mode.
@@ -48,7 +51,7 @@ pub fn content(of: &PredictionDocument, measured: &[MeasuredMode]) -> String {
 /// Returns the predicted frequency (Hz) of an order at a nut position, linear between the predicted
 /// positions.
 fn interpolated(along: &[(f64, &PredictedPosition)], order: usize, nut_m: f64) -> Option<f64> {
-    let of = |at: usize| along.get(at).and_then(|(x, p)| Some((*x, mode(p, order)?.mode.frequency_hz)));
+    let of = |at: usize| along.get(at).and_then(|(x, p)| Some((*x, mode(p, order)?.mode.frequency_hz?)));
     let above = along.iter().position(|(x, _)| *x >= nut_m).unwrap_or(along.len());
     match (above.checked_sub(1).and_then(of), of(above)) {
         (Some((a, low)), Some((b, high))) if b > a => Some(low + (high - low) * (nut_m - a) / (b - a)),
@@ -94,18 +97,21 @@ fn frequencies(of: &PredictionDocument, measured: &[MeasuredMode]) -> String {
     );
     for order in 1..=most {
         let y_axis = y_axis(order - 1);
-        let rows: Vec<(f64, &PredictedMode)> =
-            along.iter().filter_map(|(x, p)| Some((*x, mode(p, order)?))).collect();
+        let row = |(x, p): &(f64, &PredictedPosition)| {
+            let PredictedMode { mode, frequency95, .. } = mode(p, order)?;
+            Some((*x, mode.frequency_hz?, (*frequency95)?))
+        };
+        let rows: Vec<PeakRow> = along.iter().filter_map(row).collect();
         let x: Vec<f64> = rows.iter().map(|r| r.0).collect();
         let hover = format!("order {order}, %{{x:.4~g}} m<br>%{{y:.5~g}} Hz<extra></extra>");
-        let curve = |pick: &dyn Fn(&PredictedMode) -> f64, width: f64| {
-            let y: Vec<f64> = rows.iter().map(|r| rounded(pick(r.1), 6)).collect();
+        let curve = |pick: &dyn Fn(&PeakRow) -> f64, width: f64| {
+            let y: Vec<f64> = rows.iter().map(|row| rounded(pick(row), 6)).collect();
             let look = json!({ "line": line(colour(0), width), "yaxis": y_axis, "hovertemplate": hover });
             scatter(&x, y, "lines", look)
         };
-        chart.trace(curve(&|m| m.frequency95[0], 0.6));
-        chart.trace(with(curve(&|m| m.frequency95[1], 0.6), band()));
-        chart.trace(curve(&|m| m.mode.frequency_hz, 1.8));
+        chart.trace(curve(&|row| row.2[0], 0.6));
+        chart.trace(with(curve(&|row| row.2[1], 0.6), band()));
+        chart.trace(curve(&|row| row.1, 1.8));
         for (held_out, symbol) in [(false, "circle"), (true, "circle-open")] {
             let own: Vec<&MeasuredMode> = marks
                 .iter()

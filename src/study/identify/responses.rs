@@ -3,19 +3,21 @@
 use std::collections::BTreeMap;
 
 use crate::{Study, StudyResult, document_rows};
+use config::{MachineConfig, read_machine_text};
 use identification::validation::cross_validation;
 use identification::{IdentificationSettings, identify};
-use measurement::{MisplacedMode, misplaced_modes, with_fitting_orders};
+use measurement::{FitSet, HoldOutSet, MisplacedMode, misplaced_modes, with_fitting_orders};
 use report::certainty::{RepeatRow, SearchRow};
 use report::document::{IdentificationDocument, MisplacedModeRow, RenumberedRow};
 
 impl Study {
     /// As [`Study::identify`], from FRFs or modes.
     pub(super) fn identify_from_responses(&self) -> StudyResult<IdentificationDocument> {
-        let made = self.identification_settings()?;
+        let mut made = self.identification_settings()?;
         let of_loops = self.check_commanded()?;
         let (fit, held_out) = self.set.split(self.fit.as_deref(), &self.hold_out)?;
         let (machine, control) = (&self.config.machine, &self.control);
+        made.contained = self.contained_fits(&made, (&fit, &held_out))?;
         let misplaced = if made.frf.is_some() { Vec::new() } else { misplaced_modes(&self.set) };
         let mut found = identify(machine, &fit, &held_out, &made, control)?;
         let renumbered = self.renumbered(&misplaced, &made)?;
@@ -96,6 +98,45 @@ impl Study {
             frfs,
             ..IdentificationDocument::default()
         })
+    }
+
+    /// Fits the machine without its effects, and without each of them. Returns the values by name. An effect that
+    /// another needs stays.
+    fn contained_fits(
+        &self,
+        made: &IdentificationSettings,
+        (fit, held_out): (&FitSet<'_>, &HoldOutSet<'_>),
+    ) -> StudyResult<Vec<BTreeMap<String, f64>>> {
+        self.check_frozen()?;
+        let effects = &self.config.machine.effects;
+        let singles = effects.iter().filter(|_| effects.len() > 1).map(std::slice::from_ref);
+        let mut fits = Vec::new();
+        for removed in std::iter::once(&effects[..]).filter(|all| !all.is_empty()).chain(singles) {
+            let without = [&self.without, removed].concat();
+            let MachineConfig { path, text, .. } = &self.config;
+            let Ok(smaller) = read_machine_text(path, text, &self.overrides, &without) else { continue };
+            let machine = smaller.machine;
+            let plan = IdentificationSettings {
+                frozen: made.frozen.iter().filter(|id| machine.parameter(id).is_some()).cloned().collect(),
+                repeats: 1,
+                profile: false,
+                bootstrap: 0,
+                contained: fits.clone(),
+                ..made.clone()
+            };
+            let Ok(found) = identify(
+                &machine,
+                fit,
+                held_out,
+                &plan,
+                &self.control.within(&format!("without {}", without.join("+"))),
+            ) else {
+                continue;
+            };
+            let names = found.machine.parameters.iter().map(|p| p.name().to_string());
+            fits.push(names.zip(found.values.iter().copied()).collect());
+        }
+        Ok(fits)
     }
 
     /// Fits the set with misplaced modes at the orders they fit; `None` where there are none.

@@ -63,11 +63,11 @@ fn at_position(set: &MeasurementSet, at: usize, predicted: &PredictionDocument, 
     else {
         return Vec::new();
     };
-    let seen = nearest.modes.iter().filter(|m| m.mode.amplitude.is_some());
+    let seen = nearest.modes.iter().filter_map(|m| m.mode.frequency_hz);
     // Maxima of |H| are often those of noise: the modes of a fit are not.
     let fitted = with_curve_of(frf, |_| true, |curve| fit_curve(curve, &CurveOptions::default()));
     let modes: Vec<FittedMode> = fitted.map(|fit| fit.modes).unwrap_or_default();
-    let mut found: Vec<f64> = seen.filter_map(|m| mode_near(&modes, m.mode.frequency_hz)).collect();
+    let mut found: Vec<f64> = seen.filter_map(|hz| mode_near(&modes, hz)).collect();
     found.dedup();
     found
 }
@@ -111,7 +111,7 @@ mod tests {
         };
         let mode = |hz: f64| {
             serde_json::json!({ "order": 1, "frequency_hz": hz, "damping_ratio": 0.05, "amplitude": 1.0,
-            "frequency95": [hz, hz], "damping95": null, "amplitude95": null })
+            "frequency95": [hz, hz], "natural_hz": hz, "natural95": [hz, hz], "damping95": null, "amplitude95": null })
         };
         let predicted: PredictionDocument = serde_json::from_value(serde_json::json!({
             "schema": "jointid/prediction/1", "tool_version": "0", "seed": 1, "complete": true, "inputs": [], "warnings": [],

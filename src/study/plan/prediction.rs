@@ -47,9 +47,7 @@ impl Study {
             let mut modes = |values: &ParameterValues| evaluation.modes(values, &operating, &mut space);
             let here = modes(values);
             let first = slopes.len();
-            slopes.extend(
-                here.iter().filter(|mode| mode.frequency_hz <= band_hz.1).map(|_| vec![0.0; free.len()]),
-            );
+            slopes.extend(here.iter().filter(|mode| mode.is_below(band_hz.1)).map(|_| vec![0.0; free.len()]));
             for (column, index) in free.iter().enumerate() {
                 let parameter = &machine.parameters[*index];
                 let unit = parameter.to_unit(values[*index]);
@@ -62,8 +60,8 @@ impl Study {
                 let (below, above) = (moved(low), moved(high));
                 for (mode, slopes) in here.iter().zip(&mut slopes[first..]) {
                     let same = |of: &[report::prediction::NaturalMode]| {
-                        let distance = |hz: f64| (hz / mode.frequency_hz).ln();
-                        of.iter().map(|m| distance(m.frequency_hz)).min_by(|a, b| a.abs().total_cmp(&b.abs()))
+                        let distance = |hz: f64| (hz / mode.natural_hz).ln();
+                        of.iter().map(|m| distance(m.natural_hz)).min_by(|a, b| a.abs().total_cmp(&b.abs()))
                     };
                     slopes[column] = same(&above)
                         .zip(same(&below))

@@ -114,7 +114,8 @@ impl<'m> Evaluation<'m> {
             let (mode, peak) = (&elastic[at], of_mode(at));
             NaturalMode {
                 order: order + 1,
-                frequency_hz: peak.map_or(mode.frequency_hz, |p| p.frequency_hz),
+                frequency_hz: peak.map(|p| p.frequency_hz),
+                natural_hz: mode.frequency_hz,
                 damping_ratio: mode.damping_ratio.filter(|z| *z < LIGHT),
                 amplitude: peak.map(|p| p.amplitude),
             }

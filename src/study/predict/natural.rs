@@ -23,7 +23,7 @@ impl Study {
         let mut space = evaluation.space();
         let mut of = |nut_m: Option<f64>| {
             let modes = evaluation.modes(&found.values, &Operating::at(nut_m), &mut space);
-            modes.into_iter().filter(|m| m.frequency_hz <= band_hz.1).collect::<Vec<NaturalMode>>()
+            modes.into_iter().filter(|m| m.is_below(band_hz.1)).collect::<Vec<NaturalMode>>()
         };
         if self.set.positions.is_empty() || self.config.machine.stroke_m().is_none() {
             return Ok([("all".to_string(), of(self.config.machine.stroke_m().map(|s| 0.5 * s)))].into());
@@ -43,8 +43,10 @@ impl Study {
             )
         };
         let bands: Vec<(f64, f64)> = self.set.frfs.iter().map(band).filter(|(from, to)| to > from).collect();
-        let inside =
-            |mode: &NaturalMode| bands.iter().any(|(from, to)| (*from..=*to).contains(&mode.frequency_hz));
+        let inside = |mode: &NaturalMode| {
+            let hz = mode.frequency_hz.unwrap_or(mode.natural_hz);
+            bands.iter().any(|(from, to)| (*from..=*to).contains(&hz))
+        };
         if bands.is_empty() || modes.values().flatten().any(inside) {
             return None;
         }

@@ -63,7 +63,7 @@ pub(super) fn predict(
     let frf = evaluation.frf(&sample.best.values, &at_best, &lines_hz, &mut space);
     let static_stiffness = evaluation.static_stiffness(&sample.best.values, &at_best);
     let modes: Vec<NaturalMode> =
-        best_modes.into_iter().filter(|m| m.frequency_hz <= evaluation.band_hz.1).collect();
+        best_modes.into_iter().filter(|m| m.is_below(evaluation.band_hz.1)).collect();
     let generator = &mut Xoshiro256PlusPlus::seed_from_u64(seed);
     let drawn: Vec<Vec<Predicted>> = sample
         .draws
@@ -93,11 +93,14 @@ pub(super) fn predict(
         .collect();
     let interval = |value: f64, of: &dyn Fn(&Predicted) -> Option<f64>| hull(value, &drawn, of);
     let mode = |(at, mode): (usize, &NaturalMode)| PredictedMode {
+        frequency95: mode
+            .frequency_hz
+            .map(|hz| hull_of_some(hz, &drawn, &|p| p.modes[at].as_ref()?.frequency_hz)),
         // A mode above the searched frequencies lies at least there.
-        frequency95: interval(mode.frequency_hz, &|p| {
-            Some(p.modes[at].as_ref().map_or(evaluation.highest_hz(), |m| m.frequency_hz))
+        natural95: interval(mode.natural_hz, &|p| {
+            Some(p.modes[at].as_ref().map_or(evaluation.highest_hz(), |m| m.natural_hz))
         })
-        .unwrap_or([mode.frequency_hz; 2]),
+        .unwrap_or([mode.natural_hz; 2]),
         damping95: mode.damping_ratio.and_then(|z| interval(z, &|p| p.modes[at].as_ref()?.damping_ratio)),
         amplitude95: mode.amplitude.and_then(|a| interval(a, &|p| p.modes[at].as_ref()?.amplitude)),
         mode: mode.clone(),
@@ -128,8 +131,8 @@ pub(super) fn predict(
 /// would shift all modes above it. A mode that has no counterpart up to `beyond_hz` lies above.
 fn continued(best: &[NaturalMode], drawn: Vec<NaturalMode>, beyond_hz: f64) -> Vec<Option<NaturalMode>> {
     let (rows, columns) = (best.len(), drawn.len() + best.len());
-    let hz = |column: usize| drawn.get(column).map_or(beyond_hz, |mode| mode.frequency_hz);
-    let with = |row: usize, column: usize| (best[row].frequency_hz / hz(column)).ln().abs();
+    let hz = |column: usize| drawn.get(column).map_or(beyond_hz, |mode| mode.natural_hz);
+    let with = |row: usize, column: usize| (best[row].natural_hz / hz(column)).ln().abs();
     // Least sum for the first rows within the first columns.
     let mut least = vec![vec![f64::INFINITY; columns + 1]; rows + 1];
     least[0].fill(0.0);
@@ -194,7 +197,8 @@ fn lines(
             for mode in modes {
                 // Dense at the peak: distances grow with the cube of the number.
                 let share = |at: i32| reach * (f64::from(at) / f64::from(count)).powi(3);
-                lines.extend((-count..=count).map(|at| mode.frequency_hz * (1.0 + share(at))));
+                let hz = mode.frequency_hz.unwrap_or(mode.natural_hz);
+                lines.extend((-count..=count).map(|at| hz * (1.0 + share(at))));
             }
             lines.retain(|hz| (from..=to).contains(hz));
             lines.sort_by(f64::total_cmp);
@@ -219,13 +223,21 @@ fn lines(
 /// Returns the hull of a value and of its 95 % intervals about each minimum; `None` where a machine has no
 /// such number.
 fn hull(value: f64, drawn: &[Vec<Predicted>], of: &dyn Fn(&Predicted) -> Option<f64>) -> Option<[f64; 2]> {
+    drawn.iter().flatten().all(|p| of(p).is_some()).then(|| hull_of_some(value, drawn, of))
+}
+
+/// Returns the hull as [`hull`], from the machines that have such a number.
+fn hull_of_some(value: f64, drawn: &[Vec<Predicted>], of: &dyn Fn(&Predicted) -> Option<f64>) -> [f64; 2] {
     let mut ends = [value; 2];
     for predicted in drawn {
-        let mut numbers: Vec<f64> = predicted.iter().map(of).collect::<Option<_>>()?;
+        let mut numbers: Vec<f64> = predicted.iter().filter_map(of).collect();
+        if numbers.is_empty() {
+            continue;
+        }
         numbers.sort_by(f64::total_cmp);
         ends = [ends[0].min(order_statistic(&numbers, 0.025)), ends[1].max(order_statistic(&numbers, 0.975))];
     }
-    Some(ends)
+    ends
 }
 
 /// Returns the number below which a further draw lies with a probability: of n sorted numbers the one at
@@ -247,7 +259,8 @@ mod tests {
         let modes = |all: &[f64]| -> Vec<NaturalMode> {
             let mode = |(at, hz): (usize, &f64)| NaturalMode {
                 order: at + 1,
-                frequency_hz: *hz,
+                frequency_hz: Some(*hz),
+                natural_hz: *hz,
                 damping_ratio: None,
                 amplitude: None,
             };
@@ -255,7 +268,7 @@ mod tests {
         };
         let best = modes(&[24.0, 116.0, 530.0]);
         let of = |drawn: &[f64]| -> Vec<Option<f64>> {
-            continued(&best, modes(drawn), 800.0).into_iter().map(|m| m.map(|m| m.frequency_hz)).collect()
+            continued(&best, modes(drawn), 800.0).into_iter().map(|m| m.map(|m| m.natural_hz)).collect()
         };
         assert_eq!(of(&[25.0, 110.0, 239.0, 520.0]), [Some(25.0), Some(110.0), Some(520.0)]);
         assert_eq!(of(&[25.0, 110.0]), [Some(25.0), Some(110.0), None]);
