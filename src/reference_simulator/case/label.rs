@@ -143,7 +143,8 @@ pub struct Label {
     pub phases: Vec<String>,
     /// Gaps without and with the effects.
     pub gap: Gap,
-    /// True values of the description's parameters; joints at the reference position and level.
+    /// True values of the description's parameters; joints at the reference position and level, as
+    /// [`Nuisance::effective`](crate::machine::nuisance::Nuisance::effective).
     pub joints: BTreeMap<String, f64>,
     /// Parameter with a wrong start value, and the factor of its error.
     pub wrong_parameter: Option<(String, f64)>,

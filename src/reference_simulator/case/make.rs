@@ -164,7 +164,7 @@ fn labelled(slot: &Slot, index: usize, attempt: usize, choice: &Choice) -> Label
         alternatives: slot.partner.iter().map(|effect| effect.name().to_owned()).collect(),
         values: subject.effects.iter().map(|effect| effect.values(&machine)).collect(),
         places: subject.effects.iter().map(Effect::place).collect(),
-        joints: subject.drawn.joints.clone(),
+        joints: subject.nuisance.effective(subject.drawn.joints.clone()),
         layout: slot.layout.map(|layout| layout.name().to_owned()),
         ..Label::new(index, slot.kind, slot.strength, attempt)
     }

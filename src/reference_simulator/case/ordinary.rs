@@ -9,7 +9,6 @@ use super::fit::fitted_of;
 use super::record::{Case, Position, Record, Scatter};
 use super::subject::axis;
 use crate::draw::Draw;
-use crate::element::law::REFERENCE_RAD_S;
 use crate::hammer::series::Line;
 use crate::machine::assembly::Assembly;
 use crate::machine::catalogue::{Dimensions, DrawnMachine, bench, round_to, sized};
@@ -114,13 +113,7 @@ fn simulated(seed: u64, number: usize, (has_guide, again): (bool, Option<f64>)) 
         *draw = Draw::new(seed).branch(number as u64).branch(AGAIN);
         nuisance = Nuisance { offsets_m: offsets(&drawn, draw), channels: channels(draw), ..nuisance };
     }
-    let at_100_hz = |loss: f64| {
-        let ratio: f64 = 200.0 * std::f64::consts::PI / REFERENCE_RAD_S;
-        1.0 + loss * loss_dispersion * std::f64::consts::FRAC_2_PI * ratio.ln()
-    };
-    for (name, loss) in ["k_n", "k_al", "k_ar", "k_m"].into_iter().zip(nuisance.joint_losses) {
-        truth.entry(name.to_owned()).and_modify(|k| *k *= at_100_hz(loss));
-    }
+    let truth = nuisance.effective(truth);
     let case = Case {
         name: format!("ordinary-{seed}-{number}"),
         positions: Position::all(&drawn.nut_m),

@@ -2,12 +2,14 @@
 //! effect.
 
 use std::collections::BTreeMap;
+use std::f64::consts::{FRAC_2_PI, PI};
 
 use num_complex::Complex64;
 
 use super::number::{Journal, Machine};
 use super::point::{Channel, Point};
 use crate::draw::Draw;
+use crate::element::law::REFERENCE_RAD_S;
 
 /// Standard deviations of the nuisance parameters that the description states.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -137,6 +139,24 @@ pub const CHANNELS: [Channel; 8] = [
 ];
 
 impl Nuisance {
+    /// Returns the true values of the description's parameters with stiffnesses at 100 Hz, since losses disperse
+    /// them, and with the damping of the hold that its lag τ leaves: (k + iωc)·e^(−iωτ) ≈ k + iω(c − kτ).
+    pub fn effective(&self, mut joints: BTreeMap<String, f64>) -> BTreeMap<String, f64> {
+        let causal = (200.0 * PI / REFERENCE_RAD_S).ln() * FRAC_2_PI * self.loss_dispersion;
+        for (name, loss) in ["k_n", "k_al", "k_ar", "k_m"].into_iter().zip(self.joint_losses) {
+            joints.entry(name.to_owned()).and_modify(|k| *k *= 1.0 + loss * causal);
+        }
+        if let (Some(stiffness), Some(damping)) = (joints.get("k_s").copied(), joints.get_mut("c_s")) {
+            *damping -= stiffness * self.lag_s(stiffness, *damping);
+        }
+        joints
+    }
+
+    /// Returns the lag of a hold of some stiffness and damping, s.
+    fn lag_s(&self, stiffness: f64, damping: f64) -> f64 {
+        (self.lag_share * damping / stiffness).min(5e-5)
+    }
+
     /// Returns no nuisance at all: the machine is as described, apart from its joint values.
     pub fn none(positions: usize) -> Self {
         Self {
@@ -204,7 +224,7 @@ impl Nuisance {
             (std::f64::consts::TAU * self.guide_hz).powi(2) * machine.table_mass_kg;
         if let Some(hold) = &mut machine.hold {
             hold.integral = self.integral_per_s * hold.stiffness;
-            hold.lag_s = (self.lag_share * hold.damping / hold.stiffness).min(5e-5);
+            hold.lag_s = self.lag_s(hold.stiffness, hold.damping);
         }
         machine
     }
