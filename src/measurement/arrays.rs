@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use num_complex::Complex64;
 use numeric::digest::digest_of;
 
-use super::frf::{FrfNoise, SortedLines};
+use super::frf::{FrfLine, FrfNoise, SortedLines};
 use super::noise_estimate::{drop_coherence_of_one, estimate_unstated_noise, single_average_warning};
 use super::{
     ChannelTolerance, Condition, DriveEffort, Frf, Gain, MeasurementError, MeasurementSet, MotionRecord,
@@ -96,6 +96,16 @@ fn same_length(
         source,
         format!("{key} has {length} entries, {of} has {wanted}; give arrays of equal length"),
     ))
+}
+
+/// Warns of lines that state no FRF: at 0 Hz, or with the value 0.
+fn empty_lines_warning(frf: &Frf) -> Option<String> {
+    let is_empty = |line: &&FrfLine| line.frequency_hz <= 0.0 || line.value.norm() == 0.0;
+    let count = frf.rejected.iter().filter(is_empty).count();
+    let all = frf.lines.len() + frf.rejected.len();
+    (count > 0).then(|| {
+        format!("{}: {count} of {all} lines are not used: their frequency or their value is 0", frf.source)
+    })
 }
 
 /// Checks that all numbers are finite.
@@ -241,6 +251,7 @@ impl MeasurementSet {
             }
             frfs.push(frf);
         }
+        let empty: Vec<String> = frfs.iter().filter_map(empty_lines_warning).collect();
         estimate_unstated_noise(&mut frfs);
         for motion in &arrays.motions {
             if motion.name.is_empty() {
@@ -269,7 +280,7 @@ impl MeasurementSet {
             motions,
             tolerance: arrays.tolerance,
             split: arrays.split.clone(),
-            warnings: single_average_warning(&singles).into_iter().collect(),
+            warnings: single_average_warning(&singles).into_iter().chain(empty).collect(),
             // In place of files: a digest of everything that was given.
             files: vec![SourceFile { path: format!("arrays of {path}"), bytes: digest.into_bytes() }],
             ..MeasurementSet::none()

@@ -102,8 +102,8 @@ pub fn as_array<'py>(
     flat.reshape([rows.len(), document.frequency_hz.len()]).map_err(internal)
 }
 
-/// Ids of parameters, and values of machines by parameters.
-type Drawn<'py> = (Vec<String>, Bound<'py, PyArray2<f64>>);
+/// Ids of parameters, values of machines by parameters, and the number of the minimum of each machine.
+type Drawn<'py> = (Vec<String>, Bound<'py, PyArray2<f64>>, Vec<usize>);
 
 #[pymethods]
 impl Identification {
@@ -158,8 +158,8 @@ impl Identification {
         })
     }
 
-    /// Draws machines that data and tolerances leave possible: ids of the parameters, and an array of the
-    /// best fit and the draws by parameters.
+    /// Draws machines that data and tolerances leave possible: ids of the parameters, an array of the draws by
+    /// parameters, and the number of the minimum of each draw.
     fn draws<'py>(
         &self,
         py: Python<'py>,
@@ -170,10 +170,11 @@ impl Identification {
     ) -> PyResult<Drawn<'py>> {
         let drawing = if lines { Drawing::Lines } else { Drawing::Posterior };
         let document = self.document.clone();
-        let (ids, rows) = run(py, self.study.clone(), &running, move |study| {
+        let (ids, drawn) = run(py, self.study.clone(), &running, move |study| {
             study.draw(&document, (count, seed, drawing))
         })?;
-        Ok((ids, PyArray2::from_vec2(py, &rows).map_err(internal)?))
+        let (minima, rows): (Vec<usize>, Vec<Vec<f64>>) = drawn.into_iter().unzip();
+        Ok((ids, PyArray2::from_vec2(py, &rows).map_err(internal)?, minima))
     }
 
     /// Predicts what was held out, or another set.

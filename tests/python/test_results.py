@@ -243,3 +243,70 @@ def test_the_stubs_are_the_extension():
     for name, members in stubs.items():
         if members:
             assert public(vars(getattr(_core, name))) == members, name
+
+
+def reused() -> jd.MeasurementSet:
+    """A set of arrays that are overwritten after it is made, as a loop over machines does."""
+    of = taps(4e8, 1)
+    names = list(of.nut_m)
+    lines, relative_sd = LINES.copy(), np.full(LINES.size, 0.01)
+    values = {name: of.frfs[name].value.copy() for name in names}
+    made = jd.MeasurementSet.from_arrays(
+        lines, values, relative_sd=dict.fromkeys(names, relative_sd), nut_m=NUTS, **BENCH
+    )
+    for array in (lines, relative_sd, *values.values()):
+        array[:] = 1.0
+    return made
+
+
+def test_a_set_stays_as_it_was_made(tmp_path):
+    whole, made = taps(4e8, 1), reused()
+    made.save(tmp_path / "set")
+    for copy in (made, pickle.loads(pickle.dumps(made)), jd.MeasurementSet(tmp_path / "set")):
+        for name, frf in copy.frfs.items():
+            assert np.array_equal(frf.value, whole.frfs[name].value), name
+            assert np.array_equal(frf.frequency_hz, LINES)
+
+
+def test_arrays_of_any_kind_are_the_same_set():
+    value = taps(4e8, 1).frfs["p1"].value
+    both = np.stack([value, value])
+    backwards, fixed = value[::-1].copy()[::-1], value.copy()
+    fixed.setflags(write=False)
+    kinds = [
+        both[0],
+        np.asfortranarray(np.stack([value, value], axis=1))[:, 0],
+        backwards,
+        value.astype(">c16"),
+        fixed,
+        np.ma.masked_array(value),
+        value.view(type("Own", (np.ndarray,), {})),
+    ]
+    for kind in kinds:
+        frf = jd.MeasurementSet.from_arrays(LINES, {"p1": kind}, nut_m={"p1": 0.6}, **BENCH).frfs["p1"]
+        assert np.array_equal(frf.value, value)
+
+
+def test_masked_and_empty_lines_are_said():
+    value = taps(4e8, 1).frfs["p1"].value
+    with pytest.raises(jd.InputError, match="2 masked entries"):
+        masked = np.ma.masked_array(value, mask=np.arange(value.size) < 2)
+        jd.MeasurementSet.from_arrays(LINES, {"p1": masked}, **BENCH)
+    empty = np.where(np.arange(value.size) < 3, 0, value)
+    made = jd.MeasurementSet.from_arrays(LINES, {"p1": empty}, nut_m={"p1": 0.6}, **BENCH)
+    assert any("3 of 150 lines are not used" in warning for warning in made.warnings)
+    assert made.frfs["p1"].value.size == value.size - 3
+    with pytest.raises(jd.InputError, match="coherence"):
+        jd.MeasurementSet.from_arrays(LINES, {"p1": value}, coherence=np.ones(LINES.size), **BENCH)
+
+
+def test_draws_name_their_minimum(on_frfs, found, study):
+    for identified, count in ((on_frfs, 7), (found, 5)):
+        drawn = identified.draws(count, bootstrap=False)
+        minima = max(1, len(identified.document["basins"]))
+        assert list(np.bincount(drawn.minimum)) == [count] * minima
+        assert drawn.values.shape == (count * minima, len(drawn.parameters))
+        assert (drawn.weight[drawn.minimum == 0] == 1).all() and (drawn.weight <= 1).all()
+        table = drawn.to_frame()
+        assert list(table.columns) == ["minimum", "weight", *drawn.parameters]
+    assert study.plan(progress=False).best

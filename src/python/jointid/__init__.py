@@ -21,6 +21,7 @@ from .measurement import Frf, MeasurementSet, read_tables, read_uff  # noqa: E40
 from .results import (  # noqa: E402
     Comparison,
     Diagnosis,
+    Draws,
     Effect,
     Friction,
     Parameter,
@@ -36,6 +37,7 @@ from .study import Identification, Study, effects, friction, peaks, plan  # noqa
 __all__ = [
     "Comparison",
     "Diagnosis",
+    "Draws",
     "Effect",
     "Fleet",
     "FleetRun",

@@ -16,6 +16,12 @@ Complex = NDArray[np.complex128]
 
 
 def _array(key: str, given: Any) -> np.ndarray:
+    masked = int(np.ma.getmaskarray(given).sum()) if isinstance(given, np.ma.MaskedArray) else 0
+    if masked:
+        raise argument(
+            key,
+            f"is a masked array with {masked} masked entries; leave these entries out of all arrays of the record: x[~mask].data",
+        )
     try:
         array = np.asarray(given)
     except (ValueError, TypeError) as fault:
@@ -45,6 +51,13 @@ def whole(array: np.ndarray, dtype: Any = None) -> np.ndarray:
     return np.require(
         array, array.dtype.newbyteorder("=") if dtype is None else dtype, ["C_CONTIGUOUS", "ALIGNED"]
     )
+
+
+def own(array: np.ndarray) -> np.ndarray:
+    """A copy that nobody can change: what a set was made of stays what it is, whatever its caller does with the arrays."""
+    copy = np.array(array)
+    copy.setflags(write=False)
+    return copy
 
 
 def real_array(key: str, given: Any) -> Real:

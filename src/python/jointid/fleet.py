@@ -21,7 +21,7 @@ from ._settings import checked
 from ._tasks import Done, Failure, Task, do, key_of, prepare, result_file
 from .machine import Machine
 from .measurement import MeasurementSet, write
-from .results import Document, _pandas
+from .results import Document, Draws, _pandas
 from .study import Identification, Study
 
 if TYPE_CHECKING:
@@ -198,19 +198,24 @@ class Fleet:
         return pandas.DataFrame(rows).set_index("machine") if rows else pandas.DataFrame()
 
     def draws(self) -> pandas.DataFrame:
-        """One row a draw: machine, draw, and the value of every parameter."""
+        """One row a draw: machine, draw, minimum, weight, and the value of every parameter, as :class:`jointid.Draws` has them.
+
+        About each minimum of a machine there are as many draws as the fleet's `bootstrap`.
+        """
         pandas = _pandas("a table")
         parts = []
         for name in self._sets:
-            for at, block in enumerate(self._blocks()):
+            first = 0
+            for at in range(len(self._blocks())):
                 file = self._file(name, at)
                 if file is None or not file.exists():
                     continue
                 content = json.loads(file.read_text(encoding="utf-8"))
-                part = pandas.DataFrame(content["values"], columns=content["parameters"])
-                part.insert(0, "draw", range(at * BLOCK, at * BLOCK + len(part)))
+                part = Draws(**content).to_frame()
+                part.insert(0, "draw", range(first, first + len(part)))
                 part.insert(0, "machine", name)
-                parts.append(part.head(block))
+                first += len(part)
+                parts.append(part)
         return (
             pandas.concat(parts, ignore_index=True)
             if parts
@@ -363,8 +368,9 @@ def _drawn(source: str, of_study: tuple[Any, ...], count: int, seed: int) -> str
     """Draws machines about an identification in a worker."""
     study = _study(*of_study)
     found = Identification(study._core.identification(Path(source).read_text(encoding="utf-8")), study)
-    ids, values = found.draws(count, seed=seed, threads=1)
-    return json.dumps({"parameters": ids, "values": values.tolist()})
+    drawn = found.draws(count, seed=seed, threads=1)
+    arrays = {key: getattr(drawn, key).tolist() for key in ("values", "minimum", "weight")}
+    return json.dumps({"parameters": drawn.parameters} | arrays)
 
 
 def coverage(

@@ -241,7 +241,36 @@ class Plan(Document):
     @property
     def best(self) -> list[str]:
         """The best choice of the first ranking."""
-        return self.document["plans"][0]["choices"][0]["measurements"]
+        return self.document["rankings"][0]["choices"][0]["measure"]
+
+
+@dataclass(frozen=True)
+class Draws:
+    """Machines that the data leave possible.
+
+    Attributes
+    ----------
+    parameters : list of str
+        Ids of parameters, and names of tolerances.
+    values : (draws, parameters) array
+        Their values, each in its unit.
+    minimum : (draws,) array
+        Number of the minimum about which a machine was drawn, from 0, the best.
+    weight : (draws,) array
+        Likelihood of that minimum over that of the best, exp(−Δχ²/2): 1 for draws about the best.
+    """
+
+    parameters: list[str]
+    values: NDArray[np.float64]
+    minimum: NDArray[np.int64]
+    weight: NDArray[np.float64]
+
+    def to_frame(self) -> pandas.DataFrame:
+        """One row a draw: minimum, weight, and the value of every parameter."""
+        table = _pandas("a table").DataFrame(self.values, columns=self.parameters)
+        table.insert(0, "weight", self.weight)
+        table.insert(0, "minimum", self.minimum)
+        return table
 
 
 class Prediction(Document):

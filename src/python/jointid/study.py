@@ -21,6 +21,7 @@ from .measurement import MeasurementSet
 from .results import (
     Comparison,
     Diagnosis,
+    Draws,
     Document,
     Friction,
     Interval,
@@ -509,18 +510,19 @@ class Identification(Document):
         bootstrap: bool | None = None,
         threads: int | None = None,
         progress: bool | Callback | None = False,
-    ) -> tuple[list[str], NDArray[np.float64]]:
+    ) -> Draws:
         """Draws machines that the data leave possible: by a bootstrap over lines (the default for FRFs), or from the posterior.
 
-        Returns the ids of parameters and tolerances, and an array (draws, parameters). About each of several minima `count` machines are drawn.
+        About each minimum that the data do not distinguish `count` machines are drawn.
         """
         lines = self.document["settings"]["objective"] == "frf" if bootstrap is None else bool(bootstrap)
         with progress_of(progress, "draw") as callback:
             running = {"progress": callback, "threads": _arrays.optional_count("threads", threads, 1)}
-            ids, values = self._core.draws(
+            ids, values, minima = self._core.draws(
                 _arrays.count("count", count, 1), _arrays.count("seed", seed), lines, running
             )
-        return ids, values[1:]
+        costs = np.array([basin["cost"] for basin in self.document["basins"]] or [0.0])
+        return Draws(ids, values, np.array(minima), np.exp(0.5 * (costs[0] - costs))[minima])
 
     def validate(
         self,

@@ -19,13 +19,17 @@ use crate::settings::checked_band;
 use crate::simulation::{Place, checked_nut};
 use crate::stamp::changed_input;
 use crate::{Study, StudyError, StudyResult};
-use identification::{Drawing, Place as Minimum, PosteriorSample, draw_posterior};
+use identification::{Drawing, Place as Minimum, PosteriorDraw, PosteriorSample, draw_posterior};
 use machine::Operating;
 use measurement::{Gain, Quantity};
 use numeric::statistics::extremes;
 use report::document::IdentificationDocument;
 use report::prediction::PredictionDocument;
 use report::vocabulary::ObjectiveKind;
+
+/// Ids of drawn parameters, tolerances included, and drawn machines: the number of the minimum about which each
+/// was drawn, and its values.
+pub type DrawnMachines = (Vec<String>, Vec<(usize, Vec<f64>)>);
 
 impl Study {
     /// Predicts natural modes and static stiffness of an identified machine at places of the nut, each with
@@ -98,21 +102,22 @@ impl Study {
         })
     }
 
-    /// Draws machines that data and tolerances leave possible: `count` about each minimum. Returns the ids of
-    /// the drawn parameters, tolerances included, and the values of each machine, those of the best fit
-    /// first.
+    /// Draws machines that data and tolerances leave possible: `count` about each minimum, which are those of the
+    /// document.
     ///
     /// # Errors  as [`Study::predict_with`]; a bootstrap of modes.
     pub fn draw(
         &self,
         identified: &IdentificationDocument,
         (count, seed, drawing): (usize, u64, Drawing),
-    ) -> StudyResult<(Vec<String>, Vec<Vec<f64>>)> {
+    ) -> StudyResult<DrawnMachines> {
         let study = self.with_posterior_of(identified, "the identification")?;
         let sample = study.sample(identified, "the identification", (count, seed, drawing))?;
         let ids = sample.machine.parameters.iter().map(|p| p.id.clone()).collect();
-        let drawn = std::iter::once(&sample.best).chain(sample.draws.iter().flatten());
-        Ok((ids, drawn.map(|draw| draw.values.0.clone()).collect()))
+        let of_minimum = |(at, draws): (usize, &Vec<PosteriorDraw>)| {
+            draws.iter().map(move |draw| (at, draw.values.0.clone())).collect::<Vec<_>>()
+        };
+        Ok((ids, sample.draws.iter().enumerate().flat_map(of_minimum).collect()))
     }
 
     /// Draws machines from the posterior of an identification of this study.

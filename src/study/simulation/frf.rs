@@ -110,8 +110,13 @@ fn computed(
 ) -> StudyResult<FrfsDocument> {
     let frequency_hz = frequencies_hz(request)?;
     let set = study.measurements();
-    let response = find_point(machine, "response", request.response.as_ref().or(set.response.as_ref()))?;
-    let excitation = find_excitation(machine, request.excitation.as_ref().or(set.excitation.as_ref()))?;
+    // The channel of a set that states none is that of its first FRF.
+    let first = set.frfs.first();
+    let response = request.response.as_ref().or(set.response.as_ref()).or(first.map(|frf| &frf.response));
+    let response = find_point(machine, "response", response)?;
+    let excitation =
+        request.excitation.as_ref().or(set.excitation.as_ref()).or(first.map(|frf| &frf.excitation));
+    let excitation = find_excitation(machine, excitation)?;
     let conditions = conditions(study, request)?;
     let all: Vec<Operating> = conditions.iter().map(|(_, operating)| *operating).collect();
     let closed = request.closed_loop || excitation == Excitation::Command;
