@@ -244,17 +244,18 @@ def modes(found: Identification, nut_m: float | None, position: str | None, max_
 
 
 def prediction(found: Prediction) -> Figure:
-    """Natural frequencies over the nut position, with their 95 % intervals."""
+    """Frequencies of the peaks over the nut position, with their 95 % intervals."""
     places = sorted(found.positions.values(), key=lambda place: place["nut_m"] or 0.0)
-    orders = sorted({mode["order"] for place in places for mode in place["modes"]})[:8]
+    peaks = [
+        (place["nut_m"] or 0.0, mode)
+        for place in places
+        for mode in place["modes"]
+        if mode["frequency_hz"] is not None
+    ]
+    orders = sorted({mode["order"] for _, mode in peaks})[:8]
     figure, axes = _figure(len(orders), 1, (7.0, 1.5 * len(orders) + 0.8), sharex=True)
     for order, axis in zip(orders, axes[:, 0], strict=True):
-        of = [
-            (place["nut_m"] or 0.0, mode)
-            for place in places
-            for mode in place["modes"]
-            if mode["order"] == order and mode["frequency_hz"] is not None
-        ]
+        of = [(nut, mode) for nut, mode in peaks if mode["order"] == order]
         nuts = [nut for nut, _ in of]
         axis.plot(nuts, [mode["frequency_hz"] for _, mode in of], "o-", color=AFTER, ms=4)
         axis.fill_between(

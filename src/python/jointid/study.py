@@ -521,7 +521,7 @@ class Identification(Document):
             ids, values, minima = self._core.draws(
                 _arrays.count("count", count, 1), _arrays.count("seed", seed), lines, running
             )
-        costs = np.array([basin["cost"] for basin in self.document["basins"]] or [0.0])
+        costs = np.array([basin["cost"] for basin in self.document.get("basins", ())] or [0.0])
         return Draws(ids, values, np.array(minima), np.exp(0.5 * (costs[0] - costs))[minima])
 
     def validate(
