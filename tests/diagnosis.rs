@@ -514,7 +514,7 @@ fn refuse_input_that_cannot_be_diagnosed() {
         (&["--positions", "l1"], &["at least two positions", "l1,l3 as positions"]),
         (&["--effects", "rotor-hod"], &["no effect is called «rotor-hod»", "rotor-hold"]),
         (&["--exclude", "nothing"], &["--exclude", "«nothing»"]),
-        (&["--freeze", "k_x"], &["«k_x»", "k_al"]),
+        (&["--freeze", "k_x"], &["--freeze k_x: ", "k_al"]),
         (&["--without", "bed-compliance"], &["bed-compliance", "rotor-hold"]),
     ];
     for (arguments, expected) in cases {

@@ -16,7 +16,7 @@ impl Study {
             None => Ok(()),
             Some(id) => {
                 let known: Vec<&str> = parameters.iter().map(|p| p.id.as_str()).collect();
-                let fault = format!("the machine has no such parameter; there are {}", known.join(", "));
+                let fault = format!("the machine has no such parameter; it has {}", known.join(", "));
                 Err(StudyError::setting("freeze", id, fault))
             }
         }
