@@ -106,7 +106,8 @@ mod tests {
         assert_eq!(prior("mass of table"), Some((0.004, Some(Prior::Normal(0.002)))));
         assert_eq!(prior("loss factor of nut"), Some((0.02, Some(Prior::LogNormal(0.3)))));
         // As described: a value without standard deviation, and a tolerance without a value.
-        assert_eq!(prior("nut length on screw"), Some((1.2, Some(Prior::Normal(0.5)))));
+        // A nut of typical length to 50 %, or none, at equal odds: the variance is 0.5·0.5² + 0.25.
+        assert_eq!(prior("nut length on screw"), Some((1.2, Some(Prior::Normal(0.375_f64.sqrt())))));
         assert_eq!(prior("inertia of rotor"), Some((0.0, Some(Prior::Normal(0.02)))));
         assert_eq!(prior("diameter of screw"), None);
         // The same numbers, held or open, and held again.
