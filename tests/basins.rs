@@ -52,12 +52,13 @@ struct Value {
     missed: bool,
 }
 
-/// Compares the intervals of a draw with the true values. A gap between two parts of an interval does not
-/// hold a value.
-fn values(machine: &Machine, found: &Identification) -> Vec<Value> {
-    let of = |(id, truth): (&'static str, f64)| {
-        let estimate = &found.estimates[machine.parameter(id).unwrap()];
-        let missed = !estimate.intervals95.iter().any(|(low, high)| (*low..=*high).contains(&truth));
+/// Compares the intervals of a draw with the true values, of which those of the machine are the first. A gap between
+/// two parts of an interval does not hold a value.
+fn values(machine: &Machine, found: &Identification, truth: &[f64]) -> Vec<Value> {
+    let of = |(id, _): (&'static str, f64)| {
+        let at = machine.parameter(id).unwrap();
+        let estimate = &found.estimates[at];
+        let missed = !estimate.intervals95.iter().any(|(low, high)| (*low..=*high).contains(&truth[at]));
         estimate.identifiable.map(|identifiable| Value { id, identifiable, missed })
     };
     TRUTH.into_iter().filter_map(of).collect()
@@ -110,7 +111,7 @@ fn intervals_from_narrow_bands_hold_every_minimum() {
             let set =
                 own_set(&fitted, &drawn_values(&fitted, &truth, &mut random), &lines, 0.01, &mut random);
             let found = identified(machine, &set, 1 + draw);
-            let all = values(machine, &found);
+            let all = values(machine, &found, &truth);
             let own: Vec<&Value> = all.iter().filter(|v| v.identifiable).collect();
             let miss: Vec<&str> = own.iter().filter(|v| v.missed).map(|v| v.id).collect();
             excess.push(miss.len() as f64 - 0.05 * own.len() as f64);
@@ -157,15 +158,10 @@ fn recover_what_is_simulated() {
             }
             let set = own_set(simulated, &values, &lines, 0.01, &mut random);
             let found = identified(machine, &set, 1 + draw);
-            for (id, _) in TRUTH {
-                let at = machine.parameter(id).unwrap();
-                let estimate = &found.estimates[at];
-                if estimate.identifiable != Some(true) {
-                    continue;
-                }
+            for value in self::values(machine, &found, &values).iter().filter(|value| value.identifiable) {
                 called += 1;
-                if !estimate.intervals95.iter().any(|(low, high)| (*low..=*high).contains(&values[at])) {
-                    wrong.push(id);
+                if value.missed {
+                    wrong.push(value.id);
                 }
             }
         }
@@ -188,7 +184,7 @@ fn intervals_hold_both_minima_from_5_to_100_hz() {
     for draw in 0..count {
         let set = own_set(machine, &truth, &spread(5.0, 100.0, 96), 0.01, &mut Draws(7_000 + draw));
         let found = identified(machine, &set, 1 + draw);
-        let all = values(machine, &found);
+        let all = values(machine, &found, &truth);
         held.iter_mut()
             .for_each(|(id, count)| *count += u64::from(all.iter().any(|v| v.id == *id && !v.missed)));
         let of = |id: &str| &found.estimates[machine.parameter(id).unwrap()];

@@ -1,6 +1,7 @@
 //! Coverage of intervals: intervals of identifiable values contain the true values. The reference simulator
 //! draws the machines; they deviate from their description by manufacturing tolerances alone.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use identification::objective::{FrfObjective, FrfSettings};
@@ -16,15 +17,15 @@ use reference_simulator::{Ordinary, ordinary, ordinary_on_guide, write_case};
 use test_data::{draws, is_study};
 
 /// Estimate of one parameter of one machine, compared with its true value.
-struct ParameterResult {
-    id: String,
+pub(crate) struct ParameterResult {
+    pub(crate) id: String,
     /// ln(estimate/truth).
-    log_error: f64,
+    pub(crate) log_error: f64,
     /// Width of the 95 % interval of the logarithm.
     width: f64,
-    identifiable: bool,
+    pub(crate) identifiable: bool,
     /// Whether the interval misses the true value.
-    missed: bool,
+    pub(crate) missed: bool,
 }
 
 fn read(simulated: &Ordinary, folder: &Path) -> (Machine, measurement::MeasurementSet) {
@@ -33,21 +34,21 @@ fn read(simulated: &Ordinary, folder: &Path) -> (Machine, measurement::Measureme
     (config.machine, read_set(&folder.display().to_string()).unwrap())
 }
 
-fn identified(machine: &Machine, set: &measurement::MeasurementSet) -> Identification {
+pub(crate) fn identified(machine: &Machine, set: &measurement::MeasurementSet) -> Identification {
     let (fit, held_out) = set.split(None, &[]).unwrap();
     let plan =
         IdentificationSettings { frf: Some(FrfSettings::default()), ..IdentificationSettings::default() };
     identify(machine, &fit, &held_out, &plan, &Control::default()).unwrap()
 }
 
-fn compare_with_truth(
-    simulated: &Ordinary,
+pub(crate) fn compare_with_truth(
+    truth: &BTreeMap<String, f64>,
     machine: &Machine,
     found: &Identification,
 ) -> Vec<ParameterResult> {
     let of = |estimate: &identification::Estimate| {
         let id = &machine.parameters[estimate.parameter].id;
-        let (truth, (low, high)) = (*simulated.truth.get(id)?, estimate.interval95?);
+        let (truth, (low, high)) = (*truth.get(id)?, estimate.interval95?);
         Some(ParameterResult {
             id: id.clone(),
             log_error: (estimate.value / truth).ln(),
@@ -95,7 +96,9 @@ fn recover_ordinary_machines_from_modes() {
             let (fit, held_out) = set.split(None, &[]).unwrap();
             let plan = IdentificationSettings { tolerances, ..IdentificationSettings::default() };
             let found = identify(&machine, &fit, &held_out, &plan, &Control::default()).unwrap();
-            for t in compare_with_truth(&simulated, &machine, &found).iter().filter(|t| t.id.starts_with('k'))
+            for t in compare_with_truth(&simulated.truth, &machine, &found)
+                .iter()
+                .filter(|t| t.id.starts_with('k'))
             {
                 (all, all_missed) = (all + 1, all_missed + usize::from(t.missed));
                 (called, missed) =
@@ -128,7 +131,7 @@ fn recover_ordinary_machines_with_intervals_that_hold() {
         let folder = tempfile::tempdir().unwrap();
         let (machine, set) = read(&simulated, folder.path());
         let found = identified(&machine, &set);
-        let values = compare_with_truth(&simulated, &machine, &found);
+        let values = compare_with_truth(&simulated.truth, &machine, &found);
         let missed: Vec<String> = values
             .iter()
             .filter(|t| t.missed || (t.identifiable && t.id.starts_with('k') && t.log_error.abs() > 0.1))
@@ -216,7 +219,7 @@ fn recover_machines_on_an_undescribed_guide() {
         let folder = tempfile::tempdir().unwrap();
         let (machine, set) = read(&simulated, folder.path());
         let found = identified(&machine, &set);
-        let values = compare_with_truth(&simulated, &machine, &found);
+        let values = compare_with_truth(&simulated.truth, &machine, &found);
         let depends = found.estimates.iter().filter(|e| e.depends).count();
         let missed: Vec<String> = values
             .iter()
@@ -296,7 +299,7 @@ fn recover_nothing_false_from_wrong_descriptions() {
             let machine = config::read_machine_text("wrong", &file.to_string(), &[], &[]).unwrap().machine;
             let found = identified(&machine, &set);
             let is_stiffness = |row: &&ParameterResult| row.id.starts_with('k');
-            let rows = compare_with_truth(&simulated, &machine, &found);
+            let rows = compare_with_truth(&simulated.truth, &machine, &found);
             let depends = |row: &&ParameterResult| {
                 found.estimates.iter().any(|e| e.depends && machine.parameters[e.parameter].id == row.id)
             };

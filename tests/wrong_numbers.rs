@@ -3,18 +3,15 @@
 
 use std::path::Path;
 
-use identification::objective::FrfSettings;
-use identification::{IdentificationSettings, identify};
 use jointid::document::VerdictKind;
 use jointid::{DiagnosisRequest, FactsDocument, Study, read_machine};
-use long_work::Control;
 use measurement::read_set;
 use numeric::distribution::clopper_pearson;
 use reference_simulator::{Counts, Kind, Layout, Plan, generate_one, ordinary, write_case};
 use report::diagnosis::DiagnosisDocument;
 use test_data::{draws, shared};
 
-use crate::certainty::WRONG_NUMBERS;
+use crate::certainty::{ParameterResult, WRONG_NUMBERS, compare_with_truth, identified};
 
 fn diagnosed(folder: &Path, machine: &str) -> (DiagnosisDocument, FactsDocument) {
     let file = folder.join("described.toml");
@@ -170,25 +167,14 @@ fn recover_nothing_false_where_an_effect_is_missing() {
         for ((machine, (missed, called)), which) in machines.into_iter().zip(counted).zip(["without", "with"])
         {
             let Some(machine) = machine else { continue };
-            let (fit, held_out) = set.split(None, &[]).unwrap();
-            let plan = IdentificationSettings {
-                frf: Some(FrfSettings::default()),
-                frozen: case.freeze.clone(),
-                ..IdentificationSettings::default()
-            };
-            let found = identify(&machine, &fit, &held_out, &plan, &Control::default()).unwrap();
-            let misses: Vec<String> = found
-                .estimates
+            let rows = compare_with_truth(&label.joints, &machine, &identified(&machine, &set));
+            let claimed: Vec<&ParameterResult> = rows.iter().filter(|row| row.identifiable).collect();
+            let misses: Vec<String> = claimed
                 .iter()
-                .filter(|estimate| estimate.identifiable == Some(true))
-                .filter_map(|estimate| {
-                    let id = &machine.parameters[estimate.parameter].id;
-                    let (truth, (low, high)) = (*label.joints.get(id)?, estimate.interval95?);
-                    *called += 1;
-                    (!(low..=high).contains(&truth))
-                        .then(|| format!("{id} {:+.1} %", 100.0 * (estimate.value / truth - 1.0)))
-                })
+                .filter(|row| row.missed)
+                .map(|row| format!("{} {:+.1} %", row.id, 100.0 * row.log_error))
                 .collect();
+            *called += claimed.len();
             *missed += misses.len();
             println!(
                 "{index} {} size {size:.0}, {which}, {missed} of {called}: {}",

@@ -63,7 +63,8 @@ const CORNERS: [f64; 8] = [0.3, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
 const CORNER_STEPS: usize = 12;
 /// Trial damping ratios of a mount (1): adhesives and magnets have few per cent, a loose sensor more.
 pub(super) const MOUNT_RATIOS: [f64; 6] = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5];
-/// Damping ratio with which the natural frequency of the mount of all records is sought (1).
+/// Damping ratio with which the natural frequency of the mount of all records is sought (1), in the middle of those of
+/// sound mounts; it is fitted afterwards, since below its resonance a mount hardly shows it.
 const MOUNT_RATIO: f64 = MOUNT_RATIOS[2];
 /// Distance in the logarithm of a corner at which the rise of χ² is measured for its interval.
 const SIDE: f64 = 0.05;

@@ -386,7 +386,7 @@ fn without_fit<P: Problem>(problem: &P, machine: &Machine, place: Place) -> Iden
         bootstraps: Vec::new(),
         correlation_factor: 1.0,
         posterior: None,
-        varied_parameters: free.clone(),
+        varied_parameters: problem.varied().to_vec(),
         free,
         fitted: Vec::new(),
         held_out: Vec::new(),

@@ -49,7 +49,6 @@ pub fn identify(
             found.derived = derived_estimates(&found);
             // An unknown gain is one of the fitted coordinates.
             found.gain.count = if objective.estimates_gain() { objective.observations() / 2 } else { 0 };
-            found.varied_parameters.clone_from(&objective.free);
             found.channels = objective.channels_at(&found.place);
             found.tolerances = tolerance_estimates(&objective, fit.set(), &found.place, &found.sd);
             found.warnings.extend(

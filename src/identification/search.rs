@@ -117,7 +117,7 @@ pub(super) fn searched<P: Problem>(
             break;
         }
         refine(problem, &mut candidates, &mut refined, limit, control);
-        let best = (0..refined.len()).min_by(|a, b| refined[*a].0.cost.total_cmp(&refined[*b].0.cost));
+        let best = best_of(&refined);
         effort.found = best.map_or(0, |best| starts_of(&candidates, best));
         // Where the model is not that of the data, the best of its misfits need not be found more often.
         let is_hopeless = best.is_some_and(|best| problem.misfit(refined[best].0.cost) > HOPELESS);
@@ -132,7 +132,7 @@ pub(super) fn searched<P: Problem>(
             let around = Surroundings { information: problem.information(&end.place), place: end.place };
             merge(problem, &mut refined, (Centre { around, cost: end.cost }, evaluations));
         }
-        let best = (0..refined.len()).min_by(|a, b| refined[*a].0.cost.total_cmp(&refined[*b].0.cost));
+        let best = best_of(&refined);
         effort.found = best.map_or(0, |best| starts_of(&candidates, best));
     }
     let basin = |(at, (centre, _)): (usize, &(Centre, u64))| {
@@ -143,6 +143,11 @@ pub(super) fn searched<P: Problem>(
     minima.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let spent: u64 = refined.iter().map(|(_, evaluations)| evaluations).sum();
     Searched { rounds: repeats(rounds, &candidates, &refined, spent, control), minima, effort }
+}
+
+/// Returns the index of the least of the refined minima.
+fn best_of(refined: &[(Centre, u64)]) -> Option<usize> {
+    (0..refined.len()).min_by(|a, b| refined[*a].0.cost.total_cmp(&refined[*b].0.cost))
 }
 
 /// Adds the ends of a round to the minima of the coarse data and returns the largest cost at which one of

@@ -19,9 +19,10 @@ const HIGHEST_HZ: f64 = 1e7;
 impl Study {
     /// Checks the settings, and builds those of an identification on responses.
     ///
-    /// # Errors  a number outside its range; a frozen parameter has a prior; the machine has too many modes in
-    ///   the measured band.
+    /// # Errors  a number outside its range; a frozen parameter is unknown or has a prior; the machine has too
+    ///   many modes in the measured band.
     pub fn identification_settings(&self) -> StudyResult<IdentificationSettings> {
+        self.check_frozen()?;
         let is_known = |p: &&Parameter| matches!(p.prior, Some(Prior::Catalogue(..)));
         let mut known = self.machine().parameters.iter().filter(is_known);
         if let Some(Parameter { id, .. }) = known.find(|p| self.settings.freeze.contains(&p.id)) {

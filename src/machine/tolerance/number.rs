@@ -5,7 +5,8 @@ use crate::{FitRule, Machine, Mechanism, Operating, Parameter, PointMotion, Prio
 
 /// Numerical bound of a tolerance, in standard deviations: wide enough not to constrain the fit.
 pub(super) const STOP: f64 = 20.0;
-/// Smallest loss factor over its median (1): with the share of its deviation that a joint without loss has.
+/// Smallest loss factor over its median (1): 0.95 of the deviation of a joint without loss, and with 0.05 % of
+/// stiffness out of phase as good as none beside a damping ratio of 1 %. Half of it gains 0.025 of that deviation.
 const LEAST_LOSS: f64 = 0.05;
 /// Numerical bound of a relative change: a number keeps at least half of its value.
 pub(super) const RELATIVE_STOP: f64 = 0.5;

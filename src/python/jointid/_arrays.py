@@ -181,6 +181,11 @@ def mapping(key: str, given: Any) -> dict[str, Any]:
     return {name(f"{key}: a name", entry): value for entry, value in given.items()}
 
 
+def optional_mapping(key: str, given: Any) -> dict[str, Any]:
+    """A dictionary by name, which is empty for None."""
+    return {} if given is None else mapping(key, given)
+
+
 def unknown(key: str, given: Iterable[str], known: Iterable[str]) -> None:
     """Refuses names that are not known."""
     known = list(known)

@@ -144,7 +144,7 @@ class MeasurementSet:
                 position: None
                 if at is None
                 else _arrays.number(f"nut_m[{position!r}]", at, "give a distance in m")
-                for position, at in _arrays.mapping("nut_m", {} if nut_m is None else nut_m).items()
+                for position, at in _arrays.optional_mapping("nut_m", nut_m).items()
             },
         }
         if isinstance(frfs, Mapping):
@@ -165,7 +165,7 @@ class MeasurementSet:
                 "averages", "is missing, without which a coherence says nothing; give the number of averages"
             )
         moves = [
-            _motion(record, arrays) for record, arrays in _arrays.mapping("motions", {} if motions is None else motions).items()
+            _motion(record, arrays) for record, arrays in _arrays.optional_mapping("motions", motions).items()
         ]
         if not records and not moves:
             raise argument("frfs", "holds nothing; give one complex array a position, or motions")
@@ -389,7 +389,7 @@ def _imported(
         "pattern": _arrays.optional_name("pattern", pattern),
         "map": None if map is None else _arrays.path("map", map),
         "nut_m": {
-            at: _arrays.number(f"nut_m[{at!r}]", x) for at, x in _arrays.mapping("nut_m", {} if nut_m is None else nut_m).items()
+            at: _arrays.number(f"nut_m[{at!r}]", x) for at, x in _arrays.optional_mapping("nut_m", nut_m).items()
         },
         "response": _arrays.optional_name("response", response),
         "excitation": _arrays.optional_name("excitation", excitation),
@@ -431,7 +431,7 @@ def _by_position(frequency_hz: Any, frfs: Any, coherence: Any, relative_sd: Any)
         raise argument("frequency_hz", "is missing; give the frequencies of the FRFs in Hz")
     common = None if isinstance(frequency_hz, Mapping) else _arrays.frequencies("frequency_hz", frequency_hz)
     noise = {
-        key: _arrays.mapping(key, {} if given is None else given)
+        key: _arrays.optional_mapping(key, given)
         for key, given in (("coherence", coherence), ("relative_sd", relative_sd))
     }
     for key, given in noise.items():

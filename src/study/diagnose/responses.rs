@@ -35,7 +35,6 @@ impl Study {
         let (fit, held_out) = self.set.split(self.fit.as_deref(), &self.hold_out)?;
         let machine = &self.config.machine;
         let whole = made.frf.is_some();
-        self.check_frozen()?;
         self.check_commanded()?;
         let mut effects = choose_effects(request, &self.config.effects, Data::Frf);
         // FRFs of a force do not depend on the loops.

@@ -107,7 +107,6 @@ impl Study {
         made: &IdentificationSettings,
         (fit, held_out): (&FitSet<'_>, &HoldOutSet<'_>),
     ) -> StudyResult<Vec<BTreeMap<String, f64>>> {
-        self.check_frozen()?;
         let effects = &self.config.machine.effects;
         let singles = effects.iter().filter(|_| effects.len() > 1).map(std::slice::from_ref);
         let mut fits = Vec::new();
