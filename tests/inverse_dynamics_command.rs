@@ -162,7 +162,7 @@ fn recover_no_effect_larger_than_common() {
         "{:#}",
         found["verdict"]
     );
-    assert_eq!(found["where"][0]["over"], "position", "{:#}", found["where"][0]);
+    assert_eq!(found["where"][0]["over"], "position", "{:#}", found["where"]);
 }
 
 /// Sampled loops delay the recorded force by half a period. The delay shows in records where presliding,

@@ -140,6 +140,60 @@ fn identified(record: MotionArrays, tolerances: bool) -> IdentificationDocument 
     study.with_settings(Settings { fit_tolerances: tolerances, ..Settings::default() }).identify().unwrap()
 }
 
+/// Returns the record of a mass of 95 kg with friction that moves as a sum of sines: amplitude (m) and frequency
+/// (Hz).
+fn pure_sines(name: &str, sines: &[(f64, f64)]) -> MotionArrays {
+    let time_s: Vec<f64> = (0..10_000).map(|i| 1e-3 * f64::from(i)).collect();
+    let mut random = Draws(17);
+    let sum = |t: f64, of: &dyn Fn(f64, f64) -> f64| {
+        sines.iter().map(|(amplitude, hz)| amplitude * of(std::f64::consts::TAU * hz, t)).sum::<f64>()
+    };
+    let position_m: Vec<f64> = time_s.iter().map(|t| sum(*t, &|omega, t| (omega * t).sin())).collect();
+    let mut force = |t: f64| {
+        let v = sum(t, &|omega, t| omega * (omega * t).cos());
+        let a = sum(t, &|omega, t| -omega * omega * (omega * t).sin());
+        95.0 * a + 200.0 * v + 20.0 * v.signum() + 0.1 * random.normal()
+    };
+    MotionArrays {
+        name: name.into(),
+        load: DriveEffort::Force(time_s.iter().map(|t| force(*t)).collect()),
+        command_m: position_m.clone(),
+        position_m,
+        time_s,
+        others: Default::default(),
+    }
+}
+
+/// A sine is its own second derivative: a force in proportion to position acts as inertia. One frequency leaves
+/// the mass open at any amplitude, with tolerances and without; friction, and the mass of two frequencies, stay
+/// identifiable.
+#[test]
+fn limit_a_single_frequency_does_not_separate_mass_from_a_force_along_the_travel() {
+    for sine in [(0.05, 1.0), (0.1, 0.5), (0.02, 3.0), (0.01, 5.0)] {
+        for tolerances in [true, false] {
+            let found = identified(pure_sines("one", &[sine]), tolerances);
+            let mass = &found.parameters["moving_mass"];
+            assert_eq!((mass.identifiable, mass.interval95), (Some(false), None), "{sine:?} {tolerances}");
+            assert!((mass.value / 95.0 - 1.0).abs() < 0.02, "{sine:?} {tolerances}: {}", mass.value);
+            let words = format!(
+                "not identifiable: moving_mass; these records move at a single frequency, {:.2} Hz",
+                sine.1
+            );
+            assert!(found.stamp.warnings.iter().any(|w| w.starts_with(&words)), "{:?}", found.stamp.warnings);
+        }
+        let plain = identified(pure_sines("one", &[sine]), false);
+        assert_eq!(plain.parameters["viscous_friction"].identifiable, Some(true), "{sine:?}");
+    }
+    // The ripple that the fit allows for moves the mass more where the frequencies are close.
+    for (sines, within) in [([(0.05, 1.0), (0.02, 3.0)], 0.005), ([(0.05, 1.0), (0.05, 1.1)], 0.02)] {
+        for tolerances in [true, false] {
+            let mass = &identified(pure_sines("two", &sines), tolerances).parameters["moving_mass"];
+            assert!((mass.value / 95.0 - 1.0).abs() < within, "{sines:?} {tolerances}: {}", mass.value);
+            assert!(mass.identifiable != Some(false) && mass.interval95.is_some(), "{sines:?} {tolerances}");
+        }
+    }
+}
+
 /// Tests that at most 5 % of the values miss, one-sided at 5 %, with axes, not values, as draws. Prints count
 /// and widths. With noise alone intervals are at most twice as wide as those of plain least squares.
 fn check_coverage(first: u64, count: u64, small_print: bool) {

@@ -289,7 +289,7 @@ fn limit_a_load_behind_a_spring_needs_its_force() {
 fn diagnose(config: &MachineConfig, axis: &TwoMasses, seed: u64) -> MotionDiagnosis {
     let simulated = |name: &str, seed: u64| prepared(config, &record(name, &axis.run(&course(seed), seed)));
     let (fit, held_out) = (simulated("fit", seed), simulated("held-out", seed + 1000));
-    let settings = MotionSettings { seed: 1, draws: 240 };
+    let settings = MotionSettings { seed: 1, draws: 240, all_facts: false };
     let found = diagnose_motion(
         &config.machine,
         &config.effects,
@@ -363,7 +363,7 @@ fn recover_a_compliant_transmission_with_one_encoder() {
         ("neither", TwoMasses { stiffness: 4e8, ..quiet }, false),
     ] {
         let (fit, held_out) = (of(&axis, "fit", 5), of(&axis, "held-out", 1005));
-        let settings = MotionSettings { seed: 1, draws: 240 };
+        let settings = MotionSettings { seed: 1, draws: 240, all_facts: false };
         let machine = &stiff.machine;
         let found = diagnose_motion(
             machine,

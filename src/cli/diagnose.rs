@@ -110,9 +110,6 @@ pub fn run(given: &DiagnoseArguments) -> CommandResult {
     if given.facts.is_some() && given.facts == given.apply {
         return Err("--facts: names the file of --apply; name another file".into());
     }
-    if facts_file.is_some() && study.is_on_motion() {
-        return Err("--facts: verdicts on motion records have no facts yet; omit it".into());
-    }
     let folder = prepare(&given.output, &documents)?;
     let progress = WorkProgress::begin(given.output.quiet, "diagnose");
     let study =

@@ -2,7 +2,10 @@
 //!
 //! A figure that rests on facts which were not gathered yet is asked for: [`Need`].
 
-use super::facts::{Beside, CandidateFacts, Facts, ImpedanceFacts, Model, Of, of};
+use super::data_kind::DataKind;
+use super::facts::{
+    Beside, CandidateFacts, ContradictingHeldOut, Facts, Farthest, ImpedanceFacts, Model, Of, of,
+};
 use super::null_distribution::least_scale;
 use super::policy::Policy;
 use super::ranking::{Ranked, Ranking};
@@ -35,6 +38,8 @@ pub enum Need {
     Chain,
     /// Records at each other's positions.
     Exchanged,
+    /// Held-out motion records that contradict the fitted ones beside a model.
+    ContradictingHeldOut(Model),
     /// Records that contradict the others.
     Contradiction,
     /// Why records are not those of one passive machine.
@@ -163,11 +168,14 @@ impl<'f> Case<'f> {
     /// Whether a candidate is significant. With an excess of one it must also improve the prediction of
     /// left-out positions.
     fn is_significant(&self, ranked: &Ranked) -> bool {
-        let Policy { alpha, alpha_predictive, least_statistic, calibrated, .. } = *self.policy;
+        let Policy { alpha, alpha_predictive, least_statistic, least_share, calibrated, .. } = *self.policy;
         let is_clear = ranked.p_value < alpha && (!calibrated || self.before > 1.0);
         let loss = self.facts.left_out(Model::Candidate(ranked.at));
         let predicts = loss.is_none_or(|loss| loss < self.nominal_loss);
-        (is_clear || (ranked.p_value < alpha_predictive && predicts)) && ranked.statistic >= least_statistic
+        let is_small = self.ranking.candidate(ranked).gain < least_share * self.facts.chi_square;
+        !is_small
+            && (is_clear || (ranked.p_value < alpha_predictive && predicts))
+            && ranked.statistic >= least_statistic
     }
 
     /// Whether the misfit asks for an explanation.
@@ -265,7 +273,7 @@ impl<'f> Case<'f> {
         // An effect without a reduction of its own has no scale in null simulations.
         let is_scaled =
             self.ranking.tried.iter().any(|t| facts.candidates[t.at].id == more.id && t.statistic > 0.0);
-        let scale = if is_scaled { facts.null.scale(&more.id) } else { least_scale(facts.whole_frfs, own) };
+        let scale = if is_scaled { facts.null.scale(&more.id) } else { least_scale(facts.data, own) };
         let statistic = more.gain / scale / after;
         let least = if after <= policy.continue_from { policy.next_share_last } else { policy.next_share };
         let is_much =
@@ -312,6 +320,16 @@ impl<'f> Case<'f> {
                 found.push(with_first(&candidate.id, &chosen.names));
             }
         }
+        if let Some(first) =
+            self.facts.candidates.iter().find(|c| chosen.names.first() == Some(c.id.as_str()))
+        {
+            let more = first.resembles.iter().map(|id| with_first(id, &chosen.names));
+            let more: Vec<EffectIds> = more.filter(|ids| !found.contains(ids)).collect();
+            if !more.is_empty() && found.is_empty() {
+                found.push(chosen.names.clone());
+            }
+            found.extend(more);
+        }
         Ok(found)
     }
 
@@ -346,9 +364,19 @@ impl<'f> Case<'f> {
         asked(&self.facts.fault_held_out_remains, model, Need::FaultHeldOut).copied()
     }
 
+    /// Returns the held-out motion records that contradict the fitted ones beside a model.
+    pub fn contradicting_held_out(&self, model: Model) -> Asked<&'f ContradictingHeldOut> {
+        asked(&self.facts.contradicting_held_out, model, Need::ContradictingHeldOut)
+    }
+
     /// Returns the share of the held-out gap that a model closes.
     pub fn closed(&self, model: Model) -> Asked<Option<f64>> {
         asked(&self.facts.closed, model, Need::Closed).copied()
+    }
+
+    /// Returns the number of the machine that a model moves farthest from its description.
+    pub fn farthest(&self, model: Model) -> Asked<Option<&'f Farthest>> {
+        Ok(asked(&self.facts.farthest, model, Need::Farthest)?.as_ref())
     }
 
     /// Returns the number of the machine that the chosen model moves beyond any machine of its kind although
@@ -357,8 +385,8 @@ impl<'f> Case<'f> {
         if !self.policy.calibrated || self.facts.excess(chosen.chi_square) <= self.policy.huge_excess {
             return Ok(None);
         }
-        let farthest = asked(&self.facts.farthest, chosen.model, Need::Farthest)?;
-        let beyond = farthest.as_ref().filter(|number| number.deviation.abs() > self.policy.impossible);
+        let beyond =
+            self.farthest(chosen.model)?.filter(|number| number.deviation.abs() > self.policy.impossible);
         Ok(beyond.map(|number| (number.name.as_str(), number.deviation)))
     }
 
@@ -372,6 +400,24 @@ impl<'f> Case<'f> {
         std::iter::once(chosen.model).chain(others).collect()
     }
 
+    /// Returns the generic impedance that fits best, where it fits better than the chosen model. Free functions of a
+    /// motion are fitted without the machine's nonlinear parameters: the one that predicts left-out parts best, where
+    /// it does so better.
+    fn rival(&self, chosen: &Chosen) -> Asked<Option<Model>> {
+        if self.facts.data != DataKind::Motion {
+            let best = self.facts.best_impedance().filter(|(_, best)| best.chi_square < chosen.chi_square);
+            return Ok(best.map(|(at, _)| Model::Impedance(at)));
+        }
+        let all: Vec<Model> = (0..self.facts.impedances.len()).map(Model::Impedance).collect();
+        if all.iter().any(|model| of(&self.facts.left_out, *model).is_none()) {
+            return Err(Need::LeftOut(all));
+        }
+        let own = self.loss(chosen)?.unwrap_or(f64::MAX);
+        let losses = all.into_iter().filter_map(|model| Some((self.facts.left_out(model)?, model)));
+        let best = losses.filter(|(loss, _)| *loss < own).min_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(best.map(|(_, model)| model))
+    }
+
     /// Compares the named models with the nominal machine, and with a rival that fits better, at held-out
     /// data. Where one of several is named, each is as probable as the others, and the mean of their
     /// predictive densities counts. `None` where nothing is held out.
@@ -382,8 +428,7 @@ impl<'f> Case<'f> {
         if !self.facts.holds_out {
             return Ok(None);
         }
-        let rival = self.facts.best_impedance().filter(|(_, best)| best.chi_square < chosen.chi_square);
-        let rival = rival.map(|(at, _)| Model::Impedance(at));
+        let rival = self.rival(chosen)?;
         let models: Vec<Model> =
             std::iter::once(Model::Nominal).chain(rival).chain(self.named(verdict, chosen)).collect();
         let losses: Option<Vec<f64>> =
@@ -399,8 +444,9 @@ impl<'f> Case<'f> {
     /// Whether held-out data speak for the named models for certain: they predict them better than the
     /// nominal machine, and no rival predicts them better.
     pub fn is_certain(&self, found: Confirmation) -> bool {
-        let decisive = self.policy.decisive;
-        found.over_nominal >= decisive && found.over_rival.is_none_or(|rival| rival >= -decisive)
+        let Policy { decisive, advantage, .. } = *self.policy;
+        let allowed = decisive.max(advantage * found.over_nominal);
+        found.over_nominal >= decisive && found.over_rival.is_none_or(|rival| rival >= -allowed)
     }
 }
 

@@ -153,7 +153,7 @@ pub(super) fn contradiction(
     control: &Control,
 ) -> Result<Option<Contradiction>, ObjectiveError> {
     let Domain::Frf(_) = fitter.domain else { return Ok(None) };
-    let policy = Policy::of(fitter.domain);
+    let policy = Policy::of(fitter.domain.kind());
     let (set, frfs) = (fitter.fit.set(), fitter.fit.frfs());
     let single: Vec<Records> =
         if frfs.len() < 3 { Vec::new() } else { frfs.iter().map(|frf| Records::One(*frf)).collect() };

@@ -9,7 +9,7 @@ use super::fit::{Ablation, Fitted, Fitter};
 use super::gather::Gatherer;
 use super::hypothesis::Hypothesis;
 use super::interval::intervals;
-use super::judgement::{Judgement, judge};
+use super::judgement::{Answers, Judgement};
 use super::location::Location;
 use super::measuring_chain::{ChainCandidate, fault_of_all};
 use super::nominal_refit::NominalRefit;
@@ -159,7 +159,7 @@ pub fn diagnose(
     control: &Control,
 ) -> Result<Diagnosis, ObjectiveError> {
     let machine = &machine.without_guide_tolerance();
-    let policy = Policy::of(fitter.domain);
+    let policy = Policy::of(fitter.domain.kind());
     control.begin("1/6 fit of the nominal machine");
     let start = nominal(machine, fitter)?;
     let bases = nominal_fits(fitter, &start, settings.seed, control)?;
@@ -219,12 +219,7 @@ pub fn diagnose(
     if !early.explain_all && facts.count > facts.unknowns as f64 {
         gatherer.deepen_best(&mut facts, policy)?;
     }
-    let judgement = loop {
-        match judge(&facts, policy) {
-            Ok(judgement) => break judgement,
-            Err(need) => gatherer.answer(&need, &mut facts)?,
-        }
-    };
+    let judgement = gatherer.judge(&mut facts)?;
     if settings.all_facts {
         gatherer.gather_more(&mut facts)?;
     }

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::data_kind::DataKind;
 use super::hypothesis::Hypothesis;
 use identification::Place;
 use identification::objective::{
@@ -25,6 +26,16 @@ pub enum Domain {
     Frf(FrfSettings),
     /// Natural frequencies and amplitudes.
     Modes(ModeSettings),
+}
+
+impl Domain {
+    /// Returns the kind of its data.
+    pub fn kind(self) -> DataKind {
+        match self {
+            Domain::Frf(_) => DataKind::Frf,
+            Domain::Modes(_) => DataKind::Modes,
+        }
+    }
 }
 
 /// Objective of one hypothesis.

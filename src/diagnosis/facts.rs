@@ -6,15 +6,16 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::data_kind::DataKind;
 use super::null_distribution::NullDistribution;
 
 /// Facts of one diagnosis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Facts {
-    /// Whether the data are FRFs; else modes.
-    pub whole_frfs: bool,
-    /// Number of compared numbers, and of unknowns of the nominal machine.
+    /// Kind of the data.
+    pub data: DataKind,
+    /// Number of compared numbers; of motion records that of samples without autocorrelation.
     pub count: f64,
     /// Number of unknowns of the nominal machine.
     pub unknowns: usize,
@@ -31,7 +32,7 @@ pub struct Facts {
     /// Null distribution.
     pub null: NullDistribution,
     /// Cross-validation losses: −2 ln of the predictive density of each left-out fit position, summed (χ² for
-    /// modes); null where it cannot be computed.
+    /// modes and motion records, of these of left-out parts); null where it cannot be computed.
     pub left_out: Vec<Of<Option<f64>>>,
     /// What is missing beside chosen effects: one search for each effect that is added.
     pub beside: Vec<Beside>,
@@ -48,6 +49,9 @@ pub struct Facts {
     pub fault_held_out: Option<FaultFacts>,
     /// Whether a model leaves that fault.
     pub fault_held_out_remains: Vec<Of<bool>>,
+    /// Held-out motion records that contradict the fitted ones beside a model.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub contradicting_held_out: Vec<Of<ContradictingHeldOut>>,
     /// Records that differ by noise and a factor alone; absent before it is asked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub one_position: Option<Answer<OnePosition>>,
@@ -133,6 +137,9 @@ pub struct CandidateFacts {
     /// Stiffnesses of joints that its fit leaves at an end of their range.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub at_end: Vec<String>,
+    /// Ids of effects that these data cannot tell from it, however they fit.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub resembles: Vec<String>,
     /// Test that tells the effect from others; absent where the library has none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub discriminating_test: Option<String>,
@@ -191,6 +198,15 @@ pub struct FaultFacts {
     pub next_measurement: String,
     /// Whether the records are sound but say too little.
     pub is_insufficient: bool,
+}
+
+/// Held-out motion records that contradict the fitted ones.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ContradictingHeldOut {
+    /// All of them.
+    pub fault: Option<FaultFacts>,
+    /// Those that no imperfectly modelled effect explains.
+    pub beyond_effects: Option<FaultFacts>,
 }
 
 /// A fault of the measuring chain of all records.

@@ -14,6 +14,7 @@ use super::facts::{
 use super::fit::{Ablation, Fitted, Fitter, values_of};
 use super::held_out_loss::held_out_loss;
 use super::hypothesis::{Hypothesis, HypothesisKind};
+use super::judgement::Answers;
 use super::measuring_chain::{ChainCandidate, fault_of_all};
 use super::nominal_refit::NominalRefit;
 use super::null_distribution::NullDistribution;
@@ -81,7 +82,7 @@ impl Gatherer<'_, '_> {
         let objective = self.fitter.objective(nominal)?;
         let set = self.fitter.fit.set();
         Ok(Facts {
-            whole_frfs: matches!(self.fitter.domain, Domain::Frf(_)),
+            data: self.fitter.domain.kind(),
             count: objective.observations() as f64,
             unknowns: objective.unknowns(nominal),
             in_sample: self.fitter.lacks(Ablation::InSample),
@@ -101,6 +102,7 @@ impl Gatherer<'_, '_> {
             fault_in_records: fault_in_records.map(|fault| fault.facts(set)),
             fault_held_out: self.fault_held_out.as_ref().map(|fault| fault.facts(set)),
             fault_held_out_remains: Vec::new(),
+            contradicting_held_out: Vec::new(),
             one_position: None,
             chain: None,
             exchanged: None,
@@ -154,6 +156,7 @@ impl Gatherer<'_, '_> {
                     .map(|at| parameters[at].id.clone())
                     .collect()
             }),
+            resembles: Vec::new(),
             discriminating_test: library.and_then(|effect| effect.discriminating_test.clone()),
             added: hypothesis.map_or(0, |h| h.added.len()),
             chi_square: candidate.fitted.as_ref().map(|(_, fitted)| fitted.chi_square),
@@ -195,71 +198,6 @@ impl Gatherer<'_, '_> {
             Ok::<_, ObjectiveError>(Of { model: *model, value: figure((hypothesis, fitted))? })
         };
         missing.par_iter().map(of).or_first_error()
-    }
-
-    /// Adds what rules with other numbers may ask for to the facts: figures of all candidates and generic
-    /// impedances.
-    ///
-    /// # Errors  as [`Fitter::objective`].
-    pub fn gather_more(&mut self, facts: &mut Facts) -> Result<(), ObjectiveError> {
-        let fitted = (0..facts.candidates.len()).filter(|at| facts.candidates[*at].chi_square.is_some());
-        let mut all: Vec<Model> = fitted.map(Model::Candidate).collect();
-        all.push(Model::Nominal);
-        for model in &all {
-            self.answer(&Need::Farthest(*model), facts)?;
-            self.answer(&Need::Closed(*model), facts)?;
-        }
-        all.extend((0..facts.impedances.len()).map(Model::Impedance));
-        self.answer(&Need::LeftOut(all.clone()), facts)?;
-        if facts.holds_out { self.answer(&Need::HeldOut(all), facts) } else { Ok(()) }
-    }
-
-    /// Adds what was asked for to the facts.
-    ///
-    /// # Errors  as [`Fitter::objective`].
-    pub fn answer(&mut self, need: &Need, facts: &mut Facts) -> Result<(), ObjectiveError> {
-        let Gatherer { fitter, held_out, control, .. } = *self;
-        match need {
-            Need::LeftOut(models) => {
-                let of = |(hypothesis, fitted): Fit<'_>| {
-                    Ok(cross_validation(fitter, hypothesis, fitted, control).ok().map(finite))
-                };
-                let found = self.each((&facts.left_out, models), of)?;
-                facts.left_out.extend(found);
-            }
-            Need::HeldOut(models) => {
-                let of = |(hypothesis, fitted): Fit<'_>| {
-                    Ok(finite(held_out_loss(fitter, held_out, hypothesis, fitted, control)?))
-                };
-                let found = self.each((&facts.held_out_loss, models), of)?;
-                facts.held_out_loss.extend(found);
-                // What was stopped is no figure.
-                facts.holds_out &= !control.stopped();
-            }
-            Need::Closed(model) => {
-                let before = self.refit.gaps(self.refit.described(), held_out)?;
-                let of = |fit: Fit<'_>| {
-                    let Some(with) = self.refit.of(fit, control)? else { return Ok(None) };
-                    Ok(closed(&before, &self.refit.gaps(&with, held_out)?))
-                };
-                let found = self.each((&facts.closed, &[*model]), of)?;
-                facts.closed.extend(found);
-            }
-            Need::Farthest(model) => {
-                let found = self.each((&facts.farthest, &[*model]), |fit| Ok(farthest(fit)))?;
-                facts.farthest.extend(found);
-            }
-            Need::Beside(model) => self.gather_beside(*model, facts)?,
-            Need::Impedances(search, at) => {
-                let found = self.impedances_beside(*search, *at)?;
-                facts.beside[*search].candidates[*at].impedances = Some(found);
-            }
-            Need::Detail(at) => {
-                facts.candidates[*at].chi_square_in_detail = Some(self.chi_square_in_detail(*at)?);
-            }
-            fault => self.gather_fault(fault, facts)?,
-        }
-        Ok(())
     }
 
     fn gather_beside(&mut self, model: Model, facts: &mut Facts) -> Result<(), ObjectiveError> {
@@ -348,7 +286,8 @@ impl Gatherer<'_, '_> {
                     Some(found) => found.clone(),
                     None => contradiction(fitter, (nominal, base), control)?,
                 };
-                let agrees = |misfit: f64| facts.null.excess(misfit) <= Policy::of(fitter.domain).agrees;
+                let agrees =
+                    |misfit: f64| facts.null.excess(misfit) <= Policy::of(fitter.domain.kind()).agrees;
                 let of = |found: Contradiction| {
                     // Whose others do not agree either is no fault: its cause is not sought.
                     let fault = match agrees(found.rest) {
@@ -368,6 +307,55 @@ impl Gatherer<'_, '_> {
                 });
                 facts.mismatch = Some(Answer { found });
             }
+        }
+        Ok(())
+    }
+}
+
+impl Answers for Gatherer<'_, '_> {
+    type Error = ObjectiveError;
+
+    fn answer(&mut self, need: &Need, facts: &mut Facts) -> Result<(), ObjectiveError> {
+        let Gatherer { fitter, held_out, control, .. } = *self;
+        match need {
+            Need::LeftOut(models) => {
+                let of = |(hypothesis, fitted): Fit<'_>| {
+                    Ok(cross_validation(fitter, hypothesis, fitted, control).ok().map(finite))
+                };
+                let found = self.each((&facts.left_out, models), of)?;
+                facts.left_out.extend(found);
+            }
+            Need::HeldOut(models) => {
+                let of = |(hypothesis, fitted): Fit<'_>| {
+                    Ok(finite(held_out_loss(fitter, held_out, hypothesis, fitted, control)?))
+                };
+                let found = self.each((&facts.held_out_loss, models), of)?;
+                facts.held_out_loss.extend(found);
+                // What was stopped is no figure.
+                facts.holds_out &= !control.stopped();
+            }
+            Need::Closed(model) => {
+                let before = self.refit.gaps(self.refit.described(), held_out)?;
+                let of = |fit: Fit<'_>| {
+                    let Some(with) = self.refit.of(fit, control)? else { return Ok(None) };
+                    Ok(closed(&before, &self.refit.gaps(&with, held_out)?))
+                };
+                let found = self.each((&facts.closed, &[*model]), of)?;
+                facts.closed.extend(found);
+            }
+            Need::Farthest(model) => {
+                let found = self.each((&facts.farthest, &[*model]), |fit| Ok(farthest(fit)))?;
+                facts.farthest.extend(found);
+            }
+            Need::Beside(model) => self.gather_beside(*model, facts)?,
+            Need::Impedances(search, at) => {
+                let found = self.impedances_beside(*search, *at)?;
+                facts.beside[*search].candidates[*at].impedances = Some(found);
+            }
+            Need::Detail(at) => {
+                facts.candidates[*at].chi_square_in_detail = Some(self.chi_square_in_detail(*at)?);
+            }
+            fault => self.gather_fault(fault, facts)?,
         }
         Ok(())
     }

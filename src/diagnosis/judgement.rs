@@ -1,11 +1,11 @@
 //! Judgement of facts by the table of rules.
 
 use super::case::{Case, Chosen, Need};
-use super::facts::Facts;
+use super::facts::{Facts, Model};
+use super::finding::Finding::{Fails, Holds};
 use super::policy::Policy;
 use super::ranking::Ranked;
 use super::rules::Act::{Decides, Overrides};
-use super::rules::Finding::{Fails, Holds};
 use super::rules::RULES;
 use super::verdict::{Verdict, VerdictKind};
 
@@ -35,6 +35,47 @@ pub struct Judgement {
     pub ranked: Vec<Ranked>,
     /// All rules, in their order.
     pub trials: Vec<Trial>,
+}
+
+/// Data of a kind, their fits and simulations, which answer what rules ask for.
+pub(super) trait Answers {
+    /// What may go wrong.
+    type Error;
+
+    /// Adds what was asked for to the facts.
+    ///
+    /// # Errors  those of the fits.
+    fn answer(&mut self, need: &Need, facts: &mut Facts) -> Result<(), Self::Error>;
+
+    /// Judges facts, which grow by what rules ask for.
+    ///
+    /// # Errors  as [`Answers::answer`].
+    fn judge(&mut self, facts: &mut Facts) -> Result<Judgement, Self::Error> {
+        let policy = Policy::of(facts.data);
+        loop {
+            match judge(facts, policy) {
+                Ok(judgement) => return Ok(judgement),
+                Err(need) => self.answer(&need, facts)?,
+            }
+        }
+    }
+
+    /// Adds what rules with other numbers may ask for to the facts: figures of all candidates and generic
+    /// impedances.
+    ///
+    /// # Errors  as [`Answers::answer`].
+    fn gather_more(&mut self, facts: &mut Facts) -> Result<(), Self::Error> {
+        let fitted = (0..facts.candidates.len()).filter(|at| facts.candidates[*at].chi_square.is_some());
+        let mut all: Vec<Model> = fitted.map(Model::Candidate).collect();
+        all.push(Model::Nominal);
+        for model in &all {
+            self.answer(&Need::Farthest(*model), facts)?;
+            self.answer(&Need::Closed(*model), facts)?;
+        }
+        all.extend((0..facts.impedances.len()).map(Model::Impedance));
+        self.answer(&Need::LeftOut(all.clone()), facts)?;
+        if facts.holds_out { self.answer(&Need::HeldOut(all), facts) } else { Ok(()) }
+    }
 }
 
 /// Judges facts by all rules in their order.

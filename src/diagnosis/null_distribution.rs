@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::data_kind::DataKind;
 use super::evidence::{Domain, DomainObjective};
 use super::fit::{Fitted, Fitter, TRUST_RADIUS, coordinates_of, read_back, start_of};
 use super::hypothesis::Hypothesis;
@@ -43,9 +44,9 @@ const FOLLOWED: usize = 5;
 const RESTARTS: usize = 12;
 const RESTART_SD: f64 = 0.08;
 /// Returns the least scale of a candidate with a number of added parameters.
-pub(super) fn least_scale(whole_frfs: bool, added: usize) -> f64 {
+pub(super) fn least_scale(data: DataKind, added: usize) -> f64 {
     let added = added.max(1) as f64;
-    if whole_frfs { LEAST_SCALE.max(SQUARED_SCALE * added * added) } else { LEAST_SCALE * added }
+    if data == DataKind::Modes { LEAST_SCALE * added } else { LEAST_SCALE.max(SQUARED_SCALE * added * added) }
 }
 
 /// Returns the excess: a misfit over the median of those of null simulations, at least 1; 1 without
@@ -185,7 +186,7 @@ pub fn simulate(
     // Where the noise of lines is below their weights, the scales are smaller.
     let scales_at = |variance: f64| -> Vec<f64> {
         let of = |(mean, (hypothesis, _)): (&f64, &(&Hypothesis, &Fitted))| {
-            mean.max(variance * least_scale(is_frf, hypothesis.added.len()))
+            mean.max(variance * least_scale(fitter.domain.kind(), hypothesis.added.len()))
         };
         means.iter().zip(candidates).map(of).collect()
     };

@@ -1,11 +1,11 @@
-//! All numbers that steer a verdict on FRFs or modes.
+//! All numbers that steer a verdict.
 //!
 //! Each states its quantity and what it guards. Which verdicts move if one is halved or doubled,
 //! `jointid-lab replay` measures on stored facts.
 
 use serde::{Deserialize, Serialize};
 
-use super::evidence::Domain;
+use super::data_kind::DataKind;
 
 /// Numbers by which the rules judge facts.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -13,6 +13,10 @@ pub struct Policy {
     /// Whether null simulations calibrate the misfit: those of FRFs do; the weights of modes are a model
     /// error that is hardly known. A fit that agrees with calibrated simulations excludes one that does not.
     pub calibrated: bool,
+
+    /// Whether null simulations bound the error of the model: those of motion records have the library's laws of
+    /// friction, which no machine follows exactly.
+    pub bounded: bool,
 
     // Significance.
     /// Largest p-value of a significant candidate. Guards machines that lack nothing.
@@ -22,6 +26,8 @@ pub struct Policy {
     /// Least statistic of a significant candidate: its reduction of χ² over its scale in null simulations and
     /// over the excess that it leaves. Guards against a null distribution that is too narrow.
     pub least_statistic: f64,
+    /// Least share of χ² by which a significant candidate reduces it: small print that no tolerance describes.
+    pub least_share: f64,
     /// Least statistic of a significant generic impedance, which has no scale of its own in null simulations.
     pub least_generic_statistic: f64,
     /// Excess (misfit over the median of null simulations) above which an explanation is needed.
@@ -86,6 +92,11 @@ pub struct Policy {
     ///   hundred machines at most.
     pub impossible: f64,
 
+    /// Standard deviations of a tolerance beyond which something is missing though no effect is significant.
+    ///
+    /// # Source  a normal tolerance exceeds four standard deviations once in 16,000 machines.
+    pub implausible: f64,
+
     // Named effect against generic impedances.
     /// Excess above which a named effect is compared with the best generic impedance.
     pub doubtful_excess: f64,
@@ -109,6 +120,9 @@ pub struct Policy {
     ///
     /// # Source  Kass and Raftery, J. Am. Stat. Assoc. 90 (1995) 773–795: «strong» evidence from 3 on.
     pub decisive: f64,
+    /// Share of the named effect's logarithm of such a ratio over the nominal machine by which that of a generic
+    /// rival must exceed it: free functions of a motion contain effects, and more than these.
+    pub advantage: f64,
 
     // Faults of the measuring chain.
     /// Largest excess with which corrected records, or those without a faulty one, agree with the model.
@@ -127,9 +141,11 @@ pub struct Policy {
 /// FRFs.
 const FRF: Policy = Policy {
     calibrated: true,
+    bounded: true,
     alpha: 0.002,
     alpha_predictive: 0.01,
     least_statistic: 2.5,
+    least_share: 0.0,
     least_generic_statistic: 16.0,
     excess: 2.0,
     huge_excess: 5.0,
@@ -153,6 +169,8 @@ const FRF: Policy = Policy {
     unexplained: 0.5,
     unrelated: 0.1,
     impossible: 10.0,
+    // The tolerances of FRFs and modes are numbers of the description, whose own warnings state it.
+    implausible: f64::MAX,
     doubtful_excess: 1.5,
     generic_better: 0.7,
     generic_parameters: 3,
@@ -161,6 +179,7 @@ const FRF: Policy = Policy {
     left_out_loss: 1.02,
     left_out_generic: 0.65,
     decisive: 3.0,
+    advantage: 0.0,
     agrees: 1.6,
     allowance: 0.01,
     restored: 0.2,
@@ -171,6 +190,7 @@ const FRF: Policy = Policy {
 /// Modes, where they differ.
 const MODES: Policy = Policy {
     calibrated: false,
+    bounded: false,
     alpha: 0.001,
     alpha_predictive: 0.001,
     continue_from: 2.0,
@@ -182,22 +202,35 @@ const MODES: Policy = Policy {
     ..FRF
 };
 
+/// Motion records, where they differ from FRFs.
+const MOTION: Policy = Policy {
+    bounded: false,
+    // 1000 null simulations: rarer ones are not resolved.
+    alpha: 0.005,
+    least_share: 0.03,
+    // Free functions have a parameter a knot.
+    generic_parameters: 9,
+    implausible: 4.0,
+    left_out_generic: 0.5,
+    advantage: 0.5,
+    ..FRF
+};
+
 impl Policy {
     /// Returns the numbers for a kind of data.
-    pub(super) fn of(domain: Domain) -> &'static Policy {
-        Policy::for_frfs(matches!(domain, Domain::Frf(_)))
-    }
-
-    /// Returns the numbers for FRFs, or for modes.
-    pub fn for_frfs(whole_frfs: bool) -> &'static Policy {
-        if whole_frfs { &FRF } else { &MODES }
+    pub fn of(data: DataKind) -> &'static Policy {
+        match data {
+            DataKind::Frf => &FRF,
+            DataKind::Modes => &MODES,
+            DataKind::Motion => &MOTION,
+        }
     }
 
     /// Returns the difference of χ² attributable to model error: `of_gain`, at most the misfit beyond null
-    /// simulations where these calibrate it.
+    /// simulations where these bound it.
     pub(super) fn margin(&self, of_gain: f64, chi_square: f64, excess: f64) -> f64 {
         let beyond_nulls = chi_square * (1.0 - 1.0 / excess);
-        if self.calibrated { of_gain.min(beyond_nulls) } else { of_gain }
+        if self.bounded { of_gain.min(beyond_nulls) } else { of_gain }
     }
 
     /// Returns the largest excess with which corrected records agree with the model, given that before.

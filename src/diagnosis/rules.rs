@@ -1,20 +1,19 @@
-//! The rules of a verdict on FRFs or modes: one table, read from the top.
+//! The rules of a verdict: one table, read from the top.
 //!
 //! The first of the deciding rules that holds gives the verdict. The overriding rules after them are then
 //! tried in turn: each that holds replaces it.
 
 use super::case::{Asked, Case, Chosen, Confirmation, Need};
-use super::facts::{CandidateFacts, ChainFacts, Facts, FaultFacts, ImpedanceFacts, Model};
+use super::data_kind::DataKind;
+use super::facts::{CandidateFacts, Facts, Farthest, ImpedanceFacts, Model};
+use super::fault_rules::{
+    chain_fault, contradicting_held_out, contradicting_record, exchanged_records, fault_held_out,
+    fault_in_records, fault_of_all, one_position,
+};
+use super::finding::Finding::{self, Holds};
+use super::finding::{fails, on_nominal, unknown};
 use super::ranking::Ranked;
-use super::verdict::{NEXT_AT_LOCATION, Verdict, VerdictKind, p_value_text, percent_text};
-
-/// What a rule found: the figures that it compared where it does not hold, else a verdict with the model on
-/// which it rests.
-pub(super) enum Finding {
-    Fails(String),
-    Holds(Verdict, Chosen),
-}
-use Finding::{Fails, Holds};
+use super::verdict::{Verdict, VerdictKind, p_value_text, percent_text};
 
 /// How a rule acts: it gives the verdict if none before it does, or replaces that of one before it.
 pub(super) enum Act {
@@ -28,7 +27,7 @@ pub(super) type Rule = (&'static str, &'static str, Act);
 
 /// All rules, in their order.
 #[rustfmt::skip]
-pub(super) const RULES: [Rule; 21] = [
+pub(super) const RULES: [Rule; 23] = [
     ("too-few-numbers", "no more numbers were measured than are unknown", Decides(too_few_numbers)),
     ("fault-in-records", "records show a fault by themselves", Decides(fault_in_records)),
     ("one-position", "all records agree as if measured at one position", Decides(one_position)),
@@ -37,6 +36,7 @@ pub(super) const RULES: [Rule; 21] = [
     ("exchanged-records", "two records agree at each other's positions", Decides(exchanged_records)),
     ("contradicting-record", "all other records agree without one, or one channel", Decides(contradicting_record)),
     ("unexplained", "no effect is significant, but an impedance is, or the misfit is huge", Decides(unexplained)),
+    ("implausible-tolerance", "no effect is significant, but a tolerance is implausible", Decides(implausible_tolerance)),
     ("agrees", "no effect is significant", Decides(agrees)),
     ("released-parameter", "a released parameter explains as much as any effect", Decides(released_parameter)),
     ("released-with-effects", "a released parameter is the best candidate", Decides(released_with_effects)),
@@ -45,33 +45,13 @@ pub(super) const RULES: [Rule; 21] = [
     ("little-reduced", "the effects leave much, and reduce χ² by too little", Decides(little_reduced)),
     ("impossible-number", "they leave much, and move a number beyond any tolerance", Decides(impossible_number)),
     ("impedance-better", "an impedance leaves clearly less than the effects", Decides(impedance_better)),
-    ("predicts-worse", "the effects predict left-out positions worse than they fit", Decides(predicts_worse)),
+    ("predicts-worse", "the effects predict left-out data worse than they fit", Decides(predicts_worse)),
     ("explained", "an effect, or one of several, explains the data", Decides(explained)),
     ("held-out-disagrees", "held-out data do not speak for what is named", Overrides(held_out_disagrees)),
     ("half-unexplained", "half of the misfit and of the held-out gap is left", Overrides(half_unexplained)),
+    ("contradicting-held-out", "held-out motion records contradict the fitted ones", Overrides(contradicting_held_out)),
     ("other-cause", "records are of several machines, or a fault of their chain is as likely", Overrides(other_cause)),
 ];
-
-/// Returns the verdict on the machine as described.
-fn on_nominal(case: &Case<'_>, verdict: Verdict) -> Asked<Finding> {
-    Ok(Holds(verdict, Chosen::nominal(case.facts)))
-}
-
-fn fails(figures: impl Into<String>) -> Asked<Finding> {
-    Ok(Fails(figures.into()))
-}
-
-/// Returns the verdict that states a fault.
-fn at_fault(case: &Case<'_>, fault: &FaultFacts) -> Asked<Finding> {
-    let kind = if fault.is_insufficient { VerdictKind::Insufficient } else { VerdictKind::Measurement };
-    let next = Some(fault.next_measurement.clone());
-    on_nominal(case, Verdict { faults: fault.ids.clone(), ..Verdict::new(kind, fault.reason.clone(), next) })
-}
-
-/// Returns the verdict «unknown» at the location of a generic impedance.
-fn unknown(reason: String) -> Verdict {
-    Verdict::new(VerdictKind::Unknown, reason, Some(NEXT_AT_LOCATION.to_string()))
-}
 
 fn too_few_numbers(case: &Case<'_>) -> Asked<Finding> {
     let Facts { count, unknowns, .. } = case.facts;
@@ -82,107 +62,6 @@ fn too_few_numbers(case: &Case<'_>) -> Asked<Finding> {
         format!("{count} numbers were measured for {unknowns} unknown parameters: any model would fit");
     let next = "measure more modes, more positions, or a whole FRF at each position";
     on_nominal(case, Verdict::new(VerdictKind::Insufficient, reason, Some(next.into())))
-}
-
-fn fault_in_records(case: &Case<'_>) -> Asked<Finding> {
-    match &case.facts.fault_in_records {
-        // What agrees with the machine lacks nothing, with or without a resonance.
-        Some(fault) if case.needs_explanation() || !fault.is_insufficient => at_fault(case, fault),
-        _ => fails("none does"),
-    }
-}
-
-fn one_position(case: &Case<'_>) -> Asked<Finding> {
-    let Case { facts, policy, before, ranking, .. } = case;
-    if !case.needs_explanation() || facts.fault_in_records.is_some() {
-        return fails(format!("misfit {before:.1} times that of null simulations"));
-    }
-    let Some(found) = &facts.one_position.as_ref().ok_or(Need::OnePosition)?.found else {
-        return fails("they differ by more than noise and a factor");
-    };
-    let margin = ranking.margin(found.chi_square);
-    let explains = facts.excess(found.chi_square) <= policy.reach(*before)
-        && found.chi_square + margin <= found.chi_square_at_own
-        && case
-            .best()
-            .is_none_or(|best| found.chi_square <= best.chi_square() + ranking.margin(best.chi_square()));
-    if explains { at_fault(case, &found.fault) } else { fails(format!("χ² {:.0} there", found.chi_square)) }
-}
-
-fn fault_held_out(case: &Case<'_>) -> Asked<Finding> {
-    let Some(fault) = &case.facts.fault_held_out else { return fails("none is") };
-    // A record that agrees with the others once an effect is included is not faulty.
-    let remains = match &case.significant {
-        None => true,
-        Some(best) => case.leaves_held_out_fault(Model::Candidate(best.at))?,
-    };
-    if remains { at_fault(case, fault) } else { fails("the best effect restores it") }
-}
-
-/// Returns the fault of the measuring chain of all records that explains the misfit of the nominal machine:
-/// the corrected data agree with it, and no effect explains the data as they are with as few parameters.
-/// Second, whether it is certain: where the records agree nearly as they are, only if no effect explains as
-/// much. Every chain has some corner far from its band, and small effects resemble it.
-fn chain_fault<'f>(case: &Case<'f>) -> Asked<Option<(&'f ChainFacts, bool)>> {
-    let Case { facts, policy, before, .. } = *case;
-    if !case.needs_explanation() {
-        return Ok(None);
-    }
-    let Some(chain) = &facts.chain.as_ref().ok_or(Need::Chain)?.found else { return Ok(None) };
-    if facts.excess(chain.chi_square) > policy.reach(before) {
-        return Ok(None);
-    }
-    let (explains, is_certain) = match case.best() {
-        None => (chain.chi_square <= policy.restored * facts.chi_square, true),
-        // Of two explanations that the data cannot tell apart, the simpler one is named.
-        Some(best) => {
-            let (chi_square, margin) = (best.chi_square(), case.ranking.margin(best.chi_square()));
-            let is_better = chain.chi_square <= chi_square - margin;
-            let is_simpler = chain.parameters < best.added && chain.chi_square <= chi_square + margin;
-            (is_better || is_simpler, is_better || before > policy.agrees)
-        }
-    };
-    Ok(explains.then_some((chain, is_certain)))
-}
-
-fn fault_of_all(case: &Case<'_>) -> Asked<Finding> {
-    match chain_fault(case)? {
-        Some((chain, true)) => at_fault(case, &chain.fault),
-        Some((chain, false)) => fails(format!("{} explains no more than the best effect", chain.id)),
-        None => fails("none does"),
-    }
-}
-
-/// Whether records may be faulty: neither the best effect nor a fault of their chain accounts for the misfit.
-fn records_may_be_faulty(case: &Case<'_>) -> Asked<bool> {
-    Ok(case.needs_explanation() && !case.agrees_with_best() && chain_fault(case)?.is_none())
-}
-
-fn exchanged_records(case: &Case<'_>) -> Asked<Finding> {
-    let Case { facts, policy, before, .. } = case;
-    if !records_may_be_faulty(case)? {
-        return fails("the misfit is small, or accounted for");
-    }
-    let pairs = facts.exchanged.as_ref().ok_or(Need::Exchanged)?;
-    let agrees = |chi_square: f64| {
-        chi_square <= policy.restored * facts.chi_square && facts.excess(chi_square) <= policy.reach(*before)
-    };
-    match pairs.iter().find(|pair| agrees(pair.chi_square)) {
-        Some(pair) => at_fault(case, &pair.fault),
-        None => fails("no pair does"),
-    }
-}
-
-fn contradicting_record(case: &Case<'_>) -> Asked<Finding> {
-    if !records_may_be_faulty(case)? {
-        return fails("the misfit is small, or accounted for");
-    }
-    match &case.facts.contradiction.as_ref().ok_or(Need::Contradiction)?.found {
-        Some(found) if case.facts.null.excess(found.rest) <= case.policy.agrees => {
-            at_fault(case, &found.fault)
-        }
-        _ => fails("they do not"),
-    }
 }
 
 fn unexplained(case: &Case<'_>) -> Asked<Finding> {
@@ -202,7 +81,26 @@ fn unexplained(case: &Case<'_>) -> Asked<Finding> {
         "the misfit is {before:.1} times that of null simulations and no effect of the library explains it; a generic impedance at \
          {place} reduces χ² most"
     );
-    on_nominal(case, unknown(reason))
+    on_nominal(case, unknown(case, reason))
+}
+
+fn implausible_tolerance(case: &Case<'_>) -> Asked<Finding> {
+    if let Some(best) = case.best() {
+        return fails(format!("{} is", best.id));
+    }
+    if case.policy.implausible == f64::MAX {
+        return fails("tolerances of these data are judged by their own warnings");
+    }
+    match case.farthest(Model::Nominal)? {
+        Some(Farthest { name, deviation }) if deviation.abs() > case.policy.implausible => {
+            let reason = format!(
+                "the misfit needs {name} at {deviation:+.1} of its standard deviations, and no effect of the library explains it"
+            );
+            on_nominal(case, unknown(case, reason))
+        }
+        Some(Farthest { name, deviation }) => fails(format!("{name} at {deviation:+.1} standard deviations")),
+        None => fails("none is estimated"),
+    }
 }
 
 fn agrees(case: &Case<'_>) -> Asked<Finding> {
@@ -214,8 +112,9 @@ fn agrees(case: &Case<'_>) -> Asked<Finding> {
         t.p_value < case.policy.alpha_predictive
             && case.facts.left_out(Model::Candidate(t.at)).is_some_and(|loss| loss >= case.nominal_loss)
     };
+    let worse = format!("; it does not improve the prediction of left-out {}", case.facts.data.blocks());
     let remark = |t: &Ranked| {
-        if is_worse(t) { "; it does not improve the prediction of left-out positions" } else { "" }
+        if is_worse(t) { worse.as_str() } else { "" }
     };
     let best = best.map_or("none".to_string(), |t| {
         format!("{}, {}{}", case.ranking.candidate(t).id, p_value_text(t.p_value), remark(t))
@@ -308,7 +207,7 @@ fn impedance_as_simple(case: &Case<'_>) -> Asked<Finding> {
                  the effect",
                 stated(&chosen)
             );
-            Ok(Holds(unknown(reason), chosen))
+            Ok(Holds(unknown(case, reason), chosen))
         }
     }
 }
@@ -320,9 +219,9 @@ fn leaves_too_much(case: &Case<'_>, chosen: Chosen) -> Asked<Finding> {
         format!(", although {name} moves by {deviation:+.0} of its standard deviations")
     });
     let worse = if case.predicts_worse(&chosen)? {
-        ", and predicts left-out positions worse than it fits"
+        format!(", and predicts left-out {} worse than it fits", case.facts.data.blocks())
     } else {
-        ""
+        String::new()
     };
     let reason = format!(
         "the best effect of the library, {}, leaves a misfit {after:.1} times that of null simulations{moved}{worse}; a generic impedance at \
@@ -331,7 +230,7 @@ fn leaves_too_much(case: &Case<'_>, chosen: Chosen) -> Asked<Finding> {
         case.impedance_place(),
         case.impedance_excess()
     );
-    Ok(Holds(unknown(reason), chosen))
+    Ok(Holds(unknown(case, reason), chosen))
 }
 
 fn effects_exhausted(case: &Case<'_>) -> Asked<Finding> {
@@ -386,8 +285,9 @@ fn explained(case: &Case<'_>) -> Asked<Finding> {
     let (chosen, best) = (case.chosen()?, ranking.tried[0]);
     let share = |loss: f64| 100.0 * (1.0 - loss / case.nominal_loss).max(0.0);
     let predicted = case.loss(&chosen)?.map(share).filter(|share| *share > 0.0);
-    let predicted = predicted
-        .map_or(String::new(), |share| format!(", and by {share:.0} % at positions left out of the fit"));
+    let predicted = predicted.map_or(String::new(), |share| {
+        format!(", and by {share:.0} % at {} left out of the fit", facts.data.blocks())
+    });
     let gained = percent_text(100.0 * (1.0 - chosen.chi_square / facts.chi_square));
     let others: Vec<String> = ranking.tried[ranking.rejected.clone()]
         .iter()
@@ -444,7 +344,7 @@ fn held_out_disagrees(case: &Case<'_>, (verdict, chosen): (&Verdict, &Chosen)) -
             "held-out data do not speak for {effect} for certain (ln of the density ratio {over_nominal:.1})"
         ),
     };
-    let verdict = verdict.clone().unnamed(&reason, "measure at more positions, or with less noise");
+    let verdict = verdict.clone().unnamed(&reason, case.facts.data.next_to_confirm());
     Ok(Holds(Verdict { confirmed: Some(false), ..verdict }, chosen.clone()))
 }
 
@@ -466,7 +366,7 @@ fn half_unexplained(case: &Case<'_>, (verdict, chosen): (&Verdict, &Chosen)) -> 
     let reason = format!(
         "the best effect leaves a misfit {after:.1} times that of null simulations, {before:.1} times without it{gap}"
     );
-    Ok(Holds(verdict.clone().unnamed(&reason, NEXT_AT_LOCATION), chosen.clone()))
+    Ok(Holds(verdict.clone().unnamed(&reason, facts.data.next_at_location()), chosen.clone()))
 }
 
 /// Records of several machines have a large misfit that no model explains. A fault of the chain of all records
@@ -478,7 +378,7 @@ fn other_cause(case: &Case<'_>, (verdict, chosen): (&Verdict, &Chosen)) -> Asked
     }
     let after = facts.excess(chosen.chi_square);
     let is_unexplained = after > policy.excess && after - 1.0 > policy.unrelated * (before - 1.0);
-    let mismatch = match facts.whole_frfs && is_unexplained {
+    let mismatch = match facts.data == DataKind::Frf && is_unexplained {
         true => facts.mismatch.as_ref().ok_or(Need::Mismatch)?.found.as_ref(),
         false => None,
     };

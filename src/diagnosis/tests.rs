@@ -1,9 +1,10 @@
 //! Rules judge facts without a fit: each row of the table changes the facts of a plain case.
 
 use super::case::Need;
+use super::data_kind::DataKind;
 use super::facts::{
-    Answer, Beside, CandidateFacts, ChainFacts, ContradictionFacts, ExchangedFacts, Facts, Farthest,
-    FaultFacts, ImpedanceFacts, Model, Of, OnePosition, Remark,
+    Answer, Beside, CandidateFacts, ChainFacts, ContradictingHeldOut, ContradictionFacts, ExchangedFacts,
+    Facts, Farthest, FaultFacts, ImpedanceFacts, Model, Of, OnePosition, Remark,
 };
 use super::judgement::{Judgement, judge};
 use super::null_distribution::NullDistribution;
@@ -19,6 +20,7 @@ fn effect(id: &str, before: f64, chi_square: f64) -> CandidateFacts {
         released: None,
         number: None,
         at_end: Vec::new(),
+        resembles: Vec::new(),
         discriminating_test: None,
         added: 1,
         chi_square: Some(chi_square),
@@ -37,7 +39,7 @@ fn plain() -> Facts {
     let first = Model::Candidate(0);
     let of_remains = |model| Of { model, value: true };
     Facts {
-        whole_frfs: true,
+        data: DataKind::Frf,
         count: 1000.0,
         unknowns: 8,
         in_sample: false,
@@ -59,6 +61,7 @@ fn plain() -> Facts {
         fault_in_records: None,
         fault_held_out: None,
         fault_held_out_remains: vec![of_remains(first)],
+        contradicting_held_out: Vec::new(),
         one_position: None,
         chain: None,
         exchanged: None,
@@ -70,13 +73,17 @@ fn plain() -> Facts {
 /// Judges facts; whatever a rule asks for was not found.
 fn judged(mut facts: Facts) -> Judgement {
     loop {
-        match judge(&facts, Policy::for_frfs(facts.whole_frfs)) {
+        match judge(&facts, Policy::of(facts.data)) {
             Ok(judgement) => return judgement,
             Err(Need::OnePosition) => facts.one_position = Some(Answer { found: None }),
             Err(Need::Chain) => facts.chain = Some(Answer { found: None }),
             Err(Need::Exchanged) => facts.exchanged = Some(Vec::new()),
             Err(Need::Contradiction) => facts.contradiction = Some(Answer { found: None }),
             Err(Need::Mismatch) => facts.mismatch = Some(Answer { found: None }),
+            Err(Need::ContradictingHeldOut(model)) => {
+                let value = ContradictingHeldOut { fault: None, beyond_effects: None };
+                facts.contradicting_held_out.push(Of { model, value });
+            }
             Err(Need::Farthest(model)) => facts.farthest.push(Of { model, value: None }),
             Err(Need::Closed(model)) => facts.closed.push(Of { model, value: None }),
             Err(Need::LeftOut(models)) => {
@@ -122,7 +129,7 @@ fn releases(facts: &mut Facts, before: f64, after: f64) {
 
 type Row = (&'static str, VerdictKind, fn(&mut Facts));
 
-const ROWS: [Row; 21] = [
+const ROWS: [Row; 23] = [
     ("too-few-numbers", VerdictKind::Insufficient, |facts| facts.unknowns = 1000),
     ("fault-in-records", VerdictKind::Measurement, |facts| facts.fault_in_records = Some(fault("noise"))),
     ("one-position", VerdictKind::Measurement, |facts| {
@@ -147,6 +154,12 @@ const ROWS: [Row; 21] = [
     ("unexplained", VerdictKind::Unknown, |facts| {
         fits(facts, 5000.0, 5000.0);
         facts.impedances = vec![impedance(3, 5000.0, 1000.0)];
+    }),
+    ("implausible-tolerance", VerdictKind::Unknown, |facts| {
+        fits(facts, 1000.0, 999.0);
+        facts.data = DataKind::Motion;
+        let value = Some(Farthest { name: "synchrony".into(), deviation: 5.0 });
+        facts.farthest = vec![Of { model: Model::Nominal, value }];
     }),
     ("agrees", VerdictKind::None, |facts| fits(facts, 1000.0, 999.0)),
     ("released-parameter", VerdictKind::WrongParameter, |facts| releases(facts, 5000.0, 1000.0)),
@@ -186,6 +199,12 @@ const ROWS: [Row; 21] = [
     ("half-unexplained", VerdictKind::Unknown, |facts| {
         fits(facts, 5000.0, 2200.0);
         facts.closed[0].value = Some(0.3);
+    }),
+    ("contradicting-held-out", VerdictKind::Effect, |facts| {
+        facts.data = DataKind::Motion;
+        let late = Some(fault("measurement-delay@stroke"));
+        let value = ContradictingHeldOut { fault: late.clone(), beyond_effects: late };
+        facts.contradicting_held_out = vec![Of { model: Model::Candidate(0), value }];
     }),
     ("other-cause", VerdictKind::Unknown, |facts| {
         fits(facts, 5000.0, 5000.0);
@@ -319,7 +338,7 @@ fn a_fault_as_likely_stands_beside_the_effect() {
 #[test]
 fn limit_facts_survive_a_document_and_open_ones_are_asked_for() {
     let facts = plain();
-    assert_eq!(judge(&facts, Policy::for_frfs(true)).unwrap_err(), Need::OnePosition);
+    assert_eq!(judge(&facts, Policy::of(DataKind::Frf)).unwrap_err(), Need::OnePosition);
     let text = serde_json::to_string(&facts).unwrap();
     assert_eq!(serde_json::from_str::<Facts>(&text).unwrap(), facts);
     let cut = text.replace("\"unknowns\":8,", "");

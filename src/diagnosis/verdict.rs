@@ -2,9 +2,6 @@
 
 use machine::{EffectIds, Parameter};
 
-/// Next measurement where an effect is missing at a known location.
-pub(super) const NEXT_AT_LOCATION: &str = "mount an accelerometer at that location and strike there, too";
-
 /// Kind of a verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum VerdictKind {

@@ -43,10 +43,10 @@ pub struct DiagnosisDocument {
     /// Gaps of the machine as described.
     pub gap: GapRow,
     /// Misfit of the machine as described over the median of null simulations, at least 1 (1): χ² per
-    /// compared number; of motion records the squared prediction error at left-out parts.
+    /// compared number.
     #[serde(default)]
     pub misfit_over_null: f64,
-    /// Null simulations of FRFs or modes, to which p-values refer.
+    /// Null simulations, to which p-values refer.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub null: Option<NullRow>,
     /// Location of the verdict, then generic impedances at interfaces, best first.
@@ -61,8 +61,7 @@ pub struct DiagnosisDocument {
     /// Missing dynamic stiffness at the best interfaces.
     #[serde(default)]
     pub delta_z: Vec<DeltaZ>,
-    /// All candidates, best first: by χ² with a penalty for flexibility; of motion records by cross-validated
-    /// prediction error.
+    /// All candidates, best first: by χ² with a penalty for flexibility.
     pub effects: Vec<EffectRow>,
     /// Values of the parameters of the machine as described.
     #[serde(default)]
@@ -204,7 +203,7 @@ pub struct WhereRow {
     pub over: Option<String>,
     /// Shape of the generic impedance; `other` for the named effect.
     pub shape: String,
-    /// Reduction of χ² (motion: of the squared prediction error) over its value without it (1).
+    /// Reduction of χ² (motion: of the squared error of the fitted records) over its value without it (1).
     #[serde(default, alias = "takes")]
     pub misfit_reduction: f64,
     /// Held-out gap with it (1).
@@ -248,11 +247,10 @@ pub struct EffectRow {
     pub closed95: Option<[f64; 2]>,
     /// Share of null simulations with a statistic as large (1).
     pub p_value: Option<f64>,
-    /// Reduction of χ², for motion records −ln of the share of the squared prediction error that it leaves,
-    /// over its scale in null simulations (1).
+    /// Reduction of χ² over its scale in null simulations and over the excess that it leaves (1).
     #[serde(default)]
     pub statistic: f64,
-    /// Reduction of χ² (motion: of the squared prediction error) over its value without it (1).
+    /// Reduction of χ² (motion: of the squared prediction error at left-out parts) over its value without it (1).
     #[serde(default, alias = "takes")]
     pub misfit_reduction: f64,
     /// Estimates of its parameters, fitted together with the tolerances.

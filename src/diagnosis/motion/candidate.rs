@@ -3,7 +3,7 @@
 use super::design::CandidateDesign;
 use super::free_function::Variable;
 use super::grid::LinearParameter;
-use crate::{Hypothesis, HypothesisKind, Status};
+use crate::{Hypothesis, Status};
 use machine::{Machine, ParameterValues};
 
 /// A candidate with a design at each node of its grid.
@@ -32,15 +32,15 @@ pub(super) struct GridNode {
     pub design: CandidateDesign,
 }
 
-/// Figures of a candidate on one force.
+/// A candidate at the grid node that fits the recorded force best.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Ranked {
+pub struct ScreenedFit {
     /// Index of the candidate.
     pub candidate: usize,
-    /// Relative reduction of the squared prediction error at left-out parts.
-    pub gain: f64,
-    /// Squared prediction error of each part.
-    pub left_out: Vec<f64>,
+    /// Least squared misfit beside the nuisance parameters, with their penalty (N² or N²·m²).
+    pub squares: f64,
+    /// Squared prediction error of parts that are left out of the fit, summed, with that penalty.
+    pub left_out: f64,
     /// Index of the grid node.
     pub(super) node: usize,
     /// Values of the added parameters there.
@@ -58,17 +58,6 @@ pub(super) fn without(id: String, status: Status) -> MotionCandidate {
         unidentifiable: false,
         nodes: Vec::new(),
     }
-}
-
-/// Whether a candidate releases a frozen parameter.
-pub(super) fn releases(candidate: &MotionCandidate) -> bool {
-    candidate.hypothesis.as_ref().is_some_and(|h| h.kind == HypothesisKind::Release)
-}
-
-/// Returns −ln(1 − gain): ln of the loss of the machine over that with a candidate.
-pub(super) fn strength(gain: f64) -> f64 {
-    // No gain is 0, not −0.
-    0.0 - (1.0 - gain.clamp(0.0, 1.0)).max(1e-12).ln()
 }
 
 /// Extends values of a machine by the start values of added effects.

@@ -29,7 +29,8 @@ pub(super) fn weigh(
     }
     for _ in 0..ROUNDS {
         let data = MotionData::new(motions[..fitted].iter().collect());
-        let fit = estimate_identifiable(rigid, machine, &machine.start(), free, &data.motions, &may_drop)?;
+        let fit =
+            estimate_identifiable((rigid, machine), &machine.start(), free, &data.motions, None, &may_drop)?;
         let left = without_smooth_functions(&data, fit.residual);
         let weights = weights(left.as_slice(), &data.motions);
         motions.iter_mut().for_each(|m| m.set_weights(&weights));

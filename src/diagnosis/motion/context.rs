@@ -1,41 +1,25 @@
-//! Context of a diagnosis: screening of candidates on a model, joint fits of all parameters, and the checks
-//! that keep an effect from being named.
+//! Fits of candidates beside a model: screening, and joint fits of all parameters.
 
 use rayon::prelude::*;
 
-use super::candidate::{Ranked, start_of};
+use super::candidate::{ScreenedFit, start_of};
 use super::data::MotionData;
-use super::null_distribution::MotionNullDistribution;
+use super::grid::longest_wave;
 use super::screening::{MotionScreening, SharedColumns};
-use super::selection::{ALPHA, SelectionStep, simplest_first};
 use crate::{Hypothesis, Status};
 use dynamics::inverse_dynamics::{Rigid, free_parameters};
-use identification::motion::{ForceFit, estimate_identifiable};
+use identification::motion::{ForceFit, Tolerances, estimate_identifiable};
 use long_work::Control;
-use machine::{Data, Effect, EffectIds, Machine, ParameterValues};
+use machine::{Data, Effect, Machine, ParameterValues};
 use numeric::linear_fit::LinearFit;
 use numeric::statistics::root_mean_square;
 use optimizer::nonzero_columns;
 
-/// Least reduction of the prediction error by the first named effect, and by a common one.
-const LEAST: f64 = 0.03;
-const LEAST_COMMON: f64 = 0.06;
-/// Largest relative increase of the squared misfit with which an effect is dropped from a combination.
-const DISPENSABLE: f64 = 0.03;
-/// Least shares of an effect's reduction of the prediction error, either of which the joint fit must
-/// reproduce: it may end where the effect has no influence. The first is without, the second with nuisance
-/// parameters. A common effect must reproduce the second without them; with the first alone it shows but is
-/// not named.
-const CONFIRMED: (f64, f64) = (0.02, 0.25);
 /// Least share of an added parameter's influence, at the end of a fit, that is orthogonal to the other
 /// parameters.
 const INDEPENDENT: f64 = 0.01;
 /// Least share of the force, root mean square, due to inertia with which acceleration is informative.
 const LEAST_INERTIA: f64 = 0.2;
-/// Size of a nuisance parameter (standard deviations) above which the machine differs from its description.
-/// Not used where an encoder position is estimated from the control loop: its force and settings are too
-/// uncertain.
-const IMPLAUSIBLE: f64 = 4.0;
 
 /// Settings of a diagnosis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,10 +28,12 @@ pub struct MotionSettings {
     pub seed: u64,
     /// Number of null simulations.
     pub draws: usize,
+    /// Whether to gather what other rules may ask for, too.
+    pub all_facts: bool,
 }
 
 /// A machine, possibly with effects, and its fit.
-pub(super) type Chosen = (Hypothesis, ForceFit);
+pub(super) type MotionFit = (Hypothesis, ForceFit);
 
 /// Inputs that are the same for every added effect.
 pub(super) struct Context<'w> {
@@ -59,11 +45,38 @@ pub(super) struct Context<'w> {
     pub control: &'w Control,
 }
 
+/// A candidate beside a model.
+pub(super) struct Candidate {
+    /// Index in the screening.
+    pub at: usize,
+    /// Its fit there; `None` where it was not fitted.
+    pub screened: Option<ScreenedFit>,
+    /// Joint fit of all parameters without tolerances.
+    pub alone: Option<MotionFit>,
+    /// Joint fit of all parameters beside tolerances.
+    pub tolerant: Option<MotionFit>,
+}
+
+/// What was fitted beside a model.
+pub(super) struct Screened {
+    pub screening: MotionScreening,
+    /// Effects and released parameters, the best fit first; those without a fit last.
+    pub candidates: Vec<Candidate>,
+    /// Free functions, best first.
+    pub functions: Vec<ScreenedFit>,
+}
+
+impl Candidate {
+    /// Returns the least squared misfit beside tolerances; infinite where it was not fitted.
+    pub fn squares(&self) -> f64 {
+        self.tolerant.as_ref().map_or(f64::INFINITY, |(_, fit)| fit.squares)
+    }
+}
+
 impl Context<'_> {
-    /// Screens all candidates on a model that already has the named effects, and simulates its null
-    /// distribution.
-    pub fn screen(&self, from: &Chosen, names: &EffectIds) -> Option<SelectionStep> {
-        let (apply, others) = self.hypotheses(&from.0, names);
+    /// Screens all candidates beside a model.
+    pub fn screening(&self, from: &MotionFit) -> Option<MotionScreening> {
+        let (apply, others) = self.hypotheses(&from.0);
         let columns = SharedColumns {
             data: &self.data,
             rigid: &self.rigid,
@@ -71,28 +84,36 @@ impl Context<'_> {
             fit: &from.1,
             frozen: self.frozen,
         };
-        let screening = MotionScreening::new(&columns, apply, others, self.control)?;
-        let mut ranked = screening.rank(&self.data);
-        let best = ranked.iter().find(|r| screening.candidates[r.candidate].free.is_none());
-        let seed = self.settings.seed.wrapping_add(names.len() as u64);
-        let draws = screening.null_simulations(&self.data, best, self.settings.draws, seed, self.control);
-        let null = MotionNullDistribution::new(
-            &draws,
-            &screening.candidates.iter().map(|c| c.free.is_some()).collect::<Vec<bool>>(),
-        );
-        // Insignificant candidates, such as a wave of any period, rank behind significant ones.
-        ranked.sort_by_key(|r| screening.candidates[r.candidate].free.is_none() && null.p_value(r) >= ALPHA);
-        simplest_first(&screening, &null, &mut ranked);
-        let extra_points = self.data.motions.iter().any(|m| m.has_extra_points());
-        let implausible = screening
-            .largest_nuisance(&self.data)
-            .filter(|(_, size)| *size > IMPLAUSIBLE && !self.data.is_identifiable());
-        let implausible = implausible.map(|(name, size)| (name.to_string(), size));
-        Some(SelectionStep { screening, ranked, null, extra_points, slow: self.slow(from), implausible })
+        MotionScreening::new(&columns, apply, others, self.control)
+    }
+
+    /// Fits all parameters with each candidate of a screening, without tolerances and beside them.
+    pub fn screened(
+        &self,
+        screening: MotionScreening,
+        from: &MotionFit,
+        tolerances: &Tolerances,
+    ) -> Screened {
+        let is_free = |fit: &ScreenedFit| screening.candidates[fit.candidate].free.is_some();
+        let (mut functions, fits): (Vec<ScreenedFit>, Vec<ScreenedFit>) =
+            screening.fits(&self.data).into_iter().partition(is_free);
+        functions.sort_by(|a, b| a.squares.total_cmp(&b.squares));
+        let of = |at: usize| {
+            let Some(screened) = fits.iter().find(|fit| fit.candidate == at).cloned() else {
+                return Candidate { at, screened: None, alone: None, tolerant: None };
+            };
+            let alone = self.joint_fit(&screening, &screened, from, None);
+            let tolerant = self.joint_fit(&screening, &screened, from, Some((tolerances, alone.as_ref())));
+            Candidate { at, screened: Some(screened), alone: alone.or_else(|| tolerant.clone()), tolerant }
+        };
+        let named = (0..screening.candidates.len()).filter(|at| screening.candidates[*at].free.is_none());
+        let mut candidates: Vec<Candidate> = named.collect::<Vec<usize>>().into_par_iter().map(of).collect();
+        candidates.sort_by(|a, b| a.squares().total_cmp(&b.squares()));
+        Screened { screening, candidates, functions }
     }
 
     /// Whether inertia causes only a small share of the force.
-    fn slow(&self, from: &Chosen) -> bool {
+    pub fn is_slow(&self, from: &MotionFit) -> bool {
         let inertia = self.rigid.inertia(&from.0.machine, &from.1.values);
         let force = root_mean_square(self.data.motions.iter().flat_map(|m| m.load.iter().copied()));
         let moved = root_mean_square(
@@ -101,9 +122,9 @@ impl Context<'_> {
         moved.zip(force).is_some_and(|(moved, force)| moved < LEAST_INERTIA * force)
     }
 
-    fn hypotheses(&self, from: &Hypothesis, names: &EffectIds) -> (Vec<Hypothesis>, Vec<(String, Status)>) {
+    fn hypotheses(&self, from: &Hypothesis) -> (Vec<Hypothesis>, Vec<(String, Status)>) {
         let (mut apply, mut others) = (Vec::new(), Vec::new());
-        for effect in self.effects.iter().filter(|e| !names.contains(&e.id)) {
+        for effect in self.effects.iter().filter(|e| !from.effects.contains(&e.id)) {
             let applied = match from.obstacle(effect, Data::Motion) {
                 Some(why) => Err(why),
                 None => from.with(effect).map_err(|error| error.to_string()),
@@ -113,16 +134,23 @@ impl Context<'_> {
                 Err(why) => others.push((effect.id.clone(), Status::NotApplicable(why))),
             }
         }
-        apply.extend(from.releases(&from.machine, self.frozen, names.as_slice()));
+        apply.extend(from.releases(&from.machine, self.frozen, from.effects.as_slice()));
         (apply, others)
     }
 
-    /// Fits all parameters with a candidate, starting from its estimate in the screening.
-    pub fn refined(&self, step: &SelectionStep, ranked: &Ranked, from: &Chosen) -> Option<Chosen> {
-        let hypothesis = step.screening.candidates[ranked.candidate].hypothesis.as_ref()?;
+    /// Fits all parameters with a candidate, starting from its estimate in the screening; beside tolerances, if
+    /// given, also from a fit without them.
+    fn joint_fit(
+        &self,
+        screening: &MotionScreening,
+        screened: &ScreenedFit,
+        from: &MotionFit,
+        beside: Option<(&Tolerances, Option<&MotionFit>)>,
+    ) -> Option<MotionFit> {
+        let hypothesis = screening.candidates[screened.candidate].hypothesis.as_ref()?;
         let machine = &hypothesis.machine;
         let mut start = start_of(machine, &from.1.values);
-        for (index, value) in &ranked.added {
+        for (index, value) in &screened.added {
             start[*index] = value.clamp(machine.parameters[*index].lower, machine.parameters[*index].upper);
         }
         let mut whole = hypothesis.clone();
@@ -134,33 +162,47 @@ impl Context<'_> {
             .cloned()
             .collect();
         let free = free_parameters(machine, &frozen).ok()?;
-        let fitted = |free: &[usize]| {
-            self.fitted(machine, &start, free, &whole.added)
-                .filter(|fit| is_identifiable(fit, &hypothesis.added))
+        let tolerances = beside.map(|(tolerances, _)| tolerances);
+        let fitted = |start: &ParameterValues, free: &[usize]| {
+            self.fitted(machine, start, free, &whole.added, tolerances)
+                .filter(|fit| is_identifiable(fit, &hypothesis.added) && self.has_waves(machine, fit))
         };
-        let fit = fitted(&free).or_else(|| {
+        let fit = fitted(&start, &free).or_else(|| {
             // A parameter at the end of its range may stand for the effect: keep it fixed.
             let kept =
                 |i: &usize| machine.parameters[*i].holds_inside(start[*i]) || *i >= from.1.values.len();
             let free: Vec<usize> = free.iter().copied().filter(kept).collect();
-            fitted(&free)
-        })?;
-        Some((whole, fit))
+            fitted(&start, &free)
+        });
+        let again = beside.and_then(|(_, alone)| alone).and_then(|(_, alone)| fitted(&alone.values, &free));
+        let best = fit.into_iter().chain(again).min_by(|a, b| a.squares.total_cmp(&b.squares))?;
+        Some((whole, best))
+    }
+
+    /// Whether the travel holds each wave of a machine: a longer one is no wave but a slope along the travel.
+    fn has_waves(&self, machine: &Machine, fit: &ForceFit) -> bool {
+        fit.free.iter().all(|index| {
+            let parameter = &machine.parameters[*index];
+            let longest = longest_wave(machine, parameter, &self.data, &self.rigid);
+            longest.is_none_or(|longest| fit.values[*index] <= longest)
+        })
     }
 
     /// Returns the best fit in which parameters that the records do not identify next to the added ones keep
     /// their values. Parameters at an end of their range may stand for the missing effect: a second fit
     /// starts them as described.
-    fn fitted(
+    pub fn fitted(
         &self,
         machine: &Machine,
         start: &ParameterValues,
         free: &[usize],
         added: &[usize],
+        tolerances: Option<&Tolerances>,
     ) -> Option<ForceFit> {
         let may_drop = |parameter: usize| !added.contains(&parameter);
+        let motions = &self.data.motions;
         let fit = |start: &ParameterValues| {
-            estimate_identifiable(&self.rigid, machine, start, free, &self.data.motions, may_drop).ok()
+            estimate_identifiable((&self.rigid, machine), start, free, motions, tolerances, may_drop).ok()
         };
         let described = machine.start();
         let back = |(index, x): (usize, &f64)| {
@@ -172,68 +214,6 @@ impl Context<'_> {
         let again = ParameterValues(start.iter().enumerate().map(back).collect());
         let from_description = if again == *start { None } else { fit(&again) };
         fit(start).into_iter().chain(from_description).min_by(|a, b| a.squares.total_cmp(&b.squares))
-    }
-
-    /// Whether an effect is common: most machines have a little of it.
-    pub fn is_common(&self, id: &str) -> bool {
-        self.effects.iter().any(|e| e.common && e.id == id)
-    }
-
-    /// Returns the least reduction of the prediction error with which an effect is named first. Where
-    /// nuisance parameters are implausibly large, common effects need no more than others.
-    pub fn least(&self, step: &SelectionStep, id: &str) -> f64 {
-        if step.implausible.is_none() && self.is_common(id) { LEAST_COMMON } else { LEAST }
-    }
-
-    /// Fits all parameters with each of the ranked candidates.
-    pub fn full_fits(&self, step: &SelectionStep, from: &Chosen) -> Vec<Option<Chosen>> {
-        step.ranked.par_iter().map(|ranked| self.refined(step, ranked, from)).collect()
-    }
-
-    /// Whether the joint fit reproduces the effect's reduction of the prediction error: without nuisance
-    /// parameters or, unless the effect is common, with them.
-    pub fn confirms(&self, step: &SelectionStep, at: usize, next: &Chosen, before: &Chosen) -> bool {
-        let gain = step.ranked[at].gain;
-        let common = self.is_common(step.last_effect(at));
-        let with_nuisances =
-            |of: &Chosen| step.screening.squares(&self.data, &self.rigid, &of.0.machine, &of.1.values);
-        reduces(next.1.squares, before.1.squares, gain, if common { CONFIRMED.1 } else { CONFIRMED.0 })
-            || (!common
-                && with_nuisances(next)
-                    .zip(with_nuisances(before))
-                    .is_some_and(|(after, before)| reduces(after, before, gain, CONFIRMED.1)))
-    }
-
-    /// Whether an effect reduces the misfit of the joint fit at all, without nuisance parameters.
-    pub fn shows(&self, step: &SelectionStep, at: usize, next: &Chosen, before: &Chosen) -> bool {
-        reduces(next.1.squares, before.1.squares, step.ranked[at].gain, CONFIRMED.0)
-    }
-
-    /// Drops one effect from a combination that fits almost as well without it.
-    pub fn drop_dispensable(&self, base: &Chosen, names: &mut EffectIds, chosen: &mut Chosen) {
-        for at in (0..names.len() - 1).rev() {
-            let kept = names.iter().enumerate().filter(|(i, _)| *i != at).map(|(_, n)| n);
-            let effects: Option<Vec<&Effect>> =
-                kept.map(|id| self.effects.iter().find(|e| e.id == id)).collect();
-            let Some(effects) = effects else { continue };
-            let hypothesis = effects.iter().try_fold(base.0.clone(), |h, e| h.with(e));
-            let Ok(hypothesis) = hypothesis else { continue };
-            let machine = &hypothesis.machine;
-            let mut start = start_of(machine, &base.1.values);
-            for (index, p) in machine.parameters.iter().enumerate() {
-                if let Some(known) = chosen.0.machine.parameter(&p.id) {
-                    start[index] = chosen.1.values[known];
-                }
-            }
-            let Ok(free) = free_parameters(machine, self.frozen) else { continue };
-            if let Some(fit) = self.fitted(machine, &start, &free, &hypothesis.added)
-                && fit.squares <= (1.0 + DISPENSABLE) * chosen.1.squares
-            {
-                *chosen = (hypothesis, fit);
-                names.remove(at);
-                return;
-            }
-        }
     }
 }
 
@@ -247,11 +227,6 @@ fn is_identifiable(fit: &ForceFit, added: &[usize]) -> bool {
         let column = fit.derivatives.column(at).clone_owned();
         LinearFit::new(&others, &column).is_none_or(|left| left.residual.norm() > INDEPENDENT * column.norm())
     })
-}
-
-/// Whether a fit reduces the squared misfit by a share of a gain.
-fn reduces(after: f64, before: f64, gain: f64, share: f64) -> bool {
-    after < (1.0 - share * gain) * before
 }
 
 /// Restricts the added parameters of a hypothesis to those of the last effect: the others are free parameters

@@ -251,12 +251,16 @@ pub(super) fn faulty(shifts: &[RecordShift], before: &[MotionPart], step_s: f64)
     if shifts.len() < 2 {
         return Vec::new();
     }
+    let taken = |at: usize| shifts[at].gap.powi(2) - shifts[at].gap_own.powi(2);
     let against_others = |at: usize| {
         let others: Vec<RecordShift> =
             shifts.iter().enumerate().filter(|(i, _)| *i != at).map(|(_, s)| s.clone()).collect();
-        let taken = shifts[at].gap.powi(2) - shifts[at].gap_own.powi(2);
-        let much = taken > 0.5 * shifts[at].gap.powi(2) && exceeds_effects(&shifts[at], before);
-        contradictions(&others, std::slice::from_ref(&shifts[at]), step_s).into_iter().filter(move |_| much)
+        let much = taken(at) > 0.5 * shifts[at].gap.powi(2) && exceeds_effects(&shifts[at], before);
+        let found = contradictions(&others, std::slice::from_ref(&shifts[at]), step_s).into_iter();
+        found.filter(move |_| much).map(move |found| (taken(at), found))
     };
-    (0..shifts.len()).flat_map(against_others).collect()
+    let found: Vec<(f64, Contradiction)> = (0..shifts.len()).flat_map(against_others).collect();
+    // A record that contradicts the others moves their middle: they then contradict it, each by less.
+    let most = found.iter().map(|(taken, _)| *taken).fold(0.0, f64::max);
+    found.into_iter().filter(|(taken, _)| *taken > 0.5 * most).map(|(_, found)| found).collect()
 }

@@ -93,6 +93,10 @@ impl Forces {
     pub fn count(&self) -> usize {
         self.sorted.ncols()
     }
+
+    fn shared_by(&self, design: &CandidateDesign) -> Option<&SharedProducts> {
+        self.shared.iter().find(|shared| Arc::ptr_eq(&shared.base, &design.base))
+    }
 }
 
 /// Returns the products of shared columns with others in each part.
@@ -152,17 +156,8 @@ struct PartProducts {
 pub(super) struct Solved {
     /// Coefficients fitted to all parts.
     pub coefficients: DVector<f64>,
-    /// Squared prediction error of each part, from a fit without it.
-    pub left_out: Vec<f64>,
-    /// Penalty of the coefficients by their priors, in the same unit.
-    pub prior: f64,
-}
-
-impl Solved {
-    /// Returns the squared prediction error of all parts plus the penalty.
-    pub fn loss(&self) -> f64 {
-        self.left_out.iter().sum::<f64>() + self.prior
-    }
+    /// Squared misfit with them, plus their penalty in the same unit.
+    pub squares: f64,
 }
 
 impl CandidateDesign {
@@ -229,63 +224,65 @@ impl CandidateDesign {
         })
     }
 
-    /// Fits forces and predicts each part from a fit without it. `None` where an added coefficient leaves its
-    /// bounds.
+    /// Fits forces. `None` where an added coefficient leaves its bounds.
     pub fn solve(&self, data: &MotionData<'_>, forces: &Forces) -> Vec<Option<Solved>> {
-        let Some(shared) = forces.shared.iter().find(|b| Arc::ptr_eq(&b.base, &self.base)) else {
-            return vec![None; forces.count()];
-        };
+        let Some(shared) = forces.shared_by(self) else { return vec![None; forces.count()] };
         let (size, count) = (self.base.rows.nrows(), self.own.ncols() - 1);
         // Work with forces subtracted the zero-coefficient force; first subtract its products.
-        let mut products = products(data, &self.own, &forces.sorted);
-        let mut all = DMatrix::zeros(count, forces.count());
-        for (product, part) in products.iter_mut().zip(&self.parts) {
-            product.rows_mut(1, count).column_iter_mut().for_each(|mut column| column -= &part.added);
-            all += product.rows(1, count);
+        let products = products(data, &self.own, &forces.sorted);
+        let (mut all, mut squares) = (DMatrix::zeros(count, forces.count()), vec![0.0; forces.count()]);
+        for (at, (product, part)) in products.iter().zip(&self.parts).enumerate() {
+            all += subtracted(&product.rows(1, count).into_owned(), &part.added);
+            for (force, squares) in squares.iter_mut().enumerate() {
+                *squares += forces.squares[(at, force)] - 2.0 * product[(0, force)] + part.squares;
+            }
         }
         let at_zero: DVector<f64> = self.parts.iter().map(|part| &part.shared).sum();
         let whole = &self.fits[data.parts()];
         let sums = subtracted(&shared.sums, &at_zero);
         let own = &whole.inverse * (&all - whole.projection.tr_mul(&sums));
         let first = subtracted(&shared.coefficients[data.parts()], &whole.at_zero) - &whole.projection * &own;
-        let inside = |at: &usize| {
-            self.bounds.iter().all(|&(i, lower, upper)| (lower..=upper).contains(&own[(i - size, *at)]))
+        let solved = |force: usize| {
+            let (first, own) = (first.column(force), own.column(force));
+            let is_inside = |&(i, lower, upper): &(usize, f64, f64)| (lower..=upper).contains(&own[i - size]);
+            let explained = first.dot(&sums.column(force)) + own.dot(&all.column(force));
+            self.bounds.iter().all(is_inside).then(|| Solved {
+                coefficients: DVector::from_iterator(size + count, first.iter().chain(own.iter()).copied()),
+                squares: (squares[force] - explained).max(0.0),
+            })
         };
-        let inside: Vec<usize> = (0..forces.count()).filter(inside).collect();
-        let mut solved = vec![None; forces.count()];
-        for &at in &inside {
-            let coefficients = DVector::from_iterator(
-                size + count,
-                first.column(at).iter().chain(own.column(at).iter()).copied(),
-            );
-            let known = self.base.penalty.iter().copied().chain(std::iter::repeat_n(self.ridge, count));
-            let prior = coefficients.iter().zip(known).map(|(c, p)| p * c * c).sum();
-            solved[at] = Some(Solved { coefficients, left_out: Vec::with_capacity(data.parts()), prior });
+        (0..forces.count()).map(solved).collect()
+    }
+
+    /// Predicts each part of the first force from a fit without it: squared errors, part by part.
+    pub fn left_out(&self, data: &MotionData<'_>, forces: &Forces) -> Vec<f64> {
+        let Some(shared) = forces.shared_by(self) else { return Vec::new() };
+        let count = self.own.ncols() - 1;
+        let products = products(data, &self.own, &forces.sorted.columns(0, 1).into_owned());
+        let at_zero: DVector<f64> = self.parts.iter().map(|part| &part.shared).sum();
+        let sums = shared.sums.column(0) - at_zero;
+        let mut all = DVector::zeros(count);
+        for (product, part) in products.iter().zip(&self.parts) {
+            all += product.view((1, 0), (count, 1)).column(0) - &part.added;
         }
-        let all = all.select_columns(&inside);
-        let sums = sums.select_columns(&inside);
-        for (at, (fit, part)) in self.fits.iter().zip(&self.parts).enumerate() {
-            let chosen =
-                |of: &DMatrix<f64>, at_zero: &DVector<f64>| subtracted(&of.select_columns(&inside), at_zero);
-            let product = chosen(&shared.products[at], &part.shared);
-            let coefficients = chosen(&shared.coefficients[at], &fit.at_zero);
-            let gram_products = chosen(&shared.gram_products[at], &part.gram_products);
-            let own_product = products[at].select_columns(&inside);
-            let here = own_product.rows(1, count);
-            let own = &fit.inverse * (&all - here - fit.projection.tr_mul(&(&sums - &product)));
+        let of_part = |(at, (fit, part)): (usize, (&Border, &PartProducts))| {
+            let product = shared.products[at].column(0) - &part.shared;
+            let coefficients = shared.coefficients[at].column(0) - &fit.at_zero;
+            let gram_products = shared.gram_products[at].column(0) - &part.gram_products;
+            let here = products[at].view((1, 0), (count, 1)).column(0) - &part.added;
+            let own = &fit.inverse * (&all - &here - fit.projection.tr_mul(&(&sums - &product)));
             let beyond = here - fit.projection.tr_mul(&product) - part.across.tr_mul(&coefficients);
-            let bent_own = &part.own * &own;
-            for (k, force) in inside.iter().enumerate() {
-                let squares = forces.squares[(at, *force)] - 2.0 * own_product[(0, k)] + part.squares;
-                let alone = squares
-                    + coefficients.column(k).dot(&(gram_products.column(k) - 2.0 * product.column(k)));
-                let left = alone + own.column(k).dot(&(bent_own.column(k) - 2.0 * beyond.column(k)));
-                if let Some(solved) = &mut solved[*force] {
-                    solved.left_out.push(left);
-                }
-            }
-        }
-        solved
+            let squares = forces.squares[(at, 0)] - 2.0 * products[at][(0, 0)] + part.squares;
+            let alone = squares + coefficients.dot(&(gram_products - 2.0 * product));
+            alone + own.dot(&(&part.own * &own - 2.0 * beyond))
+        };
+        self.fits.iter().zip(&self.parts).enumerate().map(of_part).collect()
+    }
+
+    /// Returns the penalty of coefficients, in the unit of a squared misfit.
+    pub fn prior(&self, coefficients: &DVector<f64>) -> f64 {
+        let known = self.base.penalty.iter().copied().chain(std::iter::repeat(self.ridge));
+        coefficients.iter().zip(known).map(|(c, penalty)| penalty * c * c).sum()
     }
 
     /// Returns the force with given coefficients, in the order of the records.
@@ -380,7 +377,8 @@ mod tests {
             let shift = shift.column(0).into_owned();
             let design = CandidateDesign::new(&data, &base, &shift, &own, ridge, Vec::new()).unwrap();
             let forces: Vec<DVector<f64>> = forces.column_iter().map(|c| c.into_owned()).collect();
-            let solved = design.solve(&data, &Forces::new(&data, &forces, &[base]));
+            let all_forces = Forces::new(&data, &forces, std::slice::from_ref(&base));
+            let solved = design.solve(&data, &all_forces);
             let all = side_by_side(&[&shared, &own]);
             let known = DVector::from_iterator(
                 6 + count,
@@ -393,7 +391,8 @@ mod tests {
                     let normal = a.tr_mul(&a) + DMatrix::from_diagonal(&known);
                     (normal.clone().try_inverse().unwrap(), normal.lu().solve(&a.tr_mul(&y)).unwrap())
                 };
-                for (part, left) in solved.left_out.iter().enumerate() {
+                let alone = Forces::new(&data, std::slice::from_ref(force), std::slice::from_ref(&base));
+                for (part, left) in design.left_out(&data, &alone).iter().enumerate() {
                     let (from, samples) = data.rows_of(part);
                     let (out, kept): (Vec<usize>, Vec<usize>) = (
                         data.order[from..from + samples].to_vec(),
@@ -405,7 +404,10 @@ mod tests {
                 }
                 let (inverse, coefficients) = fit(&data.order);
                 assert!((&solved.coefficients - &coefficients).norm() < 1e-10 * coefficients.norm());
-                assert!((solved.prior - coefficients.component_mul(&coefficients).dot(&known)).abs() < 1e-10);
+                let prior = coefficients.component_mul(&coefficients).dot(&known);
+                assert!((design.prior(&solved.coefficients) - prior).abs() <= 1e-9 * prior);
+                let squares = (&y - &all * &coefficients).norm_squared() + prior;
+                assert!((solved.squares / squares - 1.0).abs() < 1e-9, "{} {squares}", solved.squares);
                 assert!(
                     (design.covariance(6) - inverse.view((0, 0), (6, 6))).norm() < 1e-10 * inverse.norm()
                 );

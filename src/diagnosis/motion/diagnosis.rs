@@ -1,33 +1,30 @@
-//! Diagnosis of motion records, with the same kinds of verdicts as for FRFs.
+//! Diagnosis of motion records: fits, facts, verdict, and the gap before and after.
 
 use rayon::prelude::*;
 
+use super::candidate::ScreenedFit;
 use super::channel_weight::weigh;
 use super::closed_interval::closed_interval;
-use super::common_cause::{BOOTSTRAP, common_cause};
-use super::context::{Chosen, Context, MotionSettings};
-use super::data::{MotionData, side_by_side};
-use super::data_fault::{
-    Contradiction, Covariance, RecordShift, beyond_effects, contradictions, faulty, shifts,
-};
-use super::decision::{MotionDecisionInputs, decide};
-use super::design::INDEPENDENT;
+use super::common_cause::{BOOTSTRAP, amount, common_cause};
+use super::context::{Candidate, Context, MotionFit, MotionSettings};
+use super::data::MotionData;
+use super::data_fault::{Contradiction, RecordShift};
 use super::force_fault::{ForceFault, Nominal, correct, texts, with_force_faults};
-use super::free_function::{ForceLocations, FreeFunction, LocatedMotion, free_functions};
+use super::free_function::{ForceLocations, LocatedMotion, free_functions};
 use super::gap::{MotionPart, gap_of, part};
+use super::gather::{MotionGatherer, tolerances_on};
 use super::misfit_map::{MisfitCell, largest_phase, misfit_map};
 use super::noise_floor::{floor_of, noise_of};
 use super::nominal_fit::nominal_fit;
-use super::null_distribution::MotionNullDistribution;
 use crate::evidence::share_closed;
-use crate::{Hypothesis, Status, Verdict, VerdictKind};
+use crate::judgement::{Answers, Judgement};
+use crate::{Facts, Hypothesis, Model, Status, Verdict, VerdictKind};
 use dynamics::inverse_dynamics::{
-    InverseError, LinearForce, MotionSignal, Phase, Rigid, free_parameters, is_linear_in_inverse,
-    mask_backlash_crossings, parameters_without_influence,
+    InverseError, MotionSignal, Phase, Rigid, free_parameters, is_linear_in_inverse, mask_backlash_crossings,
+    parameters_without_influence,
 };
 use long_work::Control;
-use machine::{Effect, EffectIds, Machine, ParameterValues};
-use numeric::linear_fit::LinearFit;
+use machine::{Effect, Machine, ParameterValues};
 
 /// A candidate with its figures.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,9 +35,10 @@ pub struct TriedMotion {
     pub status: Status,
     /// Relative reduction of the squared prediction error at left-out parts.
     pub gain: f64,
-    /// −ln(1 − gain) over its scale in null simulations; 0 for a candidate that was not fitted.
+    /// Reduction of χ² over its scale in null simulations and over the excess that it leaves; 0 for a candidate
+    /// that was not fitted.
     pub statistic: f64,
-    /// Share of null simulations in which some effect gains as much.
+    /// Share of null simulations whose largest statistic over all effects is at least as large.
     pub p_value: Option<f64>,
     /// Estimates of its added parameters, by id, from the joint fit.
     pub parameters: Vec<(String, f64)>,
@@ -60,10 +58,10 @@ pub struct MotionDiagnosis {
     pub tried: Vec<TriedMotion>,
     /// Free functions, best first.
     pub located: Vec<LocatedMotion>,
-    /// Null distribution of the machine as described.
-    pub null: MotionNullDistribution,
-    /// Squared prediction error at left-out parts over the median of null simulations (1), of the machine as
-    /// described and of the chosen model.
+    /// Everything on which the verdict rests, and the verdict of the rules on it; absent where the records do not
+    /// determine the machine.
+    pub judged: Option<(Facts, Judgement)>,
+    /// Misfit over the median of null simulations (1), of the machine as described and of the chosen model.
     pub excess: [f64; 2],
     /// The chosen model: with the named effect or combination, else the machine as described.
     pub chosen: (Hypothesis, ParameterValues),
@@ -102,13 +100,6 @@ impl MotionDiagnosis {
         share_closed(gap_of(&self.held_out)?, gap_of(after)?, self.floor?)
     }
 }
-
-/// Least gain of a second effect, and that of a third or of one easily confused with the first: similar
-/// effects best explain the residual of an imperfectly modelled first effect.
-const LEAST_SECOND: f64 = 0.11;
-const LEAST_MORE: f64 = 0.25;
-/// Largest number of combined effects.
-const MAX_EFFECTS: usize = 3;
 
 /// Diagnoses motions of a drive by the force of its rigid motion and, where recorded, by the transmission
 /// errors of extra measuring points. Of several effects with one id the one for motion is used
@@ -173,226 +164,212 @@ pub fn diagnose_motion(
         settings,
         control,
     };
-    let base = (nominal.clone(), fit);
-    let Some(first) = context.screen(&base, &EffectIds::default()) else {
-        let why =
-            "with any part left out, these records do not determine the machine's parameters; record longer or more motions".to_string();
-        return Ok(insufficient(&context.rigid, nominal, (fit_motions, held_out), &force_faults, why));
+    let alone = (nominal.clone(), fit);
+    let insufficient = |why: &str| {
+        insufficient(&context.rigid, nominal.clone(), (fit_motions, held_out), &force_faults, why.to_string())
     };
+    let Some(mut gatherer) = gatherer(&context, &alone, held_out) else {
+        return Ok(insufficient(
+            "with any part left out, these records do not determine the machine's parameters; record longer or more motions",
+        ));
+    };
+    let mut facts = gatherer.first_facts();
     if control.stopped() {
-        let why = "stopped before the candidates were compared".to_string();
-        return Ok(MotionDiagnosis {
-            complete: false,
-            ..insufficient(&context.rigid, nominal, (fit_motions, held_out), &force_faults, why)
-        });
+        let why = "stopped before the candidates were compared";
+        return Ok(MotionDiagnosis { complete: false, ..insufficient(why) });
     }
-    let mut names = EffectIds::default();
-    let mut chosen = base.clone();
-    // Prediction error at left-out parts with the chosen effects, over that of the machine as described.
-    let mut loss = 1.0;
-    let full_fits = context.full_fits(&first, &base);
-    let same = first.indistinguishable(context.effects, |at| {
-        full_fits[at].as_ref().map_or(0.0, |fitted| 1.0 - fitted.1.squares / base.1.squares)
-    });
-    // Name the best of the indistinguishable effects that the joint fit confirms.
-    let confirmed =
-        |at: &usize| full_fits[*at].as_ref().is_some_and(|next| context.confirms(&first, *at, next, &base));
-    if first.significant(|at| context.least(&first, first.id(at)))
-        && let Some(at) = same.iter().copied().find(confirmed)
-        && let Some(next) = full_fits[at].clone()
-    {
-        names.push(first.id(at));
-        loss *= 1.0 - first.ranked[at].gain;
-        chosen = next;
+    let Ok(judgement) = gatherer.judge(&mut facts);
+    if settings.all_facts {
+        let Ok(()) = gatherer.gather_more(&mut facts);
     }
-    let confusable: Vec<&str> = same.iter().map(|at| first.id(*at)).collect();
-    // Add effects as long as they are significant.
-    while !names.is_empty() && names.len() < MAX_EFFECTS && !control.stopped() {
-        let Some(next_step) = context.screen(&chosen, &names) else { break };
-        let least_of = |at: usize| {
-            let is_similar = confusable.contains(&next_step.last_effect(at));
-            if names.len() > 1 || is_similar { LEAST_MORE } else { LEAST_SECOND }
-        };
-        if !next_step.significant(least_of) {
-            break;
-        }
-        let at = next_step.best_effect().unwrap_or(0);
-        let Some(next) = context.refined(&next_step, &next_step.ranked[at], &chosen) else { break };
-        if !context.confirms(&next_step, at, &next, &chosen) {
-            break;
-        }
-        names.push(next_step.last_effect(at));
-        loss *= 1.0 - next_step.ranked[at].gain;
-        chosen = next;
-    }
-    if names.len() > 1 {
-        context.drop_dispensable(&base, &mut names, &mut chosen);
-    }
-    let named = names.first().and_then(|name| same.iter().copied().find(|at| first.id(*at) == name));
-    let parts = |(hypothesis, values): (&Hypothesis, &[f64]), motions: &[&MotionSignal]| -> Vec<MotionPart> {
-        motions.iter().map(|m| part(&context.rigid, &hypothesis.machine, values, m)).collect()
+    Ok(compare(&gatherer, facts, judgement, &force_faults))
+}
+
+/// Fits the machine as described and all candidates beside it. `None` where the records do not determine the
+/// machine with a part left out.
+fn gatherer<'g, 'w>(
+    context: &'g Context<'w>,
+    alone: &MotionFit,
+    held_out: &[&'w MotionSignal],
+) -> Option<MotionGatherer<'g, 'w>> {
+    let screening = context.screening(alone)?;
+    let held_out = MotionData::new(held_out.to_vec());
+    let fitted = screening.tolerances()?;
+    let others = match held_out.motions.is_empty() {
+        true => fitted.clone(),
+        false => tolerances_on(context, &held_out, alone, screening.variance())?,
     };
-    let (base_fit, base_held_out) =
-        (parts((&base.0, &base.1.values), fit_motions), parts((&base.0, &base.1.values), held_out));
-    let (chosen_fit, chosen_held_out) =
-        (parts((&chosen.0, &chosen.1.values), fit_motions), parts((&chosen.0, &chosen.1.values), held_out));
+    let tolerances = [fitted, others];
+    let (hypothesis, fit) = alone;
+    let own = context.fitted(&hypothesis.machine, &fit.values, &fit.free, &[], Some(&tolerances[0]))?;
+    let tolerant = (hypothesis.clone(), own);
+    let first = context.screened(screening, alone, &tolerances[0]);
+    let functions = free_functions(&context.data);
+    Some(MotionGatherer {
+        context,
+        held_out,
+        alone: alone.clone(),
+        tolerant,
+        tolerances,
+        first,
+        functions,
+        beside: Vec::new(),
+    })
+}
+
+/// Compares the machine as described, without and with the chosen model, at all records.
+fn compare(
+    gatherer: &MotionGatherer<'_, '_>,
+    facts: Facts,
+    judgement: Judgement,
+    force_faults: &[ForceFault],
+) -> MotionDiagnosis {
+    let Context { data, control, settings, .. } = gatherer.context;
+    let (fit_motions, held_out) = (&data.motions[..], &gatherer.held_out.motions[..]);
+    let base = &gatherer.alone;
+    let model = judgement.chosen.model;
+    let chosen = gatherer.model(model).unwrap_or(base);
+    let [base_fit, base_held_out] = [fit_motions, held_out].map(|motions| gatherer.parts(base, motions));
+    let [chosen_fit, chosen_held_out] =
+        [fit_motions, held_out].map(|motions| gatherer.parts(chosen, motions));
     let floor_fit = floor_of(&noise_of(&chosen_fit, fit_motions), &chosen_fit);
     let noise = noise_of(&chosen_held_out, held_out);
     let floor = if held_out.is_empty() { floor_fit } else { floor_of(&noise, &chosen_held_out) };
-    let closed95 = (!names.is_empty() && !held_out.is_empty())
+    let closed95 = (model != Model::Nominal && !held_out.is_empty())
         .then(|| closed_interval(&base_held_out, &chosen_held_out, &noise, BOOTSTRAP, settings.seed))
         .flatten();
-    let mut tried: Vec<TriedMotion> = first
-        .ranked
-        .par_iter()
-        .zip(&full_fits)
-        .filter(|(r, _)| first.screening.candidates[r.candidate].free.is_none())
-        .map(|(ranked, refined)| {
-            let candidate = &first.screening.candidates[ranked.candidate];
-            let (parameters, held_out) = refined.as_ref().map_or((Vec::new(), Vec::new()), |(h, f)| {
-                let id = |i: &usize| (h.machine.parameters[*i].id.clone(), f.values[*i]);
-                (h.added.iter().map(id).collect(), parts((h, &f.values), held_out))
-            });
-            let p_value = Some(first.null.p_value(ranked));
-            let statistic = first.null.statistic(ranked);
-            TriedMotion {
-                id: candidate.id.clone(),
-                status: Status::Tried,
-                gain: ranked.gain,
-                statistic,
-                p_value,
-                parameters,
-                held_out,
-            }
-        })
-        .collect();
-    for (at, candidate) in first.screening.candidates.iter().enumerate() {
-        if first.ranked.iter().all(|r| r.candidate != at) {
-            let status = match &candidate.status {
-                Status::Tried => {
-                    Status::Failed("its parameters leave their ranges at every grid node".into())
-                }
-                other => other.clone(),
-            };
-            tried.push(TriedMotion {
-                id: candidate.id.clone(),
-                status,
-                gain: 0.0,
-                statistic: 0.0,
-                p_value: None,
-                parameters: Vec::new(),
-                held_out: Vec::new(),
-            });
-        }
-    }
-    let places = ForceLocations::new(&context.rigid, &base.0.machine, &base.1.values, fit_motions);
-    let other_data = MotionData::new(held_out.to_vec());
-    let functions = free_functions(&context.data);
-    let located: Vec<LocatedMotion> = first
-        .ranked
-        .par_iter()
-        .filter_map(|r| {
-            let candidate = &first.screening.candidates[r.candidate];
-            let variable = candidate.free?;
-            let function = functions.iter().find(|f| f.variable == variable && f.column == candidate.column);
-            Some(LocatedMotion {
-                interface: places.of(variable, candidate.column.as_deref()),
-                column: candidate.column.clone(),
-                over: variable.word(),
-                shape: variable.shape(),
-                gain: r.gain,
-                p_value: first.null.p_value_free(r),
-                gap_held_out: function
-                    .and_then(|function| gap_with(function, &base, (&context, &other_data))),
-            })
-        })
-        .collect();
-    let model = (&context.rigid, &chosen.0.machine, &chosen.1.values[..]);
-    let fit_shifts = shifts(model, fit_motions, None);
-    let other_shifts =
-        shifts(model, held_out, Covariance::new(&chosen.1, &chosen.0.machine, fit_motions).as_ref());
-    let step_s = fit_motions.iter().map(|m| m.step_s).fold(0.0, f64::max);
-    // An effect that delays the force of all records must not hide a single record with a delayed force.
-    let without_delay = without_added_delay(&chosen)
-        .map(|values| shifts((&context.rigid, &chosen.0.machine, &values), fit_motions, None));
-    let faulty = faulty(without_delay.as_ref().unwrap_or(&fit_shifts), &base_fit, step_s);
-    let contradictions = contradictions(&fit_shifts, &other_shifts, step_s);
-    let stated = beyond_effects(&contradictions, &other_shifts, &base_held_out);
-    let sound = |motion: &&&MotionSignal| stated.iter().all(|record| record.name != motion.name);
-    let sound: Vec<&MotionSignal> = held_out.iter().filter(sound).copied().collect();
-    let confirming95 = if sound.is_empty() || sound.len() == held_out.len() {
-        closed95
-    } else {
-        let [before, after] =
-            [&base, &chosen].map(|(hypothesis, fit)| parts((hypothesis, &fit.values), &sound));
-        closed_interval(&before, &after, &noise_of(&after, &sound), BOOTSTRAP, settings.seed)
-    };
-    let verdict = decide(&MotionDecisionInputs {
-        context: &context,
-        first: &first,
-        base: &base,
-        chosen: &chosen,
-        names: &names,
-        loss,
-        full_fits: &full_fits,
-        named,
-        same: &same,
-        located: &located,
-        faulty,
-        contradictions: &contradictions,
-        stated: &stated,
-        closed95: confirming95,
-        holds_out: !held_out.is_empty(),
-    });
-    let verdict = with_force_faults(verdict, &force_faults);
-    let remark = || common_cause(&context, &first, (&full_fits, base.1.squares), (&base_held_out, held_out));
-    let verdict = match (verdict.kind == VerdictKind::None).then(remark).flatten() {
-        Some(remark) => Verdict { reason: format!("{}; {remark}", verdict.reason), ..verdict },
-        None => verdict,
-    };
-    let verdict = if control.stopped() {
-        let reason =
-            "stopped before enough null simulations were drawn to decide on significance".to_string();
-        with_force_faults(Verdict::new(VerdictKind::Insufficient, reason, None), &force_faults)
-    } else {
-        verdict
-    };
-    let named_candidate = match verdict.kind {
-        kind if kind.explains() => named.map(|at| &first.ranked[at]),
-        VerdictKind::Unknown => first.best_free(),
+    let shifts = gatherer.shifts(model);
+    let contradictions = gatherer.contradictions(&shifts);
+    let verdict = verdict_of(gatherer, &judgement, (&base_held_out, chosen), force_faults);
+    let named = match verdict.kind {
+        kind if kind.explains() => verdict.first_effect().and_then(|id| {
+            let row = facts.candidates.iter().position(|candidate| candidate.id == id)?;
+            gatherer.first.candidates[row].screened.as_ref()
+        }),
+        VerdictKind::Unknown => gatherer.first.functions.first(),
         _ => None,
     };
-    let squared_reduction =
-        named_candidate.and_then(|ranked| first.screening.squared_reduction(&context.data, ranked));
-    Ok(MotionDiagnosis {
+    let squared_reduction = named.and_then(|fit| gatherer.first.screening.squared_reduction(data, fit));
+    let motions = fit_motions.iter().zip(&base_fit).chain(held_out.iter().zip(&base_held_out));
+    let loss = facts.left_out(model).zip(facts.left_out(Model::Nominal)).map_or(1.0, |(own, all)| own / all);
+    MotionDiagnosis {
         phase: squared_reduction
-            .and_then(|squared_reduction| largest_phase(&context.data.motions, squared_reduction.as_slice())),
-        cells: fit_motions
-            .iter()
-            .zip(&base_fit)
-            .chain(held_out.iter().zip(&base_held_out))
-            .flat_map(|(m, p)| misfit_map(m, p))
-            .collect(),
-        nominal: (base.0, base.1.values),
+            .and_then(|squared_reduction| largest_phase(fit_motions, squared_reduction.as_slice())),
+        cells: motions.flat_map(|(m, p)| misfit_map(m, p)).collect(),
+        nominal: (base.0.clone(), base.1.values.clone()),
+        tried: tried(gatherer, &judgement),
+        located: located(gatherer),
+        excess: [facts.before(), facts.excess(judgement.chosen.chi_square)],
+        judged: Some((facts, judgement)),
+        chosen: (chosen.0.clone(), chosen.1.values.clone()),
         fit: base_fit,
         held_out: base_held_out,
-        tried,
-        located,
-        excess: [1.0, loss].map(|share| first.null.excess(share * first.screening.misfit(&context.data))),
-        null: first.null,
-        chosen: (chosen.0, chosen.1.values),
         chosen_fit,
         chosen_held_out,
         floor,
         floor_fit,
         closed95,
-        shifts: fit_shifts.into_iter().chain(other_shifts).collect(),
+        shifts: shifts.concat(),
         contradictions,
-        force_faults: texts(&force_faults),
+        force_faults: texts(force_faults),
         verdict,
         loss,
         complete: !control.stopped(),
-    })
+    }
+}
+
+/// Returns the verdict of the rules with what these records add in words: amounts of effects at extra measuring
+/// points, ordinary causes where nothing is missing, and wrong signs and units.
+fn verdict_of(
+    gatherer: &MotionGatherer<'_, '_>,
+    judgement: &Judgement,
+    (before, chosen): (&[MotionPart], &MotionFit),
+    force_faults: &[ForceFault],
+) -> Verdict {
+    let context = gatherer.context;
+    if context.control.stopped() {
+        let reason =
+            "stopped before enough null simulations were drawn to decide on significance".to_string();
+        return with_force_faults(Verdict::new(VerdictKind::Insufficient, reason, None), force_faults);
+    }
+    let verdict = judgement.verdict.clone();
+    let remark = match verdict.kind {
+        kind if kind.explains() && !context.data.columns.is_empty() => amounts(chosen),
+        VerdictKind::None => common_cause(gatherer, before),
+        _ => None,
+    };
+    let verdict = match remark {
+        Some(remark) => Verdict { reason: format!("{}; {remark}", verdict.reason), ..verdict },
+        None => verdict,
+    };
+    with_force_faults(verdict, force_faults)
+}
+
+/// Formats the parameters that a model adds; short lengths in µm.
+fn amounts((hypothesis, fit): &MotionFit) -> Option<String> {
+    let of = |i: &usize| amount(&hypothesis.machine.parameters[*i], fit.values[*i]);
+    let all: Vec<String> = hypothesis.added.iter().map(of).collect();
+    (!all.is_empty()).then(|| all.join(", "))
+}
+
+/// Returns all candidates with their figures, best first.
+fn tried(gatherer: &MotionGatherer<'_, '_>, judgement: &Judgement) -> Vec<TriedMotion> {
+    let screening = &gatherer.first.screening;
+    let before = screening.alone(&gatherer.context.data).1;
+    let of = |candidate: &Candidate, figures: Option<(f64, f64)>| {
+        let made = &screening.candidates[candidate.at];
+        let fit = candidate.alone.as_ref().filter(|_| figures.is_some());
+        let status = match &made.status {
+            Status::Tried if figures.is_none() => Status::Failed(
+                "its parameters leave their ranges at every grid node, or no fit determines them".into(),
+            ),
+            other => other.clone(),
+        };
+        let gain = |screened: &ScreenedFit| 1.0 - screened.left_out / before;
+        TriedMotion {
+            id: made.id.clone(),
+            status,
+            gain: candidate.screened.as_ref().filter(|_| figures.is_some()).map_or(0.0, gain),
+            statistic: figures.map_or(0.0, |(statistic, _)| statistic),
+            p_value: figures.map(|(_, p_value)| p_value),
+            parameters: fit.map_or_else(Vec::new, |(h, fit)| {
+                h.added.iter().map(|i| (h.machine.parameters[*i].id.clone(), fit.values[*i])).collect()
+            }),
+            held_out: fit.map_or_else(Vec::new, |fit| gatherer.parts(fit, &gatherer.held_out.motions)),
+        }
+    };
+    let all = &gatherer.first.candidates;
+    let ranked = judgement.ranked.par_iter().map(|r| of(&all[r.at], Some((r.statistic, r.p_value))));
+    let mut found: Vec<TriedMotion> = ranked.collect();
+    let is_ranked = |at: usize| judgement.ranked.iter().any(|ranked| ranked.at == at);
+    let others = (0..all.len()).filter(|at| !is_ranked(*at));
+    found.extend(others.map(|at| of(&all[at], None)));
+    found
+}
+
+/// Returns the free functions with their figures, best first.
+fn located(gatherer: &MotionGatherer<'_, '_>) -> Vec<LocatedMotion> {
+    let Context { data, rigid, .. } = gatherer.context;
+    let (hypothesis, fit) = &gatherer.alone;
+    let places = ForceLocations::new(rigid, &hypothesis.machine, &fit.values, &data.motions);
+    let screening = &gatherer.first.screening;
+    let of = |(at, screened): (usize, &ScreenedFit)| {
+        let made = &screening.candidates[screened.candidate];
+        let variable = made.free?;
+        let (gain, gap_held_out) = gatherer.figures_of_function(at);
+        Some(LocatedMotion {
+            interface: places.of(variable, made.column.as_deref()),
+            column: made.column.clone(),
+            over: variable.word(),
+            shape: variable.shape(),
+            gain,
+            gap_held_out,
+        })
+    };
+    let mut all: Vec<LocatedMotion> =
+        gatherer.first.functions.par_iter().enumerate().filter_map(of).collect();
+    all.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    all
 }
 
 /// Returns the verdict «insufficient» for records that do not determine the machine's own parameters.
@@ -420,7 +397,7 @@ fn insufficient(
         held_out,
         tried: Vec::new(),
         located: Vec::new(),
-        null: MotionNullDistribution::new(&[], &[]),
+        judged: None,
         excess: [1.0; 2],
         floor: None,
         floor_fit: None,
@@ -434,42 +411,4 @@ fn insufficient(
         loss: 1.0,
         complete: true,
     }
-}
-
-/// Returns the values of a fit without the delay of the force that effects add. `None` where none does.
-fn without_added_delay((hypothesis, fit): &Chosen) -> Option<ParameterValues> {
-    let delays =
-        hypothesis.machine.drive.as_ref()?.delay_s.depends_on().filter(|i| hypothesis.added.contains(i));
-    let mut values = fit.values.clone();
-    let mut delayed = false;
-    for index in delays {
-        let parameter = &hypothesis.machine.parameters[index];
-        values[index] = 0.0_f64.clamp(parameter.lower, parameter.upper);
-        delayed = true;
-    }
-    delayed.then_some(values)
-}
-
-/// Returns the gap of held-out records with a free function, fitted together with the machine's free
-/// parameters to the fitted records.
-fn gap_with(
-    function: &FreeFunction,
-    (hypothesis, fit): &Chosen,
-    (context, held_out): (&Context<'_>, &MotionData<'_>),
-) -> Option<f64> {
-    let own = |data: &MotionData<'_>| {
-        LinearForce::new(&context.rigid, &hypothesis.machine, &fit.values, &fit.free, &data.motions)
-    };
-    let recorded = held_out.y.norm();
-    if held_out.motions.is_empty() || !(recorded > 0.0) {
-        return None;
-    }
-    let (here, there) = (own(&context.data), own(held_out));
-    let penalty = [vec![0.0; fit.free.len()], vec![function.ridge(); function.columns.ncols()]].concat();
-    let columns = side_by_side(&[&here.derivatives, &function.columns]);
-    let solved = LinearFit::penalised(&columns, &penalty, &(&context.data.y - here.prediction), INDEPENDENT)?;
-    let residual = &held_out.y
-        - there.prediction
-        - side_by_side(&[&there.derivatives, &function.columns_on(held_out)]) * solved.coefficients;
-    Some(residual.norm() / recorded)
 }

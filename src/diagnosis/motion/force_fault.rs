@@ -119,14 +119,8 @@ pub(super) struct Nominal<'n, S> {
 
 impl<S: Fn(usize) -> bool> Nominal<'_, S> {
     fn fit(&self, motions: &[&MotionSignal]) -> Result<ForceFit, InverseError> {
-        estimate_identifiable(
-            self.rigid,
-            self.machine,
-            &self.machine.start(),
-            self.free,
-            motions,
-            &self.may_stay,
-        )
+        let start = self.machine.start();
+        estimate_identifiable((self.rigid, self.machine), &start, self.free, motions, None, &self.may_stay)
     }
 
     /// Returns the share of the squared force of records that a fit to them leaves (1); infinite where they

@@ -111,10 +111,8 @@ pub struct LocatedMotion {
     pub over: &'static str,
     /// Form of dynamic stiffness that it resembles.
     pub shape: &'static str,
-    /// Relative reduction of the squared prediction error at left-out parts.
+    /// Share of the squared misfit of the fitted records that it takes away.
     pub gain: f64,
-    /// Share of null simulations in which some free function gains as much.
-    pub p_value: f64,
     /// Gap of the held-out records with the function, fitted together with the machine's parameters.
     pub gap_held_out: Option<f64>,
 }

@@ -37,6 +37,28 @@ impl LinearParameter {
 /// nodes over several parameters.
 const NODES: (usize, usize, usize) = (24, 80, 48);
 
+/// Returns the travel that holds the longest wave of a period, in its unit; `None` for another parameter.
+pub(super) fn longest_wave(
+    machine: &Machine,
+    parameter: &Parameter,
+    data: &MotionData<'_>,
+    rigid: &Rigid,
+) -> Option<f64> {
+    let turning = || {
+        let on = machine.drive.as_ref().map(|d| d.on);
+        on.filter(|p| machine.points[*p].motion == PointMotion::Rotation)
+    };
+    let ratio = match parameter.mechanism {
+        Mechanism::Period(PeriodAlong::Travel) => 1.0,
+        Mechanism::Period(PeriodAlong::Motor) => {
+            turning().map_or(1.0, |point| rigid.point_ratio(point).abs())
+        }
+        _ => return None,
+    };
+    let (low, high) = extremes(data.motions.iter().flat_map(|m| &m.position_m));
+    Some(ratio * (high - low))
+}
+
 /// Returns the grid nodes over the ranges of nonlinear parameters. A period is searched from an eightieth of
 /// the travel to the travel, at nodes half a wave apart over it. Longer waves belong to the nuisance
 /// parameters.
@@ -46,21 +68,12 @@ pub(super) fn grid(
     data: &MotionData<'_>,
     rigid: &Rigid,
 ) -> Vec<Vec<(usize, f64)>> {
-    let turning =
-        machine.drive.as_ref().map(|d| d.on).filter(|p| machine.points[*p].motion == PointMotion::Rotation);
     let range = |index: usize| {
         let p = &machine.parameters[index];
-        let travel = match p.mechanism {
-            Mechanism::Period(PeriodAlong::Travel) => Some(1.0),
-            Mechanism::Period(PeriodAlong::Motor) => {
-                Some(turning.map_or(1.0, |point| rigid.point_ratio(point).abs()))
-            }
-            _ => None,
-        };
-        let Some(travel) = travel else { return (p.lower, p.upper, p.scale == Scale::Logarithmic) };
-        let (low, high) = extremes(data.motions.iter().flat_map(|m| &m.position_m));
-        let (low, high) = (travel * low, travel * high);
-        (p.lower.max((high - low) / NODES.1 as f64), p.upper.min(high - low), true)
+        match longest_wave(machine, p, data, rigid) {
+            Some(travel) => (p.lower.max(travel / NODES.1 as f64), p.upper.min(travel), true),
+            None => (p.lower, p.upper, p.scale == Scale::Logarithmic),
+        }
     };
     let value = |index: usize, unit: f64| {
         let (low, high, logarithmic) = range(index);

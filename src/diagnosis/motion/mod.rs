@@ -4,9 +4,9 @@
 //! The recorded force is compared with that of the rigid machine. Transmission errors of extra measuring
 //! points, where recorded, are compared in addition, weighted by the noise of each. The force is linear in
 //! most parameters: a candidate adds a few columns to those of the machine. Its other parameters (a velocity,
-//! a period, a delay) are searched on a grid. Candidates are ranked by their prediction of parts of the
-//! motion that are left out of the fit. Thresholds come from null simulations: the machine with its nuisance
-//! parameters, and noise with the autocorrelation of the residual.
+//! a period, a delay) are searched on a grid. Misfits beside the nuisance parameters,
+//! in units of the noise with its autocorrelation, the prediction of parts of the motion that are left out of the
+//! fit, and null simulations of the machine are the facts on which the common rules judge.
 
 mod candidate;
 mod channel_weight;
@@ -15,21 +15,19 @@ mod common_cause;
 mod context;
 mod data;
 mod data_fault;
-mod decision;
 mod design;
 mod diagnosis;
 mod force_fault;
 mod free_function;
 mod gap;
+mod gather;
 mod grid;
 mod misfit_map;
 mod noise_floor;
 mod nominal_fit;
 mod nuisance;
-mod null_distribution;
 mod residual_bootstrap;
 mod screening;
-mod selection;
 
 pub use context::MotionSettings;
 pub use diagnosis::{MotionDiagnosis, TriedMotion, diagnose_motion};

@@ -19,7 +19,7 @@ pub(super) fn nominal_fit(
     spring: impl Fn(usize) -> bool,
     control: &Control,
 ) -> Result<ForceFit, InverseError> {
-    let near = estimate_identifiable(rigid, machine, &machine.start(), free, motions, spring)?;
+    let near = estimate_identifiable((rigid, machine), &machine.start(), free, motions, None, spring)?;
     let anywhere = best_anywhere(rigid, machine, near.clone(), motions, control);
     Ok(if near.squares > OTHER_MINIMUM * anywhere.squares { anywhere } else { near })
 }

@@ -1,5 +1,5 @@
-//! Screening: every candidate is fitted jointly with the machine and ranked by its prediction of left-out
-//! parts of the motion.
+//! Screening: every candidate is fitted jointly with the machine and compared with it, on the
+//! record and on null simulations.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::candidate::{GridNode, MotionCandidate, Ranked, start_of, strength, without};
+use super::candidate::{GridNode, MotionCandidate, ScreenedFit, start_of, without};
 use super::data::{MotionData, side_by_side};
 use super::design::{CandidateDesign, Forces, INDEPENDENT, SharedDesign, Solved};
 use super::free_function::free_functions;
@@ -17,7 +17,7 @@ use super::residual_bootstrap::ResidualBootstrap;
 use crate::null_directions::generator;
 use crate::{Hypothesis, Status};
 use dynamics::inverse_dynamics::{LinearForce, Rigid, free_parameters, is_linear_in_inverse, prediction};
-use identification::motion::ForceFit;
+use identification::motion::{ForceFit, Tolerances};
 use long_work::Control;
 use machine::{Machine, ParameterValues, Scale};
 use numeric::linear_fit::LinearFit;
@@ -27,9 +27,9 @@ use optimizer::nonzero_columns;
 /// Figures of one null simulation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct NullDraw {
-    /// Squared prediction error of the machine as described at left-out parts.
-    pub misfit: f64,
-    /// −ln(1 − gain) of every candidate.
+    /// Squared misfit of the machine as described, with the penalty of the nuisance parameters.
+    pub squares: f64,
+    /// Reduction of it by every candidate.
     pub gains: Vec<f64>,
 }
 
@@ -43,8 +43,8 @@ pub struct MotionScreening {
     pub candidates: Vec<MotionCandidate>,
     /// Nuisance parameters.
     pub nuisances: Vec<Nuisance>,
-    /// Free parameters of the machine next to the nuisance parameters.
-    free: Vec<usize>,
+    /// What smooth functions leave of the residual: noise, whatever effect is missing.
+    noise: ResidualBootstrap,
     /// Variance of the noise, corrected for its autocorrelation.
     variance: f64,
 }
@@ -55,6 +55,9 @@ const LEAST_CHANGE: f64 = 1e-3;
 /// identifiable.
 const LEAST_INDEPENDENT: f64 = 0.05;
 
+/// Least noise over the recorded force (1). Drives do not know their current to better than a thousandth, and
+/// simulated records without noise show how they were integrated.
+const LEAST_NOISE: f64 = 1e-3;
 /// Largest size (standard deviations) of nuisance parameters in null simulations.
 const NUISANCE_RANGE: f64 = 2.0;
 /// Number of null simulations that are solved together.
@@ -98,17 +101,16 @@ impl MotionScreening {
         // Noise: the residual beyond smooth functions, whatever effect is missing. Its autocorrelation
         // reduces the effective number of samples.
         let functions = free_functions(data);
+        let smooth: Vec<&DMatrix<f64>> =
+            [&all.derivatives, &tolerances].into_iter().chain(functions.iter().map(|f| &f.columns)).collect();
+        let mut smooth = side_by_side(&smooth);
+        smooth.column_iter_mut().for_each(|mut column| column.unscale_mut(column.norm()));
         let mut left = fit.residual.clone();
-        for part in
-            std::iter::once(&all.derivatives).chain([&tolerances]).chain(functions.iter().map(|s| &s.columns))
-        {
-            let independent = part.select_columns(
-                &(0..part.ncols().saturating_sub(usize::from(part.ncols() > 4))).collect::<Vec<_>>(),
-            );
-            left = LinearFit::new(&independent, &left).map_or(left, |p| p.residual);
-        }
+        Tolerances::new(&smooth, 0.0)?.apply(&mut left);
+        left *= (LEAST_NOISE * data.y.norm() / left.norm()).max(1.0);
         let noise = ResidualBootstrap::new(&left, &data.records());
-        let variance = left.norm_squared() / data.samples() as f64 * noise.inflation();
+        let freedom = data.samples().saturating_sub(smooth.ncols()).max(data.samples() / 2);
+        let variance = left.norm_squared() / freedom as f64 * noise.inflation();
         let penalties = |free: usize| [vec![0.0; free], vec![variance; nuisances.len()]].concat();
         // Fix parameters that would leave their range next to the nuisance parameters: no candidate gains or
         // loses by moving them farther.
@@ -308,33 +310,40 @@ impl MotionScreening {
             base_columns: free.len() + nuisances.len(),
             candidates,
             nuisances,
-            free,
+            noise,
             variance,
         })
     }
 
-    /// Returns the squared misfit of a machine next to its nuisance parameters, with their penalty;
-    /// parameters of effects keep their values.
-    pub fn squares(
-        &self,
-        data: &MotionData<'_>,
-        rigid: &Rigid,
-        machine: &Machine,
-        values: &[f64],
-    ) -> Option<f64> {
-        let own = LinearForce::new(rigid, machine, values, &self.free, &data.motions);
-        let columns = side_by_side(&[&own.derivatives, &columns_of(&self.nuisances)]);
-        let penalty = [vec![0.0; self.free.len()], vec![self.variance; self.nuisances.len()]].concat();
-        let left = &data.y - own.prediction;
-        let fit = LinearFit::penalised(&columns, &penalty, &left, INDEPENDENT)?;
-        let prior: f64 = fit.coefficients.iter().zip(&penalty).map(|(size, p)| p * size * size).sum();
-        Some(fit.residual.norm_squared() + prior)
+    /// Returns what the nuisance parameters leave of a force; `None` where they are no numbers.
+    pub fn tolerances(&self) -> Option<Tolerances> {
+        Tolerances::new(&columns_of(&self.nuisances), self.variance)
     }
 
-    /// Computes the figures of every candidate on the recorded force, the largest gain first.
-    pub fn rank(&self, data: &MotionData<'_>) -> Vec<Ranked> {
+    /// Returns the variance of the noise, corrected for its autocorrelation (N² or N²·m²).
+    pub fn variance(&self) -> f64 {
+        self.variance
+    }
+
+    /// Returns the number of samples without autocorrelation.
+    pub fn count(&self, data: &MotionData<'_>) -> f64 {
+        data.samples() as f64 / self.noise.inflation()
+    }
+
+    /// Fits the machine alone to the recorded force: its least squared misfit, and its squared prediction
+    /// error of left-out parts, both with the penalty.
+    pub fn alone(&self, data: &MotionData<'_>) -> (f64, f64) {
         let forces = Forces::new(data, std::slice::from_ref(&data.y), &self.bases);
-        let before = self.base_loss(data, &forces)[0];
+        let Some(solved) = self.nominal.solve(data, &forces).swap_remove(0) else {
+            return (f64::INFINITY, f64::INFINITY);
+        };
+        let left_out: f64 = self.nominal.left_out(data, &forces).iter().sum();
+        (solved.squares, left_out + self.nominal.prior(&solved.coefficients))
+    }
+
+    /// Fits every candidate to the recorded force.
+    pub fn fits(&self, data: &MotionData<'_>) -> Vec<ScreenedFit> {
+        let forces = Forces::new(data, std::slice::from_ref(&data.y), &self.bases);
         let best = |candidate: usize| {
             let c = &self.candidates[candidate];
             let (node, best) = self.best(candidate, data, &forces).swap_remove(0)?;
@@ -346,43 +355,21 @@ impl MotionScreening {
                     .enumerate()
                     .map(|(k, l)| (l.index, l.of(best.coefficients[self.base_columns + k]))),
             );
-            Some(Ranked { candidate, gain: 1.0 - best.loss() / before, left_out: best.left_out, node, added })
+            let left_out: f64 = at.design.left_out(data, &forces).iter().sum();
+            let left_out = left_out + at.design.prior(&best.coefficients);
+            Some(ScreenedFit { candidate, squares: best.squares, left_out, node, added })
         };
-        let mut ranked: Vec<Ranked> = (0..self.candidates.len()).into_par_iter().filter_map(best).collect();
-        ranked.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        ranked
+        (0..self.candidates.len()).into_par_iter().filter_map(best).collect()
     }
 
-    /// Returns the nuisance parameter of the machine as described that is largest in standard deviations, and
-    /// that size.
-    pub fn largest_nuisance(&self, data: &MotionData<'_>) -> Option<(&str, f64)> {
-        let (_, coefficients, _) = self.fitted(data, None)?;
-        let sizes = self
-            .nuisances
-            .iter()
-            .zip(coefficients.iter())
-            .map(|(nuisance, size)| (nuisance.name.as_str(), size.abs()));
-        sizes.max_by(|a, b| a.1.total_cmp(&b.1))
-    }
-
-    /// Returns the loss of the machine alone for each force.
-    fn base_loss(&self, data: &MotionData<'_>, forces: &Forces) -> Vec<f64> {
-        self.nominal.solve(data, forces).into_iter().map(|s| s.map_or(f64::INFINITY, |s| s.loss())).collect()
-    }
-
-    /// Returns the squared prediction error of the machine as described at left-out parts of the data.
-    pub(super) fn misfit(&self, data: &MotionData<'_>) -> f64 {
-        self.base_loss(data, &Forces::new(data, std::slice::from_ref(&data.y), &self.bases))[0]
-    }
-
-    /// Returns the grid node of a candidate with the least loss for each force.
+    /// Returns the grid node of a candidate that fits each force best.
     fn best(&self, candidate: usize, data: &MotionData<'_>, forces: &Forces) -> Vec<Option<(usize, Solved)>> {
         let grid_points = self.candidates[candidate].nodes.iter().enumerate();
         let all = grid_points.map(|(at, node)| {
             node.design.solve(data, forces).into_iter().map(|s| s.map(|s| (at, s))).collect::<Vec<_>>()
         });
         let better = |a: Option<(usize, Solved)>, b: Option<(usize, Solved)>| match (a, b) {
-            (Some(a), Some(b)) => Some(if b.1.loss() < a.1.loss() { b } else { a }),
+            (Some(a), Some(b)) => Some(if b.1.squares < a.1.squares { b } else { a }),
             (a, b) => a.or(b),
         };
         all.reduce(|a, b| a.into_iter().zip(b).map(|(a, b)| better(a, b)).collect())
@@ -393,7 +380,7 @@ impl MotionScreening {
     fn fitted(
         &self,
         data: &MotionData<'_>,
-        of: Option<&Ranked>,
+        of: Option<&ScreenedFit>,
     ) -> Option<(&CandidateDesign, DVector<f64>, DVector<f64>)> {
         let design = of.map_or(&self.nominal, |r| &self.candidates[r.candidate].nodes[r.node].design);
         let solved = design
@@ -404,24 +391,24 @@ impl MotionScreening {
     }
 
     /// Returns by how much a candidate reduces the squared misfit, sample by sample.
-    pub fn squared_reduction(&self, data: &MotionData<'_>, of: &Ranked) -> Option<DVector<f64>> {
+    pub fn squared_reduction(&self, data: &MotionData<'_>, of: &ScreenedFit) -> Option<DVector<f64>> {
         let (_, _, before) = self.fitted(data, None)?;
         let (_, _, after) = self.fitted(data, Some(of))?;
         Some(before.zip_map(&after, |before, after| before * before - after * after))
     }
 
     /// Simulates the machine without a missing effect. Nuisance parameters are drawn from their estimates
-    /// next to the best candidate, noise by bootstrap of its residual.
+    /// next to the best candidate, noise by bootstrap of what smooth functions leave of the residual.
     pub(super) fn null_simulations(
         &self,
         data: &MotionData<'_>,
-        best: Option<&Ranked>,
+        best: Option<&ScreenedFit>,
         draws: usize,
         seed: u64,
         control: &Control,
     ) -> Vec<NullDraw> {
-        let Some((design, coefficients, left)) = self.fitted(data, best) else { return Vec::new() };
-        let noise = ResidualBootstrap::new(&left, &data.records());
+        let Some((design, coefficients, _)) = self.fitted(data, best) else { return Vec::new() };
+        let noise = &self.noise;
         let count = self.nuisances.len();
         let known = coefficients.rows(0, count).map(|size| size.clamp(-NUISANCE_RANGE, NUISANCE_RANGE));
         let scatter = design.covariance(count) * self.variance;
@@ -443,13 +430,15 @@ impl MotionScreening {
                 &(from..draws.min(from + BATCH)).map(drawn).collect::<Vec<_>>(),
                 &self.bases,
             );
-            let before = self.base_loss(data, &forces);
-            let begin = |misfit: f64| NullDraw { misfit, gains: Vec::with_capacity(self.candidates.len()) };
-            let mut draws: Vec<NullDraw> = before.into_iter().map(begin).collect();
+            let alone = self.nominal.solve(data, &forces);
+            let begin = |alone: Option<Solved>| NullDraw {
+                squares: alone.map_or(f64::INFINITY, |solved| solved.squares),
+                gains: Vec::with_capacity(self.candidates.len()),
+            };
+            let mut draws: Vec<NullDraw> = alone.into_iter().map(begin).collect();
             for candidate in 0..self.candidates.len() {
                 for (draw, best) in draws.iter_mut().zip(self.best(candidate, data, &forces)) {
-                    draw.gains
-                        .push(best.map_or(0.0, |(_, solved)| strength(1.0 - solved.loss() / draw.misfit)));
+                    draw.gains.push(best.map_or(0.0, |(_, solved)| (draw.squares - solved.squares).max(0.0)));
                 }
             }
             draws

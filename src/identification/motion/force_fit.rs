@@ -6,6 +6,8 @@ use rayon::prelude::*;
 
 use super::interval::half_widths;
 use super::marginal::{Channel, marginal};
+use super::single_frequency::SingleFrequency;
+use super::tolerances::Tolerances;
 use crate::uncertainty::{Estimate, narrow_width};
 use dynamics::inverse_dynamics::{
     InverseError, MotionSignal, Rigid, derivatives, is_linear_in_inverse, mask_backlash_crossings,
@@ -36,28 +38,49 @@ pub struct ForceFit {
     pub evaluations: u64,
     /// Whether the fit converged and was not stopped.
     pub converged: bool,
+    /// Inertias that the motions do not determine, since they have a single frequency.
+    pub single_frequency: Option<SingleFrequency>,
 }
 
 /// Stopping rule of the force fit.
 const STOP: GaussNewton = GaussNewton { steps: 25, lengths: 10, gain: 1e-9 };
 
-/// The predicted force along motions, as a function to fit.
+/// The predicted force along motions, as a function to fit; beside tolerances the part of it that they leave.
 struct Force<'a> {
     rigid: &'a Rigid,
     machine: &'a Machine,
     free: &'a [usize],
     motions: &'a [&'a MotionSignal],
+    tolerances: Option<&'a Tolerances>,
 }
 
 impl PredictionFunction for Force<'_> {
     type Error = InverseError;
 
     fn at(&self, values: &[f64]) -> Result<Option<DVector<f64>>, InverseError> {
-        Ok(Some(prediction(self.rigid, self.machine, values, self.motions)))
+        let mut force = prediction(self.rigid, self.machine, values, self.motions);
+        if let Some(tolerances) = self.tolerances {
+            tolerances.apply(&mut force);
+        }
+        Ok(Some(force))
     }
 
     fn derivatives(&self, values: &[f64], here: &DVector<f64>) -> Result<Option<DMatrix<f64>>, InverseError> {
-        Ok(Some(derivatives(self.rigid, self.machine, values, self.free, self.motions, here)))
+        Ok(Some(self.derivatives_at(values, here)))
+    }
+}
+
+impl Force<'_> {
+    /// Computes the derivatives at values that predict `here`.
+    fn derivatives_at(&self, values: &[f64], here: &DVector<f64>) -> DMatrix<f64> {
+        let Force { rigid, machine, free, motions, .. } = *self;
+        let Some(tolerances) = self.tolerances else {
+            return derivatives(rigid, machine, values, free, motions, here);
+        };
+        let here = prediction(rigid, machine, values, motions);
+        let mut columns = derivatives(rigid, machine, values, free, motions, &here);
+        tolerances.apply(&mut columns);
+        columns
     }
 }
 
@@ -75,8 +98,24 @@ pub fn estimate(
     free: &[usize],
     motions: &[&MotionSignal],
 ) -> Result<ForceFit, InverseError> {
+    estimate_beside(rigid, machine, start, free, motions, None)
+}
+
+/// As [`estimate`], beside tolerances: residual, its sum of squares and derivatives are those that they leave.
+fn estimate_beside(
+    rigid: &Rigid,
+    machine: &Machine,
+    start: &ParameterValues,
+    free: &[usize],
+    motions: &[&MotionSignal],
+    tolerances: Option<&Tolerances>,
+) -> Result<ForceFit, InverseError> {
+    let mut recorded = recorded(motions);
+    tolerances.iter().for_each(|tolerances| tolerances.apply(&mut recorded));
+    let force = Force { rigid, machine, free, motions, tolerances };
     if free.is_empty() {
-        let residual = recorded(motions) - prediction(rigid, machine, start, motions);
+        let predicted = force.at(start)?.unwrap_or_else(|| DVector::zeros(recorded.len()));
+        let residual = recorded - predicted;
         return Ok(ForceFit {
             values: start.clone(),
             free: Vec::new(),
@@ -85,21 +124,16 @@ pub fn estimate(
             residual,
             evaluations: 1,
             converged: true,
+            single_frequency: None,
         });
     }
-    let force = Force { rigid, machine, free, motions };
     let found = STOP
-        .fit(
-            &force,
-            &recorded(motions),
-            start,
-            &coordinates(machine, free, &is_linear_in_inverse(machine, free)),
-        )
+        .fit(&force, &recorded, start, &coordinates(machine, free, &is_linear_in_inverse(machine, free)))
         .map_err(|e| unidentifiable(machine, free, e))?;
     if found.at_end {
         return Ok(ForceFit::new(found, free));
     }
-    let last = derivatives(rigid, machine, &found.values, free, motions, &found.prediction);
+    let last = force.derivatives_at(&found.values, &found.prediction);
     let evaluations = found.evaluations + free.len() as u64;
     Ok(ForceFit { derivatives: last, evaluations, ..ForceFit::new(found, free) })
 }
@@ -201,20 +235,21 @@ pub(super) fn unidentifiable(
 }
 
 /// Fits as [`estimate`], but holds unidentifiable parameters at their start values, one after another, where
-/// `may_stay` permits it.
+/// `may_stay` permits it. Beside tolerances, residual, its sum of squares and derivatives are those that they
+/// leave.
 ///
 /// # Errors  as [`estimate`], for parameters that must not stay.
 pub fn estimate_identifiable(
-    rigid: &Rigid,
-    machine: &Machine,
+    (rigid, machine): (&Rigid, &Machine),
     start: &ParameterValues,
     free: &[usize],
     motions: &[&MotionSignal],
+    tolerances: Option<&Tolerances>,
     may_stay: impl Fn(usize) -> bool,
 ) -> Result<ForceFit, InverseError> {
     let mut free = free.to_vec();
     loop {
-        match estimate(rigid, machine, start, &free, motions) {
+        match estimate_beside(rigid, machine, start, &free, motions, tolerances) {
             Err(InverseError::Unidentifiable { parameter, .. }) if may_stay(parameter) => {
                 free.retain(|i| *i != parameter)
             }
@@ -251,6 +286,10 @@ pub fn estimate_weighted(
         evaluations += fit.evaluations;
         if round == ROUNDS || own.iter().all(|m| m.extra_channels.is_empty()) {
             fit.evaluations = evaluations;
+            fit.single_frequency = {
+                let place = (&fit.values, &fit.free[..], &fit.derivatives);
+                SingleFrequency::of((rigid, machine), place, &own)
+            };
             return Ok(fit);
         }
         let weights = weights(fit.residual.as_slice(), &own);
@@ -301,7 +340,16 @@ impl ForceFit {
     pub(super) fn new(found: GaussNewtonFit, free: &[usize]) -> Self {
         let GaussNewtonFit { values, residual, derivatives, evaluations, converged, .. } = found;
         let (values, squares) = (ParameterValues(values), residual.norm_squared());
-        ForceFit { values, free: free.to_vec(), squares, residual, derivatives, evaluations, converged }
+        ForceFit {
+            values,
+            free: free.to_vec(),
+            squares,
+            residual,
+            derivatives,
+            evaluations,
+            converged,
+            single_frequency: None,
+        }
     }
 
     /// Returns the free parameters with intervals that allow for noise with the correlation of the residual,
@@ -329,10 +377,15 @@ impl ForceFit {
         self.estimates_with(machine, free, &inside, found.as_deref())
     }
 
-    /// Returns the positions, among the free parameters, of those inside their ranges with an influence.
+    /// Returns the positions, among the free parameters, of those inside their ranges with an influence that no
+    /// force along the travel can have.
     pub(super) fn inside(&self, machine: &Machine, free: &[usize]) -> Vec<usize> {
+        let is_separate = |at: &usize| {
+            self.single_frequency.as_ref().is_none_or(|single| !single.parameters.contains(&free[*at]))
+        };
         let mut inside = nonzero_columns(&self.derivatives);
         inside.retain(|at| machine.parameters[free[*at]].holds_inside(self.values[free[*at]]));
+        inside.retain(is_separate);
         inside
     }
 

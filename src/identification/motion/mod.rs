@@ -10,7 +10,9 @@ mod marginal;
 pub mod nuisance_prior;
 mod output_error;
 mod residual_noise;
+mod single_frequency;
 mod small_print;
+mod tolerances;
 mod tolerant_fit;
 
 pub use force_fit::{
@@ -19,5 +21,7 @@ pub use force_fit::{
 pub use interval::half_widths;
 pub use marginal::ToleranceSize;
 pub use output_error::{output_error, simulated_gaps};
+pub use single_frequency::SingleFrequency;
 pub use small_print::SmallPrint;
+pub use tolerances::Tolerances;
 pub use tolerant_fit::{TolerantFit, estimate_with_tolerances};

@@ -125,9 +125,10 @@ impl Replayed {
     }
 }
 
-/// Returns the names of the numbers of a policy that can be changed.
-pub fn numbers(policy: &Policy) -> Vec<String> {
-    let Ok(Value::Object(fields)) = serde_json::to_value(policy) else { return Vec::new() };
+/// Returns the names of the numbers that can be changed.
+pub fn numbers(cases: &[StoredCase]) -> Vec<String> {
+    let policy = cases.first().map(|case| serde_json::to_value(case.facts.policy()));
+    let Some(Ok(Value::Object(fields))) = policy else { return Vec::new() };
     fields.into_iter().filter(|(_, value)| value.is_number()).map(|(name, _)| name).collect()
 }
 

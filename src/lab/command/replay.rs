@@ -36,7 +36,7 @@ pub fn run(given: &ReplayArguments) -> CommandResult {
     for folder in &given.folders {
         cases.extend(stored_cases(folder).map_err(shown)?);
     }
-    let known = numbers(Policy::for_frfs(true));
+    let known = numbers(&cases);
     if let Some((name, _)) = given.set.iter().find(|(name, _)| !known.contains(name)) {
         return Err(format!("--set {name}: no number has this name; there are {}", known.join(", ")));
     }

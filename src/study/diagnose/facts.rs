@@ -45,7 +45,7 @@ impl FactsDocument {
 
     /// Returns the numbers by which these facts are judged.
     pub fn policy(&self) -> &'static Policy {
-        Policy::for_frfs(self.facts.whole_frfs)
+        Policy::of(self.facts.data)
     }
 
     /// Judges the facts by the rules, with given numbers. `None` where a rule needs facts that were not

@@ -13,7 +13,9 @@ use std::path::PathBuf;
 pub use self::facts::FactsDocument;
 use crate::{Study, StudyError, StudyResult};
 pub use diagnosis::{Ablation, Policy};
-use report::diagnosis::DiagnosisDocument;
+use diagnosis::{NullDistribution, Trial};
+use numeric::statistics::median;
+use report::diagnosis::{DiagnosisDocument, NullRow, RuleRow};
 
 /// Where null simulations are cached.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -77,6 +79,23 @@ impl Default for DiagnosisRequest {
     }
 }
 
+/// Returns the row of a rule and what came of it.
+fn rule_row(Trial { rule, when, held, figures }: &Trial) -> RuleRow {
+    RuleRow { rule: rule.clone(), when: when.clone(), held: *held, figures: figures.clone() }
+}
+
+/// Returns the laws of null simulations; `None` without draws.
+fn null_row(null: &NullDistribution) -> Option<NullRow> {
+    let of = |all: &[f64]| median(all.iter().copied());
+    Some(NullRow {
+        linear_draws: null.largest.len(),
+        linear_median: of(&null.largest)?,
+        fitted_draws: null.fitted.len(),
+        fitted_median: of(&null.fitted),
+        factor: null.factor(),
+    })
+}
+
 impl Study {
     /// Diagnoses the discrepancy between machine and data with all effects that apply.
     ///
@@ -92,7 +111,8 @@ impl Study {
         Ok(self.diagnose_with_facts(request)?.0)
     }
 
-    /// As [`Study::diagnose_with`], with everything on which the verdict rests; `None` for motion records.
+    /// As [`Study::diagnose_with`], with everything on which the verdict rests; `None` for motion records that do
+    /// not determine the machine.
     ///
     /// # Errors  as [`Study::diagnose_with`].
     pub fn diagnose_with_facts(
@@ -110,7 +130,7 @@ impl Study {
             ));
         }
         if self.is_on_motion() {
-            return Ok((self.diagnose_records(request)?, None));
+            return self.diagnose_records(request);
         }
         self.diagnose_responses(request).map(|(document, facts)| (document, Some(facts)))
     }

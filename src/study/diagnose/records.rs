@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::DiagnosisRequest;
 use super::effects::{at_bound, choose_effects, names_effect, status_words, units, verdict_row};
 use super::learnable::learnable;
+use super::{FactsDocument, null_row, rule_row};
 use crate::motion_records::{curve_rows, transmission_rows};
 use crate::{Study, StudyResult};
 use diagnosis::motion::{
@@ -28,7 +29,7 @@ impl Study {
     pub(super) fn diagnose_records(
         &self,
         request: &DiagnosisRequest,
-    ) -> StudyResult<document::DiagnosisDocument> {
+    ) -> StudyResult<(document::DiagnosisDocument, Option<FactsDocument>)> {
         let made = self.settings.identification(&self.set)?;
         let machine = &self.config.machine;
         self.check_frozen()?;
@@ -37,7 +38,8 @@ impl Study {
         let (motions, _, column_warnings) = self.preprocess_all()?;
         let of = |records: &[usize]| records.iter().map(|i| &motions[*i]).collect::<Vec<&MotionSignal>>();
         let (fitted, left) = (of(&fit), of(&held_out));
-        let settings = MotionSettings { seed: made.seed, draws: NULLS * request.nulls };
+        let draws = NULLS * request.nulls;
+        let settings = MotionSettings { seed: made.seed, draws, all_facts: request.all_facts };
         let found =
             diagnose_motion(machine, &effects, &made.frozen, (&fitted, &left), settings, &self.control)?;
         let mut document = to_document(self, (&fitted, &left), &found, &effects)?;
@@ -48,7 +50,12 @@ impl Study {
             rows.learnable = learnable(&all, (&before, &after), fitted.len(), made.seed, self.control.stop());
         }
         document.stamp.warnings.splice(0..0, column_warnings);
-        Ok(document)
+        let facts = found.judged.map(|(facts, _)| FactsDocument {
+            stamp: self.stamp("facts", made.seed, found.complete, Vec::new()),
+            verdict: document.verdict.clone(),
+            facts,
+        });
+        Ok((document, facts))
     }
 }
 
@@ -117,8 +124,9 @@ fn to_document(
             ..document::GapRow::default()
         },
         misfit_over_null: found.excess[0],
-        null: None,
+        null: found.judged.as_ref().and_then(|(facts, _)| null_row(&facts.null)),
         verdict: document::VerdictRow {
+            rule: found.judged.as_ref().map(|(_, judgement)| judgement.rule.into()),
             phase: found.phase.map(|phase| phase.word().into()),
             ..verdict_row(&found.verdict, place)
         },
@@ -127,7 +135,7 @@ fn to_document(
         residual_map: Vec::new(),
         delta_z: Vec::new(),
         motion: Some(motion_rows(study, (fit, held_out), found)?),
-        rules: Vec::new(),
+        rules: found.judged.iter().flat_map(|(_, judgement)| &judgement.trials).map(rule_row).collect(),
         tolerances: BTreeMap::new(),
         effects: list_effects(found, effects, &chosen),
         chosen,

@@ -8,16 +8,16 @@ use file_access::{MOST_DOCUMENT_BYTES, read_text};
 use super::effects::{at_bound, choose_effects, names_effect, status_words, units, verdict_row};
 use super::residual_map::{by_band, by_mode, delta_z, ratios, residual_map};
 use super::{DiagnosisRequest, FactsDocument};
+use super::{null_row, rule_row};
 use crate::{Study, StudyError, StudyResult, document_rows};
 use diagnosis::{
-    Ablation, Diagnosis, DiagnosisSettings, Domain, Fitted, Hypothesis, HypothesisKind, NullDistribution,
-    PartialGap, Trial, closed, closed_interval, diagnose, fitter, floor_over, gap_over, implausibility,
-    peak_errors, relaxes_within, stated_id, values_of,
+    Ablation, Diagnosis, DiagnosisSettings, Domain, Fitted, Hypothesis, HypothesisKind, PartialGap, closed,
+    closed_interval, diagnose, fitter, floor_over, gap_over, implausibility, peak_errors, relaxes_within,
+    stated_id, values_of,
 };
 use long_work::{found_in, kept_as};
 use machine::{Data, Effect, Parameter, TargetKind};
 use measurement::{FitSet, HoldOutSet};
-use numeric::statistics::median;
 use report::diagnosis as document;
 use report::vocabulary::DataKind;
 use report::{OutputFolder, digest};
@@ -170,22 +170,6 @@ fn to_document(
         },
         rules: found.judgement.trials.iter().map(rule_row).collect(),
         chosen,
-    })
-}
-
-fn rule_row(Trial { rule, when, held, figures }: &Trial) -> document::RuleRow {
-    document::RuleRow { rule: rule.clone(), when: when.clone(), held: *held, figures: figures.clone() }
-}
-
-/// Returns the laws of null simulations; `None` without draws.
-fn null_row(null: &NullDistribution) -> Option<document::NullRow> {
-    let of = |all: &[f64]| median(all.iter().copied());
-    Some(document::NullRow {
-        linear_draws: null.largest.len(),
-        linear_median: of(&null.largest)?,
-        fitted_draws: null.fitted.len(),
-        fitted_median: of(&null.fitted),
-        factor: null.factor(),
     })
 }
 

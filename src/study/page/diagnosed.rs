@@ -15,8 +15,9 @@ use report::vocabulary::DataKind;
 ///
 /// # Errors  an input has changed since the diagnosis; the document has no parameter values.
 pub(super) fn draw(of: &DiagnosisDocument, sources: &Sources, page: &mut Page) -> StudyResult<()> {
-    let study = Study::reopened((of.machine.as_ref(), &of.config), &of.measurements, &of.stamp, sources);
-    let study = unchanged(study, &of.stamp, ("diagnosis", "diagnose"))?;
+    let measurements = sources.measurements.as_ref().unwrap_or(&of.measurements);
+    let study = Study::reopened((of.machine.as_ref(), &of.config), measurements, &of.stamp, sources);
+    let study = unchanged(study, &of.stamp, ("diagnosis", "diagnose"), sources)?;
     page.notes.extend(study.outdated_machine().filter(|note| !page.notes.contains(note)));
     page.title = study.machine().title.clone();
     page.sketch = sketch(study.machine());
