@@ -86,7 +86,7 @@ def imports(rounds):
 
 
 def responses(rounds, binary):
-    found = jd.Study().fit(["l1", "l3", "l5"]).identify(progress=False)
+    found = jd.Study().choose_fit(["l1", "l3", "l5"]).identify(progress=False)
     lines = np.arange(6.0, 1006.0)
 
     def ours():
@@ -110,7 +110,7 @@ def responses(rounds, binary):
 
 
 def identification(rounds):
-    study = jd.Study().fit(["l1", "l3", "l5"])
+    study = jd.Study().choose_fit(["l1", "l3", "l5"])
     command = [
         sys.executable,
         "-m",
@@ -194,7 +194,7 @@ def search(rounds):
     sys.path.insert(0, str(ROOT / "benches/peers"))
     import tasks
 
-    study = jd.Study().fit(["l1", "l3", "l5"])
+    study = jd.Study().choose_fit(["l1", "l3", "l5"])
     pairs = in_turn(
         rounds,
         lambda: timed(lambda: tasks.search("refined", 15, 200, 1)),

@@ -5,10 +5,11 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use report::{EARLIER, Existing, OutputFolder, to_json};
-use study::{Control, FrictionRequest, PeaksRequest, StudyError};
+use study::{FrictionRequest, PeaksRequest, Sources};
 
 use crate::error::{to_exception, unwritten, word};
 use crate::measurement::MeasurementSet;
+use crate::work::{Running, compute, run};
 
 fn peaks_request(band_hz: Option<(f64, f64)>, local: bool, max_order: Option<usize>) -> PeaksRequest {
     let usual = PeaksRequest::default();
@@ -23,13 +24,13 @@ pub fn peaks(
     band_hz: Option<(f64, f64)>,
     local: bool,
     max_order: Option<usize>,
+    running: Running,
 ) -> PyResult<(String, String)> {
-    let request = peaks_request(band_hz, local, max_order);
-    let made = py.detach(|| {
-        let found = study::peaks(&measurements.set, &request, &Control::default())?;
+    let (set, request) = (measurements.set.clone(), peaks_request(band_hz, local, max_order));
+    run(py, &running, move |control| {
+        let found = study::peaks(&set, &request, &control)?;
         Ok((to_json(&found.document)?, found.modes_csv))
-    });
-    made.map_err(|e: StudyError| to_exception(&e))
+    })
 }
 
 /// Computes the stabilisation diagram of an FRF: order, natural frequency (Hz), damping ratio, stable.
@@ -41,12 +42,24 @@ pub fn stabilisation(
     max_order: Option<usize>,
 ) -> PyResult<Vec<(usize, f64, f64, bool)>> {
     let request = peaks_request(None, false, max_order);
-    let found =
-        py.detach(|| study::stabilisation(&measurements.set, frf, &request)).map_err(|e| to_exception(&e))?;
+    let found = compute(py, || study::stabilisation(&measurements.set, frf, &request))?;
     Ok(found
         .into_iter()
         .map(|pole| (pole.order, pole.frequency_hz, pole.damping_ratio, pole.stable))
         .collect())
+}
+
+/// Makes the HTML page of the result documents in a folder, with notes on what it does not draw. A named
+/// measurement set takes the place of that of the documents.
+#[pyfunction]
+pub fn page(
+    py: Python<'_>,
+    folder: PathBuf,
+    measurements: Option<String>,
+) -> PyResult<(String, Vec<String>)> {
+    let sources = Sources { measurements, ..Sources::default() };
+    let page = compute(py, || study::page(&folder, &sources))?;
+    Ok((report::page::html(&page), page.notes))
 }
 
 /// Fits a Stribeck curve to a table of friction.
@@ -60,7 +73,7 @@ pub fn friction(
 ) -> PyResult<String> {
     let noise = word("noise", noise.as_deref())?;
     let request = FrictionRequest { path, lead_m, efficiency, noise };
-    py.detach(|| Ok(to_json(&study::friction(&request)?)?)).map_err(|e: StudyError| to_exception(&e))
+    compute(py, || Ok(to_json(&study::friction(&request)?)?))
 }
 
 /// Lists the library of effects.

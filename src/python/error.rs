@@ -44,6 +44,13 @@ pub fn word<T: DeserializeOwned>(key: &str, given: Option<&str>) -> PyResult<Opt
     given.map(report::vocabulary::word).transpose().map_err(|error| argument(key, &error.to_string()))
 }
 
+/// Makes the exception of work in a process that was forked from one that has computed.
+pub fn forked(owner: u32) -> PyErr {
+    PyRuntimeError::new_err(format!(
+        "this process was forked from process {owner} after jointid had computed there, and lacks its threads: start processes with multiprocessing.get_context('spawn'), or give threads=1"
+    ))
+}
+
 /// Makes the exception of a fault inside the extension.
 pub fn internal(fault: impl std::fmt::Display) -> PyErr {
     PyRuntimeError::new_err(fault.to_string())

@@ -8,11 +8,11 @@ use pyo3::prelude::*;
 use report::document::{FrfsDocument, IdentificationDocument, Input};
 use report::to_json;
 use study::simulation::{FrfRequest, Place, identified_frf};
-use study::{Drawing, PredictionRequest, StudyError, ValidationRequest};
+use study::{Drawing, PredictionRequest, ValidationRequest};
 
-use crate::error::{argument, internal, to_exception, word};
+use crate::error::{argument, internal, word};
 use crate::measurement::MeasurementSet;
-use crate::work::{Running, run};
+use crate::work::{Running, compute, run};
 
 /// Name of an identification in messages.
 const NAME: &str = "the identification";
@@ -55,7 +55,7 @@ impl GivenFrfRequest {
 }
 
 /// Returns the places of nut positions or of named positions.
-fn places(nut_m: Option<Vec<f64>>, positions: Option<Vec<String>>) -> Vec<Place> {
+pub fn places(nut_m: Option<Vec<f64>>, positions: Option<Vec<String>>) -> Vec<Place> {
     let nuts = nut_m.into_iter().flatten().map(Place::Nut);
     nuts.chain(positions.into_iter().flatten().map(Place::Position)).collect()
 }
@@ -122,9 +122,9 @@ impl Identification {
         let request = given.request(&lines_hz)?;
         reject_duplicates(&request.places)?;
         let input = Input { path: NAME.into(), sha256: String::new() };
-        let computed =
-            py.detach(|| identified_frf(&self.study, Path::new(NAME), (&self.document, &input), &request));
-        as_array(py, &request, &computed.map_err(|e| to_exception(&e))?)
+        let identified = (&self.document, &input);
+        let document = compute(py, || identified_frf(&self.study, Path::new(NAME), identified, &request))?;
+        as_array(py, &request, &document)
     }
 
     /// Predicts natural modes, and FRFs on request, with intervals.
@@ -152,9 +152,9 @@ impl Identification {
             seed,
             ..usual
         };
-        let document = self.document.clone();
-        run(py, self.study.clone(), &running, move |study| {
-            Ok(to_json(&study.predict_with(&document, &request)?)?)
+        let (study, document) = (self.study.clone(), self.document.clone());
+        run(py, &running, move |control| {
+            Ok(to_json(&study.with_control(control).predict_with(&document, &request)?)?)
         })
     }
 
@@ -169,9 +169,9 @@ impl Identification {
         running: Running,
     ) -> PyResult<Drawn<'py>> {
         let drawing = if lines { Drawing::Lines } else { Drawing::Posterior };
-        let document = self.document.clone();
-        let (ids, drawn) = run(py, self.study.clone(), &running, move |study| {
-            study.draw(&document, (count, seed, drawing))
+        let (study, document) = (self.study.clone(), self.document.clone());
+        let (ids, drawn) = run(py, &running, move |control| {
+            study.with_control(control).draw(&document, (count, seed, drawing))
         })?;
         let (minima, rows): (Vec<usize>, Vec<Vec<f64>>) = drawn.into_iter().unzip();
         Ok((ids, PyArray2::from_vec2(py, &rows).map_err(internal)?, minima))
@@ -189,12 +189,11 @@ impl Identification {
             None => self.study.clone(),
             Some(other) => self.study.clone().with_measurements(other.set.clone()),
         };
-        let made = py.detach(|| Ok(to_json(&study.validate_with(&self.document, &request)?)?));
-        made.map_err(|e: StudyError| to_exception(&e))
+        compute(py, || Ok(to_json(&study.validate_with(&self.document, &request)?)?))
     }
 
     /// Returns the description of the machine as identified.
     fn machine(&self, py: Python<'_>) -> PyResult<String> {
-        py.detach(|| self.study.machine_of_identification(&self.document, NAME)).map_err(|e| to_exception(&e))
+        compute(py, || self.study.machine_of_identification(&self.document, NAME))
     }
 }

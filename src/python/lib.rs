@@ -24,7 +24,7 @@ static PROCESSOR: [u8; 27] = *b"jointid-processor:x86-64-v3";
 #[pymodule]
 mod _core {
     #[pymodule_export]
-    use super::document::{effects, friction, peaks, run_command, stabilisation, write_files};
+    use super::document::{effects, friction, page, peaks, run_command, stabilisation, write_files};
     #[pymodule_export]
     use super::identification::Identification;
     #[pymodule_export]

@@ -1,9 +1,10 @@
 //! Machines.
 
 use pyo3::prelude::*;
-use study::{MachineConfig, machine_from_text, read_machine};
+use study::{MachineConfig, MeasurementSet, machine_from_text, read_machine};
 
 use crate::error::to_exception;
+use crate::study::Study;
 
 /// A machine as described: its text (TOML) with a name for messages and documents.
 #[pyclass(frozen, module = "jointid._core")]
@@ -21,6 +22,11 @@ impl Machine {
     #[staticmethod]
     fn from_text(name: &str, text: &str) -> PyResult<Self> {
         machine_from_text(name, text, &[], &[]).map(Machine).map_err(|e| to_exception(&e))
+    }
+
+    /// Returns the study of the machine without measurements, for its simulations.
+    fn study(&self) -> Study {
+        Study(study::Study::new(self.0.clone(), MeasurementSet::none()))
     }
 
     #[getter]

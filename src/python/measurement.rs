@@ -155,6 +155,7 @@ impl MeasurementSet {
     /// Makes a set from arrays.
     #[staticmethod]
     fn from_arrays(
+        py: Python<'_>,
         given: GivenSet,
         frfs: Vec<GivenFrf<'_>>,
         motions: Vec<GivenMotion<'_>>,
@@ -178,9 +179,8 @@ impl MeasurementSet {
             frfs: frfs.iter().map(GivenFrf::arrays).collect::<PyResult<_>>()?,
             motions: motions.iter().map(GivenMotion::arrays).collect(),
         };
-        let set =
-            study::MeasurementSet::from_arrays(&arrays).map_err(|e| to_exception(&StudyError::from(e)))?;
-        Ok(MeasurementSet::of(set))
+        let made = py.detach(|| study::MeasurementSet::from_arrays(&arrays));
+        made.map(MeasurementSet::of).map_err(|e| to_exception(&StudyError::from(e)))
     }
 
     /// Imports files of other programs.

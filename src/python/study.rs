@@ -7,13 +7,17 @@ use numpy::{PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
 use report::to_json;
 use serde::de::DeserializeOwned;
-use study::{Ablation, DiagnosisRequest, NullCache, PlanRequest, Sources, StudyError, result_of_text};
+use study::simulation::{
+    Load, ModesRequest, MotionRequest, Place, Reference, TravelProfile, displacement_unit, find_operating,
+    static_stiffness,
+};
+use study::{Ablation, DiagnosisRequest, NullCache, PlanRequest, Sources, StudyResult, result_of_text};
 
 use crate::error::{to_exception, word};
-use crate::identification::{GivenFrfRequest, Identification, as_array, reject_duplicates};
+use crate::identification::{GivenFrfRequest, Identification, as_array, place, places, reject_duplicates};
 use crate::measurement::MeasurementSet;
 use crate::settings::GivenSettings;
-use crate::work::{Running, run};
+use crate::work::{Running, compute, run};
 
 /// A machine with its measurements, what is fitted, and how.
 #[pyclass(frozen, module = "jointid._core")]
@@ -46,6 +50,41 @@ pub struct GivenPlan {
     lines: Option<usize>,
 }
 
+/// Command of a simulated motion: travel, sine, table or record.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct GivenMotion {
+    travel: (f64, f64, f64, f64, f64),
+    and_back: bool,
+    sine: Option<(f64, f64, f64)>,
+    table: Option<String>,
+    record: Option<String>,
+    nut_m: Option<f64>,
+    position: Option<String>,
+    lumps: Option<usize>,
+    step_s: Option<f64>,
+}
+
+impl GivenMotion {
+    fn request(self) -> MotionRequest {
+        let usual = MotionRequest::default();
+        let (travel_m, velocity_m_s, acceleration_m_s2, jerk_m_s3, rest_s) = self.travel;
+        let travel = TravelProfile { travel_m, velocity_m_s, acceleration_m_s2, jerk_m_s3, rest_s };
+        let sine =
+            |(amplitude_m, frequency_hz, periods)| Reference::Sine { amplitude_m, frequency_hz, periods };
+        let reference = (self.sine.map(sine))
+            .or(self.table.map(Reference::Table))
+            .or(self.record.map(Reference::Record))
+            .unwrap_or(Reference::SCurve { travel, and_back: self.and_back });
+        MotionRequest {
+            reference,
+            place: place(self.nut_m, self.position),
+            lumps: self.lumps.unwrap_or(usual.lumps),
+            step_s: self.step_s,
+        }
+    }
+}
+
 impl GivenDiagnosis {
     fn request(self) -> PyResult<DiagnosisRequest> {
         let ablated = self.ablate.iter().map(|part| word("ablate", Some(part)));
@@ -58,6 +97,19 @@ impl GivenDiagnosis {
             exclude: self.exclude,
             all_facts: false,
         })
+    }
+}
+
+impl Study {
+    /// Does long work on the study.
+    fn run<T: Send + 'static>(
+        &self,
+        py: Python<'_>,
+        running: &Running,
+        work: impl FnOnce(study::Study) -> StudyResult<T> + Send + 'static,
+    ) -> PyResult<T> {
+        let study = self.0.clone();
+        run(py, running, move |control| work(study.with_control(control)))
     }
 }
 
@@ -107,6 +159,13 @@ impl Study {
         self.0.machine().points.iter().map(|p| p.name.clone()).collect()
     }
 
+    /// Points that move, each with the unit of its displacement: m or rad.
+    #[getter]
+    fn units(&self) -> Vec<(String, &'static str)> {
+        let moving = self.0.machine().points.iter().filter(|point| !point.fixed);
+        moving.map(|point| (point.name.clone(), displacement_unit(point))).collect()
+    }
+
     /// Quantity of the measured FRFs or amplitudes.
     #[getter]
     fn quantity(&self) -> &str {
@@ -135,17 +194,17 @@ impl Study {
     }
 
     fn identify(&self, py: Python<'_>, running: Running) -> PyResult<Identification> {
-        let document = run(py, self.0.clone(), &running, |study| study.identify())?;
+        let document = self.run(py, &running, |study| study.identify())?;
         Ok(Identification { study: self.0.clone(), document })
     }
 
     fn diagnose(&self, py: Python<'_>, given: GivenDiagnosis, running: Running) -> PyResult<String> {
         let request = given.request()?;
-        run(py, self.0.clone(), &running, move |study| Ok(to_json(&study.diagnose_with(&request)?)?))
+        self.run(py, &running, move |study| Ok(to_json(&study.diagnose_with(&request)?)?))
     }
 
     fn compare(&self, py: Python<'_>, single: Option<Vec<String>>, running: Running) -> PyResult<String> {
-        run(py, self.0.clone(), &running, move |study| Ok(to_json(&study.compare_with(single.as_deref())?)?))
+        self.run(py, &running, move |study| Ok(to_json(&study.compare_with(single.as_deref())?)?))
     }
 
     fn plan(
@@ -173,7 +232,7 @@ impl Study {
             band_hz: given.band_hz,
             lines: given.lines.unwrap_or(usual.lines),
         };
-        run(py, self.0.clone(), &running, move |study| Ok(to_json(&study.plan_with(&request)?)?))
+        self.run(py, &running, move |study| Ok(to_json(&study.plan_with(&request)?)?))
     }
 
     /// Returns the description of the machine with the effect that a diagnosis names.
@@ -191,8 +250,7 @@ impl Study {
     ) -> PyResult<Bound<'py, PyArray2<Complex64>>> {
         let request = given.request(&lines_hz)?;
         reject_duplicates(&request.places)?;
-        let document =
-            py.detach(|| study::simulation::frf(&self.0, &request)).map_err(|e| to_exception(&e))?;
+        let document = compute(py, || study::simulation::frf(&self.0, &request))?;
         as_array(py, &request, &document)
     }
 
@@ -204,10 +262,32 @@ impl Study {
         position: Option<String>,
         max_hz: f64,
     ) -> PyResult<String> {
-        let place = crate::identification::place(nut_m, position);
-        let request = study::simulation::ModesRequest { place, max_hz, ..Default::default() };
-        let made = py.detach(|| Ok(to_json(&study::simulation::modes(&self.0, &request)?)?));
-        made.map_err(|e: StudyError| to_exception(&e))
+        let request = ModesRequest { place: place(nut_m, position), max_hz, ..Default::default() };
+        compute(py, || Ok(to_json(&study::simulation::modes(&self.0, &request)?)?))
+    }
+
+    /// Computes the static stiffness of a point at the start values, at each of the nut positions or of the
+    /// named positions; mid-stroke without any.
+    fn static_stiffness(
+        &self,
+        py: Python<'_>,
+        point: &str,
+        nut_m: Option<Vec<f64>>,
+        positions: Option<Vec<String>>,
+    ) -> PyResult<Vec<f64>> {
+        let at = |place| {
+            let operating = find_operating(&self.0, &place, &Load::default())?;
+            static_stiffness(self.0.machine(), &operating, point)
+        };
+        let places = places(nut_m, positions);
+        let places = if places.is_empty() { vec![Place::MidStroke] } else { places };
+        compute(py, || places.into_iter().map(at).collect())
+    }
+
+    /// Simulates the motion of the driven axis at the start values, as the text of a document.
+    fn motion(&self, py: Python<'_>, given: GivenMotion, running: Running) -> PyResult<String> {
+        let request = given.request();
+        self.run(py, &running, move |study| Ok(to_json(&study::simulation::motion(&study, &request)?)?))
     }
 
     /// Restores an identification of this study from the text of its document.

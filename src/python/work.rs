@@ -1,14 +1,14 @@
-//! Long work without the interpreter's lock: progress, Ctrl-C, threads.
+//! Work without the interpreter's lock: progress, Ctrl-C, threads, and processes that were forked.
 
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
-use study::{Control, Progress, Study, StudyResult, Watcher};
+use study::{Control, Progress, StudyResult, Watcher};
 
-use crate::error::{argument, internal, to_exception};
+use crate::error::{argument, forked, internal, to_exception};
 
 /// Time between two looks at signals and progress.
 const LOOK: Duration = Duration::from_millis(50);
@@ -34,19 +34,42 @@ pub struct Running {
 /// Largest number of threads.
 const MOST_THREADS: usize = 1024;
 
-/// Does a piece of work on a study in a thread of its own. The calling thread looks for Ctrl-C, and calls
-/// back with the progress.
+/// Process that first used the threads that all work shares; 0 before.
+static OWNER: AtomicU32 = AtomicU32::new(0);
+
+/// Refuses to use the shared threads in a process that was forked from one that used them: a fork copies the
+/// pool, but not its threads, so that the work would wait for ever.
+fn require_threads() -> PyResult<()> {
+    let own = std::process::id();
+    match OWNER.compare_exchange(0, own, Ordering::Relaxed, Ordering::Relaxed) {
+        Err(owner) if owner != own => Err(forked(owner)),
+        _ => Ok(()),
+    }
+}
+
+/// Does a short piece of work without the interpreter's lock.
 ///
-/// # Errors  the error of the work or of the callback; `KeyboardInterrupt`. Work that does not stop in time
-///   is left behind, and ends on its own.
+/// # Errors  the error of the work; the process was forked from one that has computed.
+pub fn compute<T: Send>(py: Python<'_>, work: impl FnOnce() -> StudyResult<T> + Send) -> PyResult<T> {
+    require_threads()?;
+    py.detach(work).map_err(|error| to_exception(&error))
+}
+
+/// Does a piece of work in a thread of its own, under a control that it is given. The calling thread looks for
+/// Ctrl-C, and calls back with the progress.
+///
+/// # Errors  the error of the work or of the callback; `KeyboardInterrupt`; the process was forked from one
+///   that has computed. Work that does not stop in time is left behind, and ends on its own.
 pub fn run<T: Send + 'static>(
     py: Python<'_>,
-    study: Study,
     running: &Running,
-    work: impl FnOnce(Study) -> StudyResult<T> + Send + 'static,
+    work: impl FnOnce(Control) -> StudyResult<T> + Send + 'static,
 ) -> PyResult<T> {
     let pool = match running.threads {
-        None => None,
+        None => {
+            require_threads()?;
+            None
+        }
         Some(count) if (1..=MOST_THREADS).contains(&count) => {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build();
             Some(pool.map_err(|e| {
@@ -62,11 +85,10 @@ pub fn run<T: Send + 'static>(
     let control = control.with_journal(None);
     let stop = Arc::clone(control.stop());
     let (sender, receiver) = channel();
-    let study = study.with_control(control);
     let started = std::thread::Builder::new().name("jointid".into()).spawn(move || {
         let done = match pool {
-            Some(pool) => pool.install(|| work(study)),
-            None => work(study),
+            Some(pool) => pool.install(|| work(control)),
+            None => work(control),
         };
         // The receiver is gone where the work was left behind.
         let _ = sender.send(done);

@@ -10,8 +10,8 @@ use crate::{StudyError, StudyResult};
 use long_work::Control;
 pub use measurement::modal::DiagramPole;
 use measurement::modal::{
-    AmplitudeKind, CurveFit, CurveOptions, FrfCurve, ModalError, ModalFit, TrackRecord, fit_curve,
-    stabilisation_diagram, track, with_curve_of,
+    AmplitudeKind, CurveFit, CurveOptions, FittedMode, FrfCurve, ModalError, ModalFit, TrackRecord,
+    fit_curve, stabilisation_diagram, track, with_curve_of,
 };
 use measurement::{Frf, FrfLine, MeasurementSet, level_warning};
 use numeric::parallel::OrFirstError;
@@ -74,6 +74,9 @@ pub fn peaks(set: &MeasurementSet, request: &PeaksRequest, control: &Control) ->
         .par_iter()
         .zip(names)
         .map(|(frf, name)| {
+            if control.stopped() {
+                return Err(StudyError::Stopped);
+            }
             let fitted =
                 fit(frf, &options, request).map_err(|e| StudyError::input(&frf.source, e.to_string()))?;
             step();
@@ -112,18 +115,7 @@ pub fn peaks(set: &MeasurementSet, request: &PeaksRequest, control: &Control) ->
                 .sightings
                 .iter()
                 .map(|(record, at)| {
-                    let fitted = &named[*record].fitted.modes[*at];
-                    let row = PeakRow {
-                        frequency_hz: fitted.frequency_hz,
-                        frequency_sd_hz: finite(fitted.frequency_sd_hz),
-                        damping_ratio: fitted.damping_ratio,
-                        damping_sd: finite(fitted.damping_sd),
-                        amplitude: fitted.amplitude.value,
-                        amplitude_sd: finite(fitted.amplitude.sd),
-                        own_peak: fitted.amplitude.kind == AmplitudeKind::Peak,
-                        stable_share: fitted.stability.share(),
-                    };
-                    (named[*record].name.clone(), row)
+                    (named[*record].name.clone(), peak_row(&named[*record].fitted.modes[*at]))
                 })
                 .collect(),
             evidence: EvidenceRow {
@@ -158,6 +150,20 @@ pub fn peaks(set: &MeasurementSet, request: &PeaksRequest, control: &Control) ->
     }
     let document = PeaksDocument { stamp, amplitude_unit: amplitude_unit(set), modes, fits };
     Ok(Peaks { modes_csv: modes_csv(set, &named, &document), document })
+}
+
+/// Returns the row of a fitted mode.
+fn peak_row(fitted: &FittedMode) -> PeakRow {
+    PeakRow {
+        frequency_hz: fitted.frequency_hz,
+        frequency_sd_hz: finite(fitted.frequency_sd_hz),
+        damping_ratio: fitted.damping_ratio,
+        damping_sd: finite(fitted.damping_sd),
+        amplitude: fitted.amplitude.value,
+        amplitude_sd: finite(fitted.amplitude.sd),
+        own_peak: fitted.amplitude.kind == AmplitudeKind::Peak,
+        stable_share: fitted.stability.share(),
+    }
 }
 
 /// Computes the stabilisation diagram of an FRF, by its index in the set.

@@ -196,7 +196,8 @@ fn report(
         );
         header.ordinate_type = extent.layout.ordinate;
     }
-    if extent.layout.abscissa_bytes == 8 {
+    // A byte count that states 8 bytes leaves nothing to decide: several programs, this one among them, write them.
+    if extent.layout.abscissa_bytes == 8 && byte_count != Some(bytes) {
         header.warnings.push(WarningKind::WideAbscissa { evidence }.at(place));
     }
     if cut {

@@ -41,7 +41,7 @@ pub enum WarningKind {
         /// Evidence for the choice.
         evidence: SizeEvidence,
     },
-    /// Uneven double payload with an abscissa of 8 bytes, where the format has 4.
+    /// Uneven double payload with an abscissa of 8 bytes, where the format has 4, and no byte count that says so.
     #[error("the abscissa is stored in 8 bytes where the format has 4; read as 8, by {evidence}")]
     WideAbscissa {
         /// Evidence for the choice.

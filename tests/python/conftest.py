@@ -32,7 +32,7 @@ def taps(
 
 @pytest.fixture(scope="session")
 def study() -> jd.Study:
-    return jd.Study().fit(["l1", "l3", "l5"])
+    return jd.Study().choose_fit(["l1", "l3", "l5"])
 
 
 @pytest.fixture(scope="session")
@@ -42,4 +42,4 @@ def found(study: jd.Study) -> jd.Identification:
 
 @pytest.fixture(scope="session")
 def on_frfs() -> jd.Identification:
-    return jd.Study(None, taps(4e8, 1)).fit(["p1", "p3"]).identify(progress=False)
+    return jd.Study(None, taps(4e8, 1)).choose_fit(["p1", "p3"]).identify(progress=False)

@@ -79,7 +79,7 @@ CALLS = [
     ("progress", "True, False", lambda study: study.identify(progress=3)),
     ("without", "does not contain", lambda study: study.without("backlash")),
     ("overrides", "there is no key", lambda study: study.overridden({"parameter.k_x.start": 1.0})),
-    ("names[0]", "give a name", lambda study: study.fit([1])),
+    ("names[0]", "give a name", lambda study: study.choose_fit([1])),
     ("nut_m", "outside the screw", lambda study: study.frf(THREE, nut_m=99.0, **BENCH)),
     ("nut_m", "named twice", lambda study: study.frf(THREE, nut_m=[0.5, 0.5], **BENCH)),
     ("nut_m", "beside positions", lambda study: study.frf(THREE, nut_m=0.5, positions="l1", **BENCH)),
@@ -156,13 +156,15 @@ def test_odd_arrays_are_read_as_they_are():
     assert np.array_equal(listed.frfs["p"].value, values)
 
 
-@pytest.mark.parametrize("work", ["identify", "diagnose"])
+@pytest.mark.parametrize("work", ["identify", "diagnose", "peaks"])
 def test_an_interrupt_ends_a_call(work, study):
+    many = taps(5e8, 2, 0.003, np.linspace(5.0, 400.0, 4000)) if work == "peaks" else None
     # As in a terminal: a process in the background begins with interrupts ignored.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     long = {
         "identify": lambda: study.identify(bootstrap=5000, progress=False),
         "diagnose": lambda: study.diagnose(nulls=2000, progress=False),
+        "peaks": lambda: jd.peaks(many, max_order=120, progress=False),
     }[work]
 
     def interrupt():
@@ -170,9 +172,11 @@ def test_an_interrupt_ends_a_call(work, study):
         os.kill(os.getpid(), signal.SIGINT)
 
     threading.Thread(target=interrupt).start()
+    begun = time.monotonic()
     try:
         with pytest.raises(KeyboardInterrupt):
             long()
+        assert time.monotonic() - begun < 0.4 + 1.0
     finally:
         signal.signal(signal.SIGINT, before)
 
@@ -185,19 +189,25 @@ def test_a_callback_sees_the_progress_and_may_end_the_work(study):
         study.identify(bootstrap=5000, progress=lambda *_: 1 / 0)
 
 
-def test_other_threads_run_meanwhile(study):
+def counted_during(work) -> int:
+    """Times that this thread ran while another one did some work."""
     counted = 0
-    done = threading.Event()
-
-    def work():
-        study.identify(bootstrap=100, progress=False)
-        done.set()
-
-    threading.Thread(target=work).start()
-    while not done.is_set():
+    worker = threading.Thread(target=work)
+    worker.start()
+    while worker.is_alive():
         counted += 1
         time.sleep(0.001)
-    assert counted > 20
+    return counted
+
+
+def test_other_threads_run_meanwhile(study):
+    assert counted_during(lambda: study.identify(bootstrap=100, progress=False)) > 20
+
+
+def test_other_threads_run_while_a_set_is_made():
+    lines = np.arange(1.0, 400_001.0)
+    value = np.exp(1j * lines)
+    assert counted_during(lambda: arrays(lines, {"p": value}, nut_m={"p": 0.6})) > 3
 
 
 def test_a_lesser_processor_is_refused_before_the_extension_loads(monkeypatch):
@@ -208,9 +218,9 @@ def test_a_lesser_processor_is_refused_before_the_extension_loads(monkeypatch):
     monkeypatch.setattr(_processor.platform, "machine", lambda: "x86_64")
     if built_for_v3:
         with pytest.raises(ImportError, match="lacks avx2.*RUSTFLAGS"):
-            _processor.check()
+            _processor.load()
     else:
-        _processor.check()
+        _processor.load()
     monkeypatch.setattr(_processor, "flags", lambda: set(_processor.NEEDED))
-    _processor.check()
+    _processor.load()
     assert NUTS

@@ -85,7 +85,7 @@ def test_frfs_are_those_of_the_command(tmp_path):
 
 def test_arrays_are_what_files_are(on_frfs, tmp_path):
     on_frfs.study.measurements.save(tmp_path / "set")
-    of_files = jd.Study(None, tmp_path / "set").fit(["p1", "p3"]).identify(progress=False)
+    of_files = jd.Study(None, tmp_path / "set").choose_fit(["p1", "p3"]).identify(progress=False)
     assert of_files.parameters == on_frfs.parameters and of_files.cost == on_frfs.cost
     low, high = on_frfs.interval95["k_n"]
     assert low < 4e8 < high
@@ -164,7 +164,7 @@ def test_a_profile_has_its_minimum_at_the_estimate(on_frfs):
 def test_the_named_effect_is_applied():
     diagnosis = (
         jd.Study()
-        .fit(["l1", "l3", "l5"])
+        .choose_fit(["l1", "l3", "l5"])
         .without("rotor-hold")
         .diagnose(progress=False, effects=["rotor-hold"])
     )

@@ -15,6 +15,7 @@ class Machine:
     parameters: list[tuple[str, str, float, float, float]]
     warnings: list[str]
     measurements: str | None
+    def study(self) -> Study: ...
     @staticmethod
     def read(path: str) -> Machine: ...
     @staticmethod
@@ -46,6 +47,7 @@ class Study:
     machine: tuple[str, str, str]
     parameters: list[str]
     points: list[str]
+    units: list[tuple[str, str]]
     quantity: str
     measurements: MeasurementSet
     def __new__(
@@ -68,6 +70,10 @@ class Study:
     def machine_of_diagnosis(self, diagnosis: str) -> str: ...
     def frf(self, given: Mapping[str, Any], lines_hz: NDArray[np.float64]) -> NDArray[np.complex128]: ...
     def modes(self, nut_m: float | None, position: str | None, max_hz: float) -> str: ...
+    def static_stiffness(
+        self, point: str, nut_m: list[float] | None, positions: list[str] | None
+    ) -> list[float]: ...
+    def motion(self, given: Mapping[str, Any], running: Mapping[str, Any]) -> str: ...
     def identification(self, text: str) -> Identification: ...
 
 class Identification:
@@ -91,8 +97,13 @@ class Identification:
     def machine(self) -> str: ...
 
 def peaks(
-    measurements: MeasurementSet, band_hz: tuple[float, float] | None, local: bool, max_order: int | None
+    measurements: MeasurementSet,
+    band_hz: tuple[float, float] | None,
+    local: bool,
+    max_order: int | None,
+    running: Mapping[str, Any],
 ) -> tuple[str, str]: ...
+def page(folder: str | PathLike[str], measurements: str | None) -> tuple[str, list[str]]: ...
 def stabilisation(
     measurements: MeasurementSet, frf: int, max_order: int | None
 ) -> list[tuple[int, float, float, bool]]: ...

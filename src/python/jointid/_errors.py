@@ -22,7 +22,7 @@ class InputError(ValueError):
         super().__init__(message)
         self.file, self.line, self.key = file, line, key
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[type[InputError], tuple[str, str | None, int | None, str | None]]:
         return type(self), (str(self), self.file, self.line, self.key)
 
 

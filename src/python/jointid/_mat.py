@@ -18,7 +18,7 @@ _FIRST_LINE = "MATLAB 5.0 MAT-file of jointid, a machine's joints"
 _FIRST_BYTES = 116
 
 
-def to_mat(path: str | os.PathLike[str], name: str, document: dict[str, Any]) -> None:
+def to_mat(path: str | os.PathLike[str], name: str, document: dict[str, Any], *, replace: bool) -> None:
     """Writes a document as one struct of a MATLAB file."""
     try:
         from scipy.io import savemat
@@ -35,7 +35,7 @@ def to_mat(path: str | os.PathLike[str], name: str, document: dict[str, Any]) ->
     savemat(content, {name: _value(document)}, long_field_names=True, oned_as="column")
     # The first line of SciPy is that of everybody's files; by this one a file of jointid is recognised.
     text = _FIRST_LINE.ljust(_FIRST_BYTES).encode("ascii")
-    write(target, text + content.getvalue()[_FIRST_BYTES:])
+    write(target, text + content.getvalue()[_FIRST_BYTES:], replace=replace)
 
 
 def _value(value: Any) -> Any:

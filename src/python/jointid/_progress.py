@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from typing import Any
 
+from . import _arrays
 from ._errors import argument
 
 Callback = Callable[[str, "int | None", "int | None"], Any]
@@ -54,7 +55,7 @@ class _Bar:
 
 
 @contextmanager
-def progress_of(progress: bool | Callback | None, name: str) -> Iterator[Callback | None]:
+def progress_of(progress: bool | Callback | None, name: str) -> Generator[Callback | None]:
     """Yields the callback of a work: none, that of the caller, or a bar (by default in terminals and notebooks)."""
     if progress is None:
         progress = sys.stderr is not None and sys.stderr.isatty() or _in_notebook()
@@ -82,3 +83,8 @@ def progress_of(progress: bool | Callback | None, name: str) -> Iterator[Callbac
         yield shown
     finally:
         shown.close()
+
+
+def running_of(callback: Callback | None, threads: int | None) -> dict[str, Any]:
+    """How the extension runs a work: its callback and its number of threads."""
+    return {"progress": callback, "threads": _arrays.optional_count("threads", threads, 1)}

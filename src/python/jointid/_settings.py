@@ -32,6 +32,10 @@ class Settings(TypedDict, total=False):
         Parameters held at their start values.
     repeats : int
         How often the best minimum has to be found from new starts.
+
+    >>> settings: jd.Settings = {"freeze": ["k_m"], "tolerances": False}
+    >>> study.identify(**settings).parameters["k_m"].fitted
+    False
     """
 
     objective: str

@@ -4,25 +4,23 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
-import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import ArrayLike
-
-from . import _arrays
+from . import _arrays, _html
 from ._errors import InputError, argument
+from ._optional import pandas_for
 from ._progress import Callback, progress_of
 from ._settings import checked
 from ._tasks import Done, Failure, Task, do, key_of, prepare, result_file
 from .machine import Machine
 from .measurement import MeasurementSet, write
-from .results import Document, Draws, _pandas
-from .study import Identification, Study
+from .identification import Identification
+from .parameters import Draws
+from .results import Document
+from .study import Study
 
 if TYPE_CHECKING:
     import pandas
@@ -35,7 +33,11 @@ BLOCK = 25
 
 @dataclass(frozen=True)
 class FleetRun:
-    """What a run did: tasks done now, tasks whose results were there already, failures, and the time it took (s)."""
+    """What a run did: tasks done now, tasks whose results were there already, failures, and the time it took (s).
+
+    >>> fleet.run(executor).kept
+    2
+    """
 
     done: int
     kept: int
@@ -74,6 +76,12 @@ class Fleet:
     ------
     InputError
         The folder cannot be written, or an argument is wrong. A machine with bad input is no error: see :meth:`failures`.
+
+    Examples
+    --------
+    >>> fleet = jd.Fleet("fleet", "configs/tian.toml", {"axis 1": taps, "axis 2": taps}, fit=["p1", "p3"])
+    >>> fleet.names
+    ['axis 1', 'axis 2']
     """
 
     def __init__(
@@ -122,7 +130,7 @@ class Fleet:
         ----------
         client : dask.distributed.Client or concurrent.futures.Executor
             Where the work is done; by default a Dask cluster on this machine, bound to the loopback interface, or processes where Dask is missing. A pool
-            of processes must start them by spawn or forkserver.
+            of processes must start them by spawn or forkserver; one that breaks, since a process was killed, is replaced by a like one.
         workers : int
             Processes of the default; one a core.
         security : distributed.Security
@@ -136,7 +144,12 @@ class Fleet:
         Raises
         ------
         InputError
-            The client is closed, or no client. What was done stays.
+            The client is closed, or no client; the folder cannot be written any more, such as on a full disk. What was done stays.
+
+        Examples
+        --------
+        >>> len(fleet.run(executor).failures)
+        0
         """
         self._failures, self._keys = {}, {}
         count = _arrays.optional_count("workers", workers, 1)
@@ -157,18 +170,30 @@ class Fleet:
         return FleetRun(did.done, did.kept, tuple(self._failures.values()), did.seconds)
 
     def failures(self) -> pandas.DataFrame:
-        """Machines that the last run could not identify: name, error, message, file, line and key."""
-        return _pandas("a table").DataFrame(self._failures.values(), columns=Failure._fields)
+        """Machines that the last run could not identify: name, error, message, file, line and key.
+
+        >>> fleet.failures().empty
+        True
+        """
+        return pandas_for("a table").DataFrame(self._failures.values(), columns=Failure._fields)
 
     def documents(self) -> Iterator[tuple[str, Document]]:
-        """The identifications that are done, by name."""
+        """The identifications that are done, by name.
+
+        >>> [name for name, document in fleet.documents()]
+        ['axis 1', 'axis 2']
+        """
         for name in self._sets:
             file = self._file(name)
             if file is not None and file.exists():
                 yield name, Document(file.read_text(encoding="utf-8"))
 
     def identification(self, name: str) -> Identification:
-        """The identification of a machine."""
+        """The identification of a machine.
+
+        >>> fleet.identification("axis 2").parameters["k_n"].fitted
+        True
+        """
         _arrays.unknown("name", [_arrays.name("name", name)], self._sets)
         file = self._file(name)
         if file is None or not file.exists():
@@ -178,7 +203,11 @@ class Fleet:
         return Identification(study._core.identification(text), study)
 
     def table(self) -> pandas.DataFrame:
-        """One row a machine: cost, χ² over degrees of freedom, largest error, warnings, and of every parameter value, interval and `identifiable`."""
+        """One row a machine: cost, χ² over degrees of freedom, largest error, warnings, and of every parameter value, interval and `identifiable`.
+
+        >>> list(fleet.table().index)
+        ['axis 1', 'axis 2']
+        """
         rows = []
         for name, document in self.documents():
             derived = document["derived"]
@@ -194,15 +223,18 @@ class Fleet:
                 row |= {parameter: entry["value"], f"{parameter}_low": low, f"{parameter}_high": high}
                 row[f"{parameter}_identifiable"] = entry["identifiable"]
             rows.append(row)
-        pandas = _pandas("a table")
+        pandas = pandas_for("a table")
         return pandas.DataFrame(rows).set_index("machine") if rows else pandas.DataFrame()
 
     def draws(self) -> pandas.DataFrame:
         """One row a draw: machine, draw, minimum, weight, and the value of every parameter, as :class:`jointid.Draws` has them.
 
         About each minimum of a machine there are as many draws as the fleet's `bootstrap`.
+
+        >>> list(fleet.draws())[:2]
+        ['machine', 'draw']
         """
-        pandas = _pandas("a table")
+        pandas = pandas_for("a table")
         parts = []
         for name in self._sets:
             first = 0
@@ -223,12 +255,23 @@ class Fleet:
         )
 
     def to_parquet(self, path: Path_, *, replace: bool = False) -> None:
-        """Writes the table as Parquet."""
+        """Writes the table as Parquet.
+
+        >>> fleet.to_parquet("fleet.parquet", replace=True)
+        """
         import io
 
         content = io.BytesIO()
         self.table().to_parquet(content)
         write(path, content.getvalue(), replace=replace)
+
+    def _repr_html_(self) -> str:
+        done = sum(1 for _ in self.documents())
+        counted = {"machines": str(len(self._sets)), "identified": str(done)}
+        failed = [(failure.name, failure.error, failure.message) for failure in self._failures.values()]
+        parts = [_html.pairs(counted)]
+        parts += [_html.table(("machine", "error", "message"), failed)] if failed else []
+        return _html.page("Fleet", str(self.folder), parts)
 
     def _blocks(self) -> list[int]:
         whole, rest = divmod(self._bootstrap, BLOCK)
@@ -336,7 +379,7 @@ def _content_of_set(measurements: Any) -> Iterator[bytes]:
                 yield str(file.relative_to(folder)).encode()
                 yield file.read_bytes()
         return
-    read = measurements if isinstance(measurements, MeasurementSet) else MeasurementSet(measurements)
+    read = MeasurementSet.of(measurements)
     yield read.path.encode()
     for name, content in sorted(read._files().items()):
         yield name.encode()
@@ -353,7 +396,7 @@ def _study(
 ) -> Study:
     study = Study(machine, measurements)
     if fit is not None:
-        study = study.fit(fit)
+        study = study.choose_fit(fit)
     if hold_out:
         study = study.hold_out(hold_out)
     return study._set(seed, settings)
@@ -371,187 +414,3 @@ def _drawn(source: str, of_study: tuple[Any, ...], count: int, seed: int) -> str
     drawn = found.draws(count, seed=seed, threads=1)
     arrays = {key: getattr(drawn, key).tolist() for key in ("values", "minimum", "weight")}
     return json.dumps({"parameters": drawn.parameters} | arrays)
-
-
-def coverage(
-    folder: Path_,
-    machine: Machine | Path_,
-    nut_m: Mapping[str, float],
-    frequency_hz: ArrayLike,
-    *,
-    response: str,
-    excitation: str,
-    draws: int = 100,
-    noise: float = 0.01,
-    spread: float = 0.3,
-    seed: int = 1,
-    client: Any = None,
-    workers: int | None = None,
-    progress: bool | Callback | None = None,
-    **settings: Any,
-) -> pandas.DataFrame:
-    """How often the 95 % intervals of a planned test hold the truth: a study on simulated machines of the description itself.
-
-    Every draw is a machine whose free parameters lie within a factor ``exp(±spread)`` about their start values, clipped to their ranges, tested at the
-    positions `nut_m` (m) with noise of the relative standard deviation `noise`, and identified. The truth obeys the model: what a real machine has
-    beside it is not in these figures. Masses and diameters are exactly as described, so tolerances are held unless `tolerances=True` is given.
-
-    Returns
-    -------
-    DataFrame with one row a draw and parameter: draw, parameter, truth, value, low, high, identifiable, holds.
-    """
-    target = prepare(Path(_arrays.path("folder", folder)))
-    described = machine if isinstance(machine, Machine) else Machine(machine)
-    lines = _arrays.frequencies("frequency_hz", frequency_hz)
-    nuts = {
-        name: _arrays.number(f"nut_m[{name!r}]", at) for name, at in _arrays.mapping("nut_m", nut_m).items()
-    }
-    points = (_arrays.name("response", response), _arrays.name("excitation", excitation))
-    sizes = (_arrays.number("noise", noise), _arrays.number("spread", spread))
-    kept = {"tolerances": False} | checked(settings)
-    first, count = _arrays.count("seed", seed), _arrays.count("draws", draws, 1)
-
-    def tasks() -> Iterator[Task]:
-        for at in range(count):
-            arguments = (described, nuts, lines, points, sizes, kept, first + at)
-            parts = (
-                described.path,
-                described.text,
-                sorted(nuts.items()),
-                lines.tobytes(),
-                points,
-                sizes,
-                sorted(kept.items()),
-                first + at,
-            )
-            yield Task(f"draw {at}", key_of("coverage", *parts), _covered, arguments)
-
-    with progress_of(progress, "coverage") as callback:
-        did = do(target, tasks(), client, workers=workers, progress=callback, of=count)
-    if did.failures:
-        raise InputError(
-            f"{did.failures[0].name}: {did.failures[0].message}",
-            did.failures[0].file,
-            did.failures[0].line,
-            did.failures[0].key,
-        )
-    rows = []
-    for at, task in enumerate(tasks()):
-        rows += [
-            {"draw": at} | row
-            for row in json.loads(result_file(target, task.key).read_text(encoding="utf-8"))
-        ]
-    return _pandas("a table").DataFrame(rows)
-
-
-def _covered(
-    machine: Machine,
-    nuts: dict[str, float],
-    lines: np.ndarray,
-    points: tuple[str, str],
-    sizes: tuple[float, float],
-    settings: dict[str, Any],
-    seed: int,
-) -> str:
-    """One draw of a study of coverage, in a worker."""
-    noise, spread = sizes
-    generator = np.random.default_rng(seed)
-    frozen = settings.get("freeze", ())
-    truth = {}
-    for name, described in machine.parameters.items():
-        if name not in frozen and described.start > 0:
-            drawn_value = described.start * np.exp(generator.uniform(-spread, spread))
-            truth[name] = float(np.clip(drawn_value, described.lower, described.upper))
-    common: dict[str, Any] = {"response": points[0], "excitation": points[1], "quantity": "receptance"}
-    empty = MeasurementSet.from_arrays(
-        lines, {name: np.ones(lines.size, complex) for name in nuts}, nut_m=nuts, **common
-    )
-    simulated = Study(
-        machine, empty, overrides={f"parameter.{name}.start": value for name, value in truth.items()}
-    )
-    values = simulated.frf(lines, nut_m=list(nuts.values()))
-    drawn = generator.normal(size=(2, *values.shape)) * noise / np.sqrt(2)
-    measured = values * (1 + drawn[0] + 1j * drawn[1])
-    relative_sd = {name: np.full(lines.size, noise) for name in nuts}
-    taps = MeasurementSet.from_arrays(
-        lines, dict(zip(nuts, measured, strict=True)), relative_sd=relative_sd, nut_m=nuts, **common
-    )
-    found = Study(machine, taps).identify(seed=seed, threads=1, progress=False, **settings)
-    rows = []
-    for name, parameter in found.parameters.items():
-        if not parameter.fitted or name not in truth:
-            continue
-        parts = parameter.intervals95 or ((parameter.interval95,) if parameter.interval95 else ())
-        low, high = parameter.interval95 or (None, None)
-        row = {"parameter": name, "truth": truth[name], "value": parameter.value, "low": low, "high": high}
-        row |= {"identifiable": parameter.identifiable, "holds": any(a <= truth[name] <= b for a, b in parts)}
-        rows.append(row)
-    return json.dumps(rows)
-
-
-def blind_check(
-    folder: Path_,
-    *,
-    cases: int | str = "quick",
-    seed: int = 1,
-    arm: str = "frf",
-    layout: str | None = None,
-    client: Any = None,
-    workers: int | None = None,
-    progress: bool | Callback | None = None,
-) -> Document:
-    """The blind check of the diagnosis (`jointid lab withheld`) on a cluster: cases are made and sealed here, diagnosed there, and scored here.
-
-    It needs the program `jointid-lab`, which is no part of the package: `cargo install --path src/lab` in a clone of the project.
-
-    `cases` is a number, "quick" or "full"; `arm` "frf" or "motion"; `layout` "all" or the name of one, for hammer tests.
-    All workers must see `folder`. Returns the document `withheld.json`.
-    """
-    target = prepare(Path(_arrays.path("folder", folder)))
-    place = ["--out", str(target / "cases")]
-    chosen = [
-        "--cases",
-        str(cases),
-        "--seed",
-        str(_arrays.count("seed", seed)),
-        "--arm",
-        _arrays.name("arm", arm),
-    ]
-    if layout is not None:
-        chosen += ["--layout", _arrays.name("layout", layout)]
-    seal = json.loads(_command(["lab", "withheld", *place, *chosen, "--cases-only", "--json", "--quiet"]))
-    names = [case["name"] for case in seal["cases"]]
-    tasks = (
-        Task(name, key_of("blind check", chosen, name, case["sha256"]), _answered, (place, name))
-        for name, case in zip(names, seal["cases"], strict=True)
-    )
-    with progress_of(progress, "blind check") as callback:
-        did = do(target, tasks, client, workers=workers, progress=callback, of=len(names))
-    if did.failures:
-        raise InputError(f"{did.failures[0].name}: {did.failures[0].message}", file=str(target))
-    return Document(_command(["lab", "withheld", *place, "--json", "--quiet"]))
-
-
-def _answered(place: list[str], name: str) -> str:
-    """Diagnoses one case in a worker; the answer is kept in the folder of the cases."""
-    _command(["lab", "withheld", *place, "--case", name, "--jobs", "1", "--quiet"])
-    return "{}"
-
-
-def _command(words: list[str]) -> str:
-    """Runs the command of this package in a process of its own; returns what it prints."""
-    environment = os.environ | {
-        "RAYON_NUM_THREADS": os.environ.get("RAYON_NUM_THREADS", "1" if "--case" in words else "")
-    }
-    if not environment["RAYON_NUM_THREADS"]:
-        del environment["RAYON_NUM_THREADS"]
-    ran = subprocess.run(
-        [sys.executable, "-m", "jointid", *words],
-        capture_output=True,
-        text=True,
-        check=False,
-        env=environment,
-    )
-    if ran.returncode != 0:
-        raise InputError(ran.stderr.strip() or f"jointid {' '.join(words[:2])} ended with {ran.returncode}")
-    return ran.stdout

@@ -6,15 +6,17 @@ import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _arrays, _core
+from . import _arrays, _core, _html
 from ._errors import InputError, argument
+from ._records import frf_record, frfs_by_position, gain_of, motion_record, require_channel
 
-Paths = "str | os.PathLike[str] | Sequence[str | os.PathLike[str]]"
+if TYPE_CHECKING:
+    import pandas
 
 
 @dataclass(frozen=True)
@@ -23,6 +25,9 @@ class Frf:
 
     `frequency_hz` has the shape (lines,), in Hz; `value` (lines,), complex, in m/N, (m/s)/N or (m/s²)/N by `quantity`; `coherence` and `relative_sd`
     (standard deviation of the complex mean over |H|) are (lines,) where stated.
+
+    >>> taps.frfs["p1"].value.dtype
+    dtype('complex128')
     """
 
     position: str | None
@@ -51,21 +56,49 @@ class MeasurementSet:
     ------
     InputError
         A file is missing, a key is unknown, a cell is no number; `file`, `line` and `key` say where.
+
+    Examples
+    --------
+    >>> jd.MeasurementSet("measurements/tian").nut_m["l1"]
+    0.6
     """
 
     def __init__(self, folder: str | os.PathLike[str], *, allow_outside: bool = False) -> None:
         self._core = _core.MeasurementSet.read(_arrays.path("folder", folder), allow_outside)
         self._arrays: tuple[Any, ...] | None = None
+        self._in_memory = False
 
     @classmethod
-    def _of(cls, core: _core.MeasurementSet, arrays: tuple[Any, ...] | None = None) -> MeasurementSet:
+    def of(cls, given: MeasurementSet | str | os.PathLike[str]) -> MeasurementSet:
+        """A set as it is, or the one of a folder.
+
+        >>> jd.MeasurementSet.of(taps) is taps
+        True
+        """
+        return given if isinstance(given, MeasurementSet) else cls(given)
+
+    @classmethod
+    def _of(
+        cls, core: _core.MeasurementSet, arrays: tuple[Any, ...] | None = None, in_memory: bool = True
+    ) -> MeasurementSet:
         made = cls.__new__(cls)
-        made._core, made._arrays = core, arrays
+        made._core, made._arrays, made._in_memory = core, arrays, in_memory
         return made
+
+    @property
+    def in_memory(self) -> bool:
+        """Whether it was made of arrays, or read from files of other programs: no folder holds it unless it is saved."""
+        return self._in_memory
 
     @classmethod
     def from_files(cls, files: Mapping[str, bytes | str], name: str = "measurements") -> MeasurementSet:
-        """Reads a set from the contents of its files by name, `manifest.toml` among them; `name` stands for its folder in messages and documents."""
+        """Reads a set from the contents of its files by name, `manifest.toml` among them; `name` stands for its folder in messages and documents.
+
+        >>> manifest = 'title = "one"\\nquantity = "receptance"\\nresponse = "table"\\nexcitation = "table"\\nmodes = "modes.csv"\\n[[position]]\\nname = "p"\\nnut_m = 0.6\\n'
+        >>> modes = "position,order,frequency_hz,amplitude\\np,1,24.0,\\n"
+        >>> jd.MeasurementSet.from_files({"manifest.toml": manifest, "modes.csv": modes}).modes[0]["frequency_hz"]
+        24.0
+        """
         contents = {
             file: content.encode() if isinstance(content, str) else bytes(content)
             for file, content in _arrays.mapping("files", files).items()
@@ -127,6 +160,15 @@ class MeasurementSet:
         ------
         InputError
             Arrays differ in length, are not finite or of the wrong type, frequencies do not rise, a name is no text; `key` names the argument.
+
+        Examples
+        --------
+        >>> f = np.linspace(8.0, 400.0, 100)
+        >>> H = machine.frf(f, nut_m=0.6, response="table", excitation="table")
+        >>> jd.MeasurementSet.from_arrays(
+        ...     f, {"p1": H}, nut_m={"p1": 0.6}, quantity="receptance", response="table", excitation="table"
+        ... )
+        MeasurementSet('arrays (...)': 1 FRFs)
         """
         given = {
             "title": _arrays.name("title", title),
@@ -134,7 +176,7 @@ class MeasurementSet:
             "response": _arrays.optional_name("response", response),
             "excitation": _arrays.optional_name("excitation", excitation),
             "averages": _arrays.optional_count("averages", averages, 1),
-            "gain": _gain(gain),
+            "gain": gain_of(gain),
             "tolerance": tuple(
                 None if sd is None else _arrays.number(key, sd)
                 for key, sd in (("gain_sd", gain_sd), ("delay_sd_s", delay_sd_s), ("nut_sd_m", nut_sd_m))
@@ -148,29 +190,43 @@ class MeasurementSet:
             },
         }
         if isinstance(frfs, Mapping):
-            records = _by_position(frequency_hz, frfs, coherence, relative_sd)
+            records = frfs_by_position(frequency_hz, frfs, coherence, relative_sd)
         else:
-            records = [_record(at, record) for at, record in enumerate(frfs)]
-        for key, remedy in (
-            ("quantity", "receptance, mobility or accelerance"),
-            ("response", "the point of the machine"),
-            ("excitation", "the point of the machine"),
-        ):
-            if given[key] is None and any(record[key] is None for record in records):
-                raise argument(key, f"is missing; give {remedy}")
-        if given["averages"] is None and any(
-            record["coherence"] is not None and record["averages"] is None for record in records
-        ):
-            raise argument(
-                "averages", "is missing, without which a coherence says nothing; give the number of averages"
-            )
+            records = [frf_record(at, record) for at, record in enumerate(frfs)]
+        require_channel(given, records)
         moves = [
-            _motion(record, arrays) for record, arrays in _arrays.optional_mapping("motions", motions).items()
+            motion_record(record, arrays) for record, arrays in _arrays.optional_mapping("motions", motions).items()
         ]
         if not records and not moves:
             raise argument("frfs", "holds nothing; give one complex array a position, or motions")
         core = _core.MeasurementSet.from_arrays(given, records, moves)
         return cls._of(core, (given, records, moves))
+
+    @classmethod
+    def from_frame(cls, frame: pandas.DataFrame, **given: Any) -> MeasurementSet:
+        """Makes a set of a table with one row a line, as :meth:`to_frame` has it.
+
+        Its columns are `frequency_hz` and `value` (complex), or `real` and `imag`; and as needed `position`, `record`, `response`, `excitation`, `quantity`,
+        `averages`, `coherence`, `relative_sd`. Rows of like position, record, response and excitation are one FRF. `given` are other arguments of
+        :meth:`from_arrays`.
+
+        >>> again = jd.MeasurementSet.from_frame(taps.to_frame(), nut_m=taps.nut_m)
+        >>> bool((again.frfs["p1"].value == taps.frfs["p1"].value).all())
+        True
+        """
+        from ._frames import records_of_frame
+
+        return cls.from_arrays(None, records_of_frame(frame), **given)
+
+    def to_frame(self) -> pandas.DataFrame:
+        """The FRFs as a table with one row a line: position, record, response, excitation, quantity, averages, frequency_hz, value, coherence, relative_sd.
+
+        >>> list(taps.to_frame())[:2]
+        ['position', 'record']
+        """
+        from ._frames import frame_of_frfs
+
+        return frame_of_frfs(self.frfs.values())
 
     @property
     def path(self) -> str:
@@ -217,18 +273,24 @@ class MeasurementSet:
     def to_uff(
         self, path: str | os.PathLike[str], *, binary: bool = True, replace: bool = False
     ) -> list[str]:
-        """Writes the FRFs as a universal file (dataset 58b, or 58 as text); returns what such a file cannot hold."""
+        """Writes the FRFs as a universal file (dataset 58b, or 58 as text); returns what such a file cannot hold.
+
+        >>> notes = taps.to_uff("taps.uff", binary=False, replace=True)
+        """
         content, notes = self._core.universal(binary)
         write(path, content, replace=replace)
         return notes
 
-    def save(self, folder: str | os.PathLike[str]) -> Path:
+    def save(self, folder: str | os.PathLike[str], *, replace: bool = False) -> Path:
         """Writes the set into a folder, which the command and other programs read: `manifest.toml` and tables.
+
+        >>> taps.save("taps", replace=True).name
+        'taps'
 
         Raises
         ------
         InputError
-            The folder has a manifest already, or cannot be written; nothing is written then.
+            The folder has a manifest already and `replace` is not given, or cannot be written; nothing is written then.
         """
         target = Path(_arrays.path("folder", folder))
         files = self._files()
@@ -241,7 +303,7 @@ class MeasurementSet:
             )
         # The manifest is the first to leave and the last to come: a folder without one is no set.
         whole = sorted(files.items(), key=lambda file: file[0] != "manifest.toml")
-        _core.write_files(target, whole, True)
+        _core.write_files(target, whole, not replace, replace)
         return target
 
     def _files(self) -> dict[str, bytes]:
@@ -251,10 +313,28 @@ class MeasurementSet:
 
         return files_of_arrays(*self._arrays)
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[Any, ...]:
         if self._arrays is None:
-            return _from_files, (self.path, dict(self._core.files()))
+            return _from_files, (self.path, dict(self._core.files()), self._in_memory)
         return _from_arrays, self._arrays
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (
+                name,
+                f"{frf.response}/{frf.excitation}",
+                frf.quantity,
+                str(frf.frequency_hz.size),
+                f"{frf.frequency_hz[0]:g} … {frf.frequency_hz[-1]:g}" if frf.frequency_hz.size else "",
+                f"{np.abs(frf.value).min():.3g} … {np.abs(frf.value).max():.3g}" if frf.value.size else "",
+            )
+            for name, frf in self.frfs.items()
+        ]
+        columns = ("FRF", "response/excitation", "quantity", "lines", "frequency  Hz", "|H|  SI")
+        named = {"positions": ", ".join(f"{name} at {at} m" for name, at in self.nut_m.items())}
+        named |= {"motion records": ", ".join(self.motions)} if self.motions else {}
+        parts = [_html.pairs(named), *([_html.table(columns, rows)] if rows else [])]
+        return _html.page("MeasurementSet", f"{self.title} ({self.path})", parts, self.warnings)
 
     def __repr__(self) -> str:
         counted = [
@@ -265,251 +345,8 @@ class MeasurementSet:
         return f"MeasurementSet({self.path!r}: {', '.join(f'{n} {what}' for n, what in counted if n) or 'empty'})"
 
 
-def read_uff(
-    files: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
-    *,
-    quantity: str | None = None,
-    averages: int | None = None,
-    response: str | None = None,
-    excitation: str | None = None,
-    nut_m: Mapping[str, float] | None = None,
-    position: str | None = None,
-    pattern: str | None = None,
-    map: str | os.PathLike[str] | None = None,
-    strict: bool = False,
-    accept_truncated: bool = False,
-    title: str | None = None,
-) -> MeasurementSet:
-    """Reads universal files (dataset 58 and 58b) as a measurement set.
-
-    Parameters
-    ----------
-    files : path or list of paths
-    quantity : {"receptance", "mobility", "accelerance"}
-        Measured quantity, where the file does not state it.
-    averages : int
-        Number of averages, which no universal file states; needed to use a coherence.
-    response, excitation : str
-        Points of the machine; those of the file where absent.
-    nut_m : mapping of position to float
-        Nut positions (m).
-    position : str
-        Position of all records.
-    pattern : str
-        Pattern with {} for the position's name, in file names, ID lines or entities.
-    map : path
-        Table with the columns record,position,response,excitation.
-    strict : bool
-        Whether any faulty part refuses its file; otherwise sound parts are read, and `warnings` names the rest.
-    accept_truncated : bool
-        Whether files that end inside their data are accepted.
-
-    Raises
-    ------
-    InputError
-        A file cannot be read or holds no FRF, or names do not fit its records.
-    """
-    return _imported(
-        files,
-        None,
-        quantity,
-        averages,
-        response,
-        excitation,
-        nut_m,
-        position,
-        pattern,
-        map,
-        strict,
-        accept_truncated,
-        title,
-    )
-
-
-def read_tables(
-    files: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
-    *,
-    columns: Sequence[str] | None = None,
-    quantity: str | None = None,
-    averages: int | None = None,
-    response: str | None = None,
-    excitation: str | None = None,
-    nut_m: Mapping[str, float] | None = None,
-    position: str | None = None,
-    pattern: str | None = None,
-    map: str | os.PathLike[str] | None = None,
-    title: str | None = None,
-) -> MeasurementSet:
-    """Reads FRFs from tables of other programs (.csv, .tsv, .txt, .dat, .asc); `columns` names their columns in place of a header. Else as
-    :func:`read_uff`."""
-    named = None if columns is None else _arrays.names("columns", columns)
-    return _imported(
-        files,
-        named,
-        quantity,
-        averages,
-        response,
-        excitation,
-        nut_m,
-        position,
-        pattern,
-        map,
-        True,
-        False,
-        title,
-    )
-
-
-def _imported(
-    files: Any,
-    columns: list[str] | None,
-    quantity: Any,
-    averages: Any,
-    response: Any,
-    excitation: Any,
-    nut_m: Any,
-    position: Any,
-    pattern: Any,
-    map: Any,
-    strict: bool,
-    accept_truncated: bool,
-    title: Any,
-) -> MeasurementSet:
-    several = [files] if isinstance(files, (str, os.PathLike)) else list(files)
-    if not several:
-        raise argument("files", "is empty; name at least one file")
-    paths = [_arrays.path("files", file) for file in several]
-    given = {
-        "files": paths,
-        "columns": columns,
-        "strict": bool(strict),
-        "accept_truncated": bool(accept_truncated),
-        "quantity": _arrays.optional_name("quantity", quantity),
-        "position": _arrays.optional_name("position", position),
-        "pattern": _arrays.optional_name("pattern", pattern),
-        "map": None if map is None else _arrays.path("map", map),
-        "nut_m": {
-            at: _arrays.number(f"nut_m[{at!r}]", x) for at, x in _arrays.optional_mapping("nut_m", nut_m).items()
-        },
-        "response": _arrays.optional_name("response", response),
-        "excitation": _arrays.optional_name("excitation", excitation),
-        "averages": _arrays.optional_count("averages", averages, 1),
-        "title": _arrays.optional_name("title", title) or Path(paths[0]).stem,
-    }
-    return MeasurementSet._of(_core.MeasurementSet.import_files(given))
-
-
-def _gain(gain: float | str) -> float | None:
-    if isinstance(gain, str):
-        if gain != "unknown":
-            raise argument("gain", f'is {gain!r}; give a number above 0, or "unknown"')
-        return None
-    value = _arrays.number("gain", gain, 'give a number above 0, or "unknown"')
-    if value <= 0:
-        raise argument("gain", f'is {value}; give a number above 0, or "unknown"')
-    return value
-
-
-# Keys of an FRF that a mapping may have beside its arrays, with their checks.
-_OF_RECORD = {
-    "position": _arrays.optional_name,
-    "record": _arrays.optional_name,
-    "response": _arrays.optional_name,
-    "excitation": _arrays.optional_name,
-    "quantity": _arrays.optional_name,
-    "averages": lambda key, given: _arrays.optional_count(key, given, 1),
-    "force_n": lambda key, given: None if given is None else _arrays.number(key, given),
-    "speed_m_s": lambda key, given: None if given is None else _arrays.number(key, given),
-    "acceleration_m_s2": lambda key, given: None if given is None else _arrays.number(key, given),
-}
-_NOISE = ("coherence", "relative_sd")
-
-
-def _by_position(frequency_hz: Any, frfs: Any, coherence: Any, relative_sd: Any) -> list[dict[str, Any]]:
-    values = _arrays.mapping("frfs", frfs)
-    if frequency_hz is None:
-        raise argument("frequency_hz", "is missing; give the frequencies of the FRFs in Hz")
-    common = None if isinstance(frequency_hz, Mapping) else _arrays.frequencies("frequency_hz", frequency_hz)
-    noise = {
-        key: _arrays.optional_mapping(key, given)
-        for key, given in (("coherence", coherence), ("relative_sd", relative_sd))
-    }
-    for key, given in noise.items():
-        _arrays.unknown(key, given, values)
-    records = []
-    for position, value in values.items():
-        own: dict[str, Any] = {"position": position, "value": value}
-        if common is None:
-            by_position = _arrays.mapping("frequency_hz", frequency_hz)
-            if position not in by_position:
-                raise argument("frequency_hz", f"has no «{position}»; give the frequencies of every position")
-            own["frequency_hz"] = by_position[position]
-        else:
-            own["frequency_hz"] = common
-        own |= {key: given[position] for key, given in noise.items() if position in given}
-        label = repr(position)
-        key_of = "frequency_hz" if common is not None else f"frequency_hz[{label}]"
-        names = {"value": f"frfs[{label}]", "frequency_hz": key_of} | {
-            key: f"{key}[{label}]" for key in _NOISE
-        }
-        records.append(_checked(own, names))
-    return records
-
-
-def _record(at: int, record: Any) -> dict[str, Any]:
-    own = _arrays.mapping(f"frfs[{at}]", record)
-    known = [*_OF_RECORD, "frequency_hz", "value", *_NOISE]
-    _arrays.unknown(f"frfs[{at}]", own, known)
-    for key in ("frequency_hz", "value"):
-        if own.get(key) is None:
-            raise argument(
-                f"frfs[{at}]", f"has no {key}; give its frequencies (Hz) as frequency_hz and the FRF as value"
-            )
-    return _checked(own, {key: f"frfs[{at}][{key!r}]" for key in known})
-
-
-def _checked(own: dict[str, Any], names: dict[str, str]) -> dict[str, Any]:
-    lines = _arrays.frequencies(names["frequency_hz"], own["frequency_hz"])
-    made: dict[str, Any] = {
-        key: check(names.get(key, key), own.get(key)) for key, check in _OF_RECORD.items()
-    }
-    made |= {"frequency_hz": lines, "value": _arrays.complex_array(names["value"], own["value"])}
-    made |= {
-        key: None if own.get(key) is None else _arrays.real_array(names[key], own[key]) for key in _NOISE
-    }
-    for key in ("value", *_NOISE):
-        if made[key] is not None:
-            _arrays.same_length(names[key], made[key], names["frequency_hz"], lines.size)
-            made[key] = _arrays.own(made[key])
-    return made | {"frequency_hz": _arrays.own(lines)}
-
-
-def _motion(record: str, given: Any) -> dict[str, Any]:
-    label = f"motions[{record!r}]"
-    arrays = {
-        key: _arrays.own(_arrays.real_array(f"{label}[{key!r}]", array))
-        for key, array in _arrays.mapping(label, given).items()
-    }
-    efforts = [key for key in ("force_n", "torque_nm") if key in arrays]
-    missing = [key for key in ("time_s", "command_m", "position_m") if key not in arrays]
-    if missing or len(efforts) != 1:
-        raise argument(
-            label,
-            f"has {', '.join(arrays) or 'nothing'}; give time_s, command_m, position_m and one of force_n and torque_nm",
-        )
-    for key, array in arrays.items():
-        _arrays.same_length(f"{label}[{key!r}]", array, f"{label}['time_s']", arrays["time_s"].size)
-    made: dict[str, Any] = {key: arrays.pop(key) for key in ("time_s", "command_m", "position_m")}
-    return made | {
-        "name": record,
-        "effort": arrays.pop(efforts[0]),
-        "is_torque": efforts[0] == "torque_nm",
-        "others": arrays,
-    }
-
-
-def _from_files(path: str, files: dict[str, bytes]) -> MeasurementSet:
-    return MeasurementSet._of(_core.MeasurementSet.from_files(path, files))
+def _from_files(path: str, files: dict[str, bytes], in_memory: bool) -> MeasurementSet:
+    return MeasurementSet._of(_core.MeasurementSet.from_files(path, files), in_memory=in_memory)
 
 
 def _from_arrays(

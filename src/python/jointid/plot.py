@@ -7,15 +7,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import _arrays
-from ._errors import argument, needs
+from ._errors import argument
+from ._optional import optional
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from numpy.typing import ArrayLike
 
-    from .results import Diagnosis, Peaks, Prediction
-    from .study import Identification
+    from .diagnosis import Diagnosis
+    from .identification import Identification
+    from .results import Peaks, Prediction
 
 # Colours that remain apart for colour-blind readers (Okabe and Ito).
 MEASURED, BEFORE, AFTER, OTHER = "#000000", "#D55E00", "#0072B2", "#999999"
@@ -30,38 +32,43 @@ def _phase(values: np.ndarray, middle: float) -> np.ndarray:
     return (np.degrees(np.angle(values)) - middle + 180) % 360 + middle - 180
 
 
-def _figure(
-    rows: int = 1, columns: int = 1, size: tuple[float, float] = (7.0, 4.0), **options: Any
+def _panels(
+    ax: Any, rows: int = 1, columns: int = 1, size: tuple[float, float] = (7.0, 4.0), **options: Any
 ) -> tuple[Figure, np.ndarray]:
-    try:
-        import matplotlib.pyplot as plt
-    except ImportError:
-        raise needs("matplotlib", "plot", "a figure") from None
+    """The figure and its axes (rows, columns): the given ones, else those of a new figure."""
+    if ax is not None:
+        given = np.asarray(ax, dtype=object).ravel()
+        if given.size != rows * columns or not all(hasattr(axis, "plot") for axis in given):
+            raise argument(
+                "ax",
+                f"has {given.size} axes, and the figure {rows * columns} panels; give plt.subplots({rows}, {columns})[1]",
+            )
+        return given[0].figure, given.reshape(rows, columns)
+    plt = optional("matplotlib.pyplot", "plot", "a figure")
     figure, axes = plt.subplots(rows, columns, figsize=size, layout="constrained", squeeze=False, **options)
     # A notebook shows the returned figure, and would show an open one again.
     plt.close(figure)
     return figure, axes
 
 
-def identification(found: Identification, positions: list[str] | None = None) -> Figure:
+def identification(found: Identification, positions: list[str] | None = None, ax: Any = None) -> Figure:
     """Measured FRFs with the machine before and after; natural frequencies over the positions where no FRF was fitted."""
     document = found.document
     if document["settings"]["objective"] == "frf":
-        return _frfs(found, positions)
+        return _frfs(found, positions, ax)
     if document.get("records"):
-        return _records(found, positions)
-    return _frequencies(found, positions)
+        return _records(found, positions, ax)
+    return _frequencies(found, positions, ax)
 
 
-def _frfs(found: Identification, positions: list[str] | None) -> Figure:
+def _frfs(found: Identification, positions: list[str] | None, ax: Any) -> Figure:
     study = found.study
     measured = study.measurements.frfs
     if positions is not None:
         _arrays.unknown("positions", positions, measured)
         measured = {name: measured[name] for name in positions}
-    shown = dict(list(measured.items())[:6])
-    figure, axes = _figure(len(shown), 2, (9.0, 2.3 * len(shown) + 0.6), sharex=True)
-    for (name, frf), (magnitude, phase) in zip(shown.items(), axes, strict=True):
+    figure, axes = _panels(ax, len(measured), 2, (9.0, 2.3 * len(measured) + 0.6), sharex=True)
+    for (name, frf), (magnitude, phase) in zip(measured.items(), axes, strict=True):
         lines = frf.frequency_hz
         place = {"positions": frf.position} if frf.position is not None else {}
         common: dict[str, Any] = {
@@ -69,7 +76,6 @@ def _frfs(found: Identification, positions: list[str] | None) -> Figure:
             "excitation": frf.excitation,
             "quantity": frf.quantity,
         } | place
-        middle = PHASES[frf.quantity]
         middle = PHASES[frf.quantity]
         curves = [("measured", frf.value, MEASURED, "-", 0.8)]
         for label, machine, colour, style in (("before", study, BEFORE, "--"), ("after", found, AFTER, "-")):
@@ -95,12 +101,13 @@ def document_role(found: Identification, name: str) -> str:
     return "" if row is None else {"fit": " (fitted)", "held_out": " (held out)"}.get(row["role"], "")
 
 
-def _frequencies(found: Identification, positions: list[str] | None) -> Figure:
+def _frequencies(found: Identification, positions: list[str] | None, ax: Any) -> Figure:
     rows = found.document["positions"]
     names = list(rows) if positions is None else positions
     _arrays.unknown("positions", names, rows)
     orders = sorted({order["order"] for name in names for order in rows[name]["orders"]})
-    figure, axes = _figure(max(len(orders), 1), 1, (7.0, 1.7 * max(len(orders), 1) + 0.8), sharex=True)
+    rows_of_panels = max(len(orders), 1)
+    figure, axes = _panels(ax, rows_of_panels, 1, (7.0, 1.7 * rows_of_panels + 0.8), sharex=True)
     for order, axis in zip(orders, axes[:, 0], strict=False):
         of: dict[str, dict[str, Any]] = {
             name: next((o for o in rows[name]["orders"] if o["order"] == order), {}) for name in names
@@ -131,11 +138,11 @@ def _frequencies(found: Identification, positions: list[str] | None) -> Figure:
     return figure
 
 
-def _records(found: Identification, positions: list[str] | None) -> Figure:
+def _records(found: Identification, positions: list[str] | None, ax: Any) -> Figure:
     rows = found.document["positions"]
     names = list(rows) if positions is None else positions
     _arrays.unknown("positions", names, rows)
-    figure, axes = _figure(1, 1, (7.0, 0.4 * len(names) + 1.6))
+    figure, axes = _panels(ax, size=(7.0, 0.4 * len(names) + 1.6))
     colours = [AFTER if rows[name]["role"] == "fit" else BEFORE for name in names]
     axes[0, 0].barh(names, [100 * rows[name]["gap"] for name in names], color=colours)
     axes[0, 0].invert_yaxis()
@@ -143,11 +150,11 @@ def _records(found: Identification, positions: list[str] | None) -> Figure:
     return figure
 
 
-def profile(found: Identification, parameter: str, points: int | ArrayLike) -> Figure:
+def profile(found: Identification, parameter: str, points: int | ArrayLike, ax: Any) -> Figure:
     """Profile of the objective over a parameter, with the 95 % interval and the estimate."""
     values, costs = found.profile(parameter, points)
     row = found.parameters[parameter]
-    figure, axes = _figure(size=(6.0, 3.6))
+    figure, axes = _panels(ax, size=(6.0, 3.6))
     axis: Axes = axes[0, 0]
     axis.plot(values, costs - found.cost, "o-", color=AFTER, ms=4)
     if row.interval95 is not None:
@@ -161,7 +168,7 @@ def profile(found: Identification, parameter: str, points: int | ArrayLike) -> F
     return figure
 
 
-def diagnosis(found: Diagnosis) -> Figure:
+def diagnosis(found: Diagnosis, ax: Any) -> Figure:
     """Map of the gap by position and band, and the share that each candidate closes."""
     from matplotlib.colors import LogNorm
 
@@ -170,7 +177,7 @@ def diagnosis(found: Diagnosis) -> Figure:
         effect for effect in found.effects.values() if effect.status == "tried" and effect.closed is not None
     ][:10]
     columns = 2 if cells else 1
-    figure, axes = _figure(1, columns, (4.8 * columns + 1.0, 4.2))
+    figure, axes = _panels(ax, 1, columns, (4.8 * columns + 1.0, 4.2))
     if cells:
         _residual_map(axes[0, 0], cells, LogNorm)
     axis: Axes = axes[0, -1]
@@ -218,32 +225,43 @@ def _residual_map(axis: Axes, cells: list[dict[str, Any]], norm: Any) -> None:
     axis.figure.colorbar(image, ax=axis)
 
 
-def modes(found: Identification, nut_m: float | None, position: str | None, max_hz: float) -> Figure:
-    """Mode shapes of the identified machine: relative displacement of every point."""
+def modes(
+    found: Identification, nut_m: float | None, position: str | None, max_hz: float, ax: Any
+) -> Figure:
+    """Mode shapes of the identified machine: a row of panels for displacements (m) and one for angles (rad), each relative to its largest."""
     if nut_m is None and position is None:
         place = next(iter(found.study.measurements.nut_m), None)
         position = place if place is not None and found.study.measurements.nut_m[place] is not None else None
-    document = found.study.with_machine(found.machine()).modes(nut_m=nut_m, position=position, max_hz=max_hz)
-    elastic = [mode for mode in document["modes"] if mode["frequency_hz"] > 0][:8]
-    if not elastic:
+    computed = found.study.with_machine(found.machine()).modes(nut_m=nut_m, position=position, max_hz=max_hz)
+    elastic = np.flatnonzero(computed.frequency_hz > 0)[:8]
+    if not elastic.size:
         raise argument(
             "max_hz", f"is {max_hz}; the machine has no elastic mode below it; write a higher frequency"
         )
-    # Names that begin with ~ are the model's own.
-    points = [point for point in elastic[0]["shape"] if not point.startswith("~")]
-    figure, axes = _figure(1, len(elastic), (1.5 * len(elastic) + 2.0, 0.28 * len(points) + 1.6), sharey=True)
+    units = [unit for unit in ("m", "rad") if unit in computed.units.values()]
+    names = {unit: [point for point in computed.points if computed.units[point] == unit] for unit in units}
+    height = sum(0.28 * len(names[unit]) + 0.8 for unit in units) + 0.8
+    options = {} if ax is not None else {"height_ratios": [len(names[unit]) + 1 for unit in units]}
+    figure, axes = _panels(
+        ax, len(units), len(elastic), (1.5 * len(elastic) + 2.0, height), sharey="row", **options
+    )
+    for unit, row in zip(units, axes, strict=True):
+        columns = [computed.points.index(point) for point in names[unit]]
+        for mode, axis in zip(elastic, row, strict=True):
+            shape = computed.shapes[mode, columns]
+            axis.barh(names[unit], shape / max(np.abs(shape).max(), 1e-300), color=AFTER)
+            axis.axvline(0, color=MEASURED, lw=0.8)
+            axis.set_xlim(-1.1, 1.1)
+        row[0].invert_yaxis()
+        row[0].set_ylabel({"m": "displacement", "rad": "angle"}[unit])
     for mode, axis in zip(elastic, axes[0], strict=True):
-        shape = np.array([mode["shape"][point] for point in points])
-        axis.barh(points, shape / max(np.abs(shape).max(), 1e-300), color=AFTER)
-        axis.axvline(0, color=MEASURED, lw=0.8)
-        axis.set_xlim(-1.1, 1.1)
-        axis.set_title(f"{mode['frequency_hz']:.1f} Hz", fontsize="medium")
-    axes[0, 0].invert_yaxis()
-    figure.supxlabel("relative displacement", fontsize="medium")
+        axis.set_title(f"{computed.frequency_hz[mode]:.1f} Hz", fontsize="medium")
+    if ax is None:
+        figure.supxlabel("relative to the largest of its kind", fontsize="medium")
     return figure
 
 
-def prediction(found: Prediction) -> Figure:
+def prediction(found: Prediction, ax: Any) -> Figure:
     """Frequencies of the peaks over the nut position, with their 95 % intervals."""
     places = sorted(found.positions.values(), key=lambda place: place["nut_m"] or 0.0)
     peaks = [
@@ -253,7 +271,7 @@ def prediction(found: Prediction) -> Figure:
         if mode["frequency_hz"] is not None
     ]
     orders = sorted({mode["order"] for _, mode in peaks})[:8]
-    figure, axes = _figure(len(orders), 1, (7.0, 1.5 * len(orders) + 0.8), sharex=True)
+    figure, axes = _panels(ax, len(orders), 1, (7.0, 1.5 * len(orders) + 0.8), sharex=True)
     for order, axis in zip(orders, axes[:, 0], strict=True):
         of = [(nut, mode) for nut, mode in peaks if mode["order"] == order]
         nuts = [nut for nut, _ in of]
@@ -267,13 +285,13 @@ def prediction(found: Prediction) -> Figure:
     return figure
 
 
-def stabilisation(found: Peaks, record: str | None) -> Figure:
+def stabilisation(found: Peaks, record: str | None, ax: Any) -> Figure:
     """Stabilisation diagram of an FRF over its magnitude, with the regular modes."""
     frfs = found._measurements.frfs
     name = next(iter(frfs)) if record is None else record
     poles = found.stabilisation(name)
     frf = frfs[name]
-    figure, axes = _figure(size=(8.0, 4.4))
+    figure, axes = _panels(ax, size=(8.0, 4.4))
     axis: Axes = axes[0, 0]
     for stable, colour, mark, label in ((False, OTHER, ".", "pole"), (True, AFTER, "o", "stable pole")):
         some = poles[poles["stable"] == stable]

@@ -5,130 +5,37 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _arrays, _core
-from ._errors import needs
-from .machine import Machine
+from . import _arrays, _core, _html
+from ._optional import optional, pandas_for
 from .measurement import MeasurementSet, write
+from .parameters import Parameter, Parameters, interval_of
 
 if TYPE_CHECKING:
     import pandas
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from .study import Study
-
-Interval = tuple[float, float]
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """An identified parameter, in `unit`.
-
-    `interval95` is the 95 % interval (None where none was computed), `intervals95` its parts where the data accept several ranges. `identifiable` is None
-    for a parameter that was not fitted, or whose value depends on what `depends_on` lists (`depends_on_discrepancy`).
-    """
-
-    value: float
-    unit: str
-    lower: float
-    upper: float
-    interval95: Interval | None
-    identifiable: bool | None
-    fitted: bool
-    depends_on_discrepancy: bool = False
-    intervals95: tuple[Interval, ...] = ()
-    description: str = ""
-    depends_on: tuple[str, ...] = ()
-
-    @classmethod
-    def _of(cls, row: Mapping[str, Any]) -> Parameter:
-        return cls(
-            value=row["value"],
-            unit=row["unit"],
-            lower=row["lower"],
-            upper=row["upper"],
-            interval95=_interval(row.get("interval95")),
-            identifiable=row.get("identifiable"),
-            fitted=row["fitted"],
-            depends_on_discrepancy=row.get("depends_on_discrepancy", False),
-            depends_on=tuple(row.get("depends_on", ())),
-            intervals95=tuple((low, high) for low, high in row.get("intervals95", ())),
-            description=row.get("description", ""),
-        )
+def _percent(share: float | None) -> str:
+    return "–" if share is None else f"{100 * share:.2f} %"
 
 
-class Parameters(dict[str, Parameter]):
-    """Parameters by id."""
-
-    def to_frame(self) -> pandas.DataFrame:
-        """One row a parameter: value, unit, interval_low, interval_high, identifiable, …"""
-        rows = []
-        for name, parameter in self.items():
-            low, high = parameter.interval95 or (None, None)
-            keys = ("identifiable", "depends_on_discrepancy", "fitted", "lower", "upper", "description")
-            row = {
-                "parameter": name,
-                "value": parameter.value,
-                "unit": parameter.unit,
-                "interval_low": low,
-                "interval_high": high,
-            }
-            rows.append(row | {key: getattr(parameter, key) for key in keys})
-        return _pandas("a table").DataFrame(rows).set_index("parameter")
-
-
-@dataclass(frozen=True)
-class Effect:
-    """A candidate effect of a diagnosis; `closed` is the share of the squared held-out gap above the noise floor that it closes.
-
-    `open`: its best fit was found by a single search, so that a deeper minimum may exist.
-    """
-
-    id: str
-    status: str
-    closed: float | None
-    closed95: Interval | None
-    p_value: float | None
-    gap_held_out_before: float | None
-    gap_held_out_after: float | None
-    parameters: Mapping[str, float]
-    selected: bool
-    description: str | None
-    open: bool
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """The verdict of a diagnosis: its kind, the effects or faults that it names, why, and whether held-out data confirm it (None: nothing is held out)."""
-
-    kind: str
-    effects: tuple[str, ...]
-    reason: str
-    next_measurement: str | None
-    faults: tuple[str, ...]
-    confirmed: bool | None
-
-
-def _interval(ends: Sequence[float] | None) -> Interval | None:
-    return None if ends is None else (ends[0], ends[1])
-
-
-def _pandas(purpose: str) -> Any:
-    try:
-        import pandas
-    except ImportError:
-        raise needs("pandas", "pandas", purpose) from None
-    return pandas
+def measured(value: float | None, ends: Sequence[float] | None) -> tuple[str, str]:
+    """A value and its interval as text."""
+    return "–" if value is None else f"{value:.4g}", f"{ends[0]:.4g} … {ends[1]:.4g}" if ends else ""
 
 
 class Document(Mapping[str, Any]):
-    """A result document, as the command prints it with `--json`: a mapping of its keys. Pickles as its JSON text."""
+    """A result document, as the command prints it with `--json`: a mapping of its keys. Pickles as its JSON text.
+
+    >>> found["schema"]
+    'jointid/identification/1'
+    """
 
     def __init__(self, text: str) -> None:
         self._json = text
@@ -153,18 +60,35 @@ class Document(Mapping[str, Any]):
         """Whether the work ran to its end."""
         return self.document["complete"]
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the document as a JSON file, which the command reads."""
-        write(path, self.json)
+    def save(self, path: str | os.PathLike[str], *, replace: bool = False) -> None:
+        """Writes the document as a JSON file, which the command reads. A file that jointid did not write stays, unless `replace` is given.
 
-    def to_mat(self, path: str | os.PathLike[str]) -> None:
+        >>> found.validate().save("validation.json")
+        """
+        write(path, self.json, replace=replace)
+
+    def to_mat(self, path: str | os.PathLike[str], *, replace: bool = False) -> None:
         """Writes the document as a MATLAB file (version 5): one struct, with lists of numbers as arrays and absent values as [].
 
         Names that MATLAB does not allow are changed: `l1:table/table` becomes `l1_table_table`.
+
+        >>> found.to_mat("found.mat")
         """
         from ._mat import to_mat
 
-        to_mat(path, type(self).__name__.lower(), self.document)
+        to_mat(path, type(self).__name__.lower(), self.document, replace=replace)
+
+    def report(self, path: str | os.PathLike[str], *others: Document, replace: bool = False) -> list[str]:
+        """Writes a page (HTML) of the document, and of `others` of the same machine; it is one file that works offline.
+
+        Returns what the page does not draw, and why.
+
+        >>> found.report("report.html", found.validate())
+        []
+        """
+        from ._report import report
+
+        return report(path, [self, *others], replace=replace)
 
     def __getitem__(self, key: str) -> Any:
         return self.document[key]
@@ -175,15 +99,26 @@ class Document(Mapping[str, Any]):
     def __len__(self) -> int:
         return len(self.document)
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.json,)
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__}, {self.document['schema']}>"
 
+    def _repr_html_(self) -> str:
+        return _html.page(type(self).__name__, self.document["schema"], self._parts(), self.warnings)
+
+    def _parts(self) -> list[str]:
+        """Parts of the document as HTML."""
+        return []
+
 
 class Validation(Document):
-    """Prediction errors at held-out positions or records."""
+    """Prediction errors at held-out positions or records.
+
+    >>> found.validate().largest_error < 0.03
+    True
+    """
 
     @property
     def largest_error(self) -> float | None:
@@ -200,18 +135,35 @@ class Validation(Document):
         """Root sum of squares of the relative frequency errors by position (1)."""
         return {name: row["overall_error"] for name, row in self.document["positions"].items()}
 
+    def _parts(self) -> list[str]:
+        rows = [(name, _percent(error)) for name, error in self.overall_error.items()]
+        return [_html.table(("position", "overall error"), rows)]
+
 
 class Comparison(Document):
-    """A multi-position identification beside single-position ones."""
+    """A multi-position identification beside single-position ones.
+
+    >>> comparison = study.compare(["l3"])
+    >>> comparison.common_error["multi"] < comparison.common_error["l3"]
+    True
+    """
 
     @property
     def common_error(self) -> dict[str, float | None]:
         """Error of each run at the positions held out of all (1)."""
         return {name: run["common_error"] for name, run in self.document["runs"].items()}
 
+    def _parts(self) -> list[str]:
+        rows = [(name, _percent(error)) for name, error in self.common_error.items()]
+        return [_html.table(("run", "error at the positions held out of all"), rows)]
+
 
 class Friction(Document):
-    """A Stribeck curve, fitted to friction at constant velocities."""
+    """A Stribeck curve, fitted to friction at constant velocities.
+
+    >>> sorted(jd.friction(friction_table).parameters)[0]
+    'coulomb_n'
+    """
 
     @property
     def parameters(self) -> Parameters:
@@ -226,7 +178,7 @@ class Friction(Document):
                     row["unit"],
                     0.0,
                     inf,
-                    _interval(row["interval95"]),
+                    interval_of(row["interval95"]),
                     not row["at_bound"],
                     True,
                 ),
@@ -236,53 +188,88 @@ class Friction(Document):
 
 
 class Plan(Document):
-    """Choices of measurements, ranked by what they decide."""
+    """Choices of measurements, ranked by what they decide.
+
+    >>> len(study.plan(choose=2).best)
+    2
+    """
 
     @property
     def best(self) -> list[str]:
         """The best choice of the first ranking."""
         return self.document["rankings"][0]["choices"][0]["measure"]
 
+    def _parts(self) -> list[str]:
+        return [_html.pairs({"best choice": ", ".join(self.best)})]
 
-@dataclass(frozen=True)
-class Draws:
-    """Machines that the data leave possible.
 
-    Attributes
-    ----------
-    parameters : list of str
-        Ids of parameters, and names of tolerances.
-    values : (draws, parameters) array
-        Their values, each in its unit.
-    minimum : (draws,) array
-        Number of the minimum about which a machine was drawn, from 0, the best.
-    weight : (draws,) array
-        Likelihood of that minimum over that of the best, exp(−Δχ²/2): 1 for draws about the best.
+class Band(NamedTuple):
+    """A predicted FRF: frequencies (Hz), values, and ends of the pointwise 95 % interval of their magnitude.
+
+    >>> band = of_taps.predict(nut_m=0.9, frequency_hz=[50.0, 100.0]).bands["0.9"]
+    >>> bool((band.low <= band.high).all())
+    True
     """
 
-    parameters: list[str]
-    values: NDArray[np.float64]
-    minimum: NDArray[np.int64]
-    weight: NDArray[np.float64]
-
-    def to_frame(self) -> pandas.DataFrame:
-        """One row a draw: minimum, weight, and the value of every parameter."""
-        table = _pandas("a table").DataFrame(self.values, columns=self.parameters)
-        table.insert(0, "weight", self.weight)
-        table.insert(0, "minimum", self.minimum)
-        return table
+    frequency_hz: NDArray[np.float64]
+    value: NDArray[np.complex128]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
 
 
 class Prediction(Document):
-    """Natural modes, and FRFs where asked for, of an identified machine at places of the nut, with 95 % intervals."""
+    """Natural modes, and FRFs where asked for, of an identified machine at places of the nut, with 95 % intervals.
+
+    >>> list(found.predict(nut_m=[0.5, 0.9]).positions)
+    ['0.5', '0.9']
+    """
 
     @property
     def positions(self) -> dict[str, dict[str, Any]]:
         """Predictions by position, or nut position as text."""
         return self.document["positions"]
 
+    @property
+    def bands(self) -> dict[str, Band]:
+        """Predicted FRFs with their 95 % intervals, by position; empty where none were asked for."""
+        found = {}
+        for name, place in self.positions.items():
+            if (frf := place.get("frf")) is not None:
+                real, imag = np.array(frf["value"], dtype=float).T
+                low, high = np.array(frf["magnitude95"], dtype=float).T
+                found[name] = Band(np.array(frf["frequency_hz"], dtype=float), real + 1j * imag, low, high)
+        return found
+
+    def to_xarray(self) -> Any:
+        """The prediction as a Dataset of xarray: modes over position and order, FRFs over position and `line_hz`; `_low` and `_high` are the ends of
+        95 % intervals.
+
+        >>> of_taps.predict(nut_m=[0.7, 0.9], frequency_hz=[50.0, 100.0]).to_xarray()["frf"].dims
+        ('position', 'line_hz')
+        """
+        optional("xarray", "xarray", "a Dataset")
+        modes = self.to_frame().set_index(["position", "order"]).drop(columns="nut_m").to_xarray()
+        places = list(self.positions)
+        made = modes.sel(position=places).assign_coords(
+            nut_m=("position", [self.positions[name]["nut_m"] for name in places])
+        )
+        bands = list(self.bands.values())
+        if bands:
+            columns = {"frf": "value", "magnitude_low": "low", "magnitude_high": "high"}
+            made = made.assign_coords(line_hz=bands[0].frequency_hz).assign(
+                {
+                    name: (("position", "line_hz"), np.stack([getattr(band, field) for band in bands]))
+                    for name, field in columns.items()
+                }
+            )
+        return made
+
     def to_frame(self) -> pandas.DataFrame:
-        """One row a mode: position, nut_m, order, frequency of the peak, undamped natural frequency, damping ratio and amplitude with their intervals."""
+        """One row a mode: position, nut_m, order, frequency of the peak, undamped natural frequency, damping ratio and amplitude with their intervals.
+
+        >>> found.predict(nut_m=0.9).to_frame()["frequency_hz"].is_monotonic_increasing
+        True
+        """
         rows = []
         for name, place in self.positions.items():
             for mode in place["modes"]:
@@ -296,33 +283,56 @@ class Prediction(Document):
                     low, high = mode[ends] or (None, None)
                     row |= {key: mode[key], f"{key}_low": low, f"{key}_high": high}
                 rows.append(row)
-        return _pandas("a table").DataFrame(rows)
+        return pandas_for("a table").DataFrame(rows)
 
-    def plot(self) -> Figure:
-        """Natural frequencies over the nut position, with their intervals."""
+    def plot(self, *, ax: Axes | Any = None) -> Figure:
+        """Draws natural frequencies over the nut position, with their intervals; `ax` is one axes for each order.
+
+        >>> figure = found.predict(nut_m=[0.5, 0.9]).plot()
+        """
         from . import plot
 
-        return plot.prediction(self)
+        return plot.prediction(self, ax)
+
+    def _parts(self) -> list[str]:
+        rows = [
+            (name, str(mode["order"]), *measured(mode["frequency_hz"], mode["frequency95"]))
+            for name, place in self.positions.items()
+            for mode in place["modes"]
+        ]
+        return [_html.table(("position", "order", "peak  Hz", "95 % interval"), rows)]
 
 
 class Peaks(Document):
-    """Natural frequencies from FRFs, tracked over the positions."""
+    """Natural frequencies from FRFs, tracked over the positions; :func:`jointid.peaks` finds them.
+
+    >>> [mode["order"] for mode in jd.peaks(taps)["modes"]][:1]
+    [1]
+    """
 
     def __init__(self, text: str, modes_csv: str, measurements: MeasurementSet) -> None:
         super().__init__(text)
         self.modes_csv, self._measurements = modes_csv, measurements
 
     def to_frame(self) -> pandas.DataFrame:
-        """One row a mode and record: order, regular, record, natural frequency, damping ratio and amplitude with standard deviations."""
+        """One row a mode and record: order, regular, record, natural frequency, damping ratio and amplitude with standard deviations.
+
+        >>> "damping_ratio" in jd.peaks(taps).to_frame()
+        True
+        """
         rows = [
             {"order": mode["order"], "regular": mode["regular"], "record": record} | row
             for mode in self.document["modes"]
             for record, row in mode["records"].items()
         ]
-        return _pandas("a table").DataFrame(rows)
+        return pandas_for("a table").DataFrame(rows)
 
     def stabilisation(self, record: str | None = None, max_order: int | None = None) -> NDArray[Any]:
-        """Stabilisation diagram of an FRF (the first by default): an array with the fields `order`, `frequency_hz`, `damping_ratio`, `stable`."""
+        """Stabilisation diagram of an FRF (the first by default): an array with the fields `order`, `frequency_hz`, `damping_ratio`, `stable`.
+
+        >>> jd.peaks(taps).stabilisation("p1").dtype.names
+        ('order', 'frequency_hz', 'damping_ratio', 'stable')
+        """
         names = list(self._measurements.frfs)
         wanted = names[0] if record is None else _arrays.name("record", record)
         _arrays.unknown("record", [wanted], names)
@@ -332,87 +342,23 @@ class Peaks(Document):
             poles, dtype=[("order", int), ("frequency_hz", float), ("damping_ratio", float), ("stable", bool)]
         )
 
-    def plot(self, record: str | None = None) -> Figure:
-        """Stabilisation diagram of an FRF over its magnitude, with the regular modes."""
-        from . import plot
+    def plot(self, record: str | None = None, *, ax: Axes | None = None) -> Figure:
+        """Draws the stabilisation diagram of an FRF over its magnitude, with the regular modes.
 
-        return plot.stabilisation(self, record)
-
-    def __reduce__(self):
-        return Peaks, (self.json, self.modes_csv, self._measurements)
-
-
-class Diagnosis(Document):
-    """Where model and machine disagree, which effect the model lacks, and how far including it closes the gap."""
-
-    def __init__(self, text: str, study: Study) -> None:
-        super().__init__(text)
-        self.study = study
-
-    @cached_property
-    def verdict(self) -> Verdict:
-        """The verdict."""
-        row = self.document["verdict"]
-        faults, effects = tuple(row.get("faults", ())), tuple(row["effects"])
-        return Verdict(
-            row["kind"], effects, row["reason"], row.get("next_measurement"), faults, row.get("confirmed")
-        )
-
-    @cached_property
-    def effects(self) -> dict[str, Effect]:
-        """All candidates by id, best first."""
-        return {
-            row["id"]: Effect(
-                id=row["id"],
-                status=row["status"],
-                closed=row["closed"],
-                closed95=_interval(row.get("closed95")),
-                p_value=row["p_value"],
-                gap_held_out_before=row["gap_held_out_before"],
-                gap_held_out_after=row["gap_held_out_after"],
-                parameters=row["parameters"],
-                selected=row["selected"],
-                description=row.get("description"),
-                open=row.get("open", False),
-            )
-            for row in self.document["effects"]
-        }
-
-    @property
-    def where(self) -> list[dict[str, Any]]:
-        """Locations of the discrepancy, best first."""
-        return self.document["where"]
-
-    @property
-    def gap(self) -> dict[str, Any]:
-        """Gaps of the machine as described."""
-        return self.document["gap"]
-
-    def apply(self) -> Study:
-        """Returns the study of the machine with the effect that the verdict names.
-
-        Raises
-        ------
-        InputError
-            The verdict names no effect, or more than one explanation.
+        >>> figure = jd.peaks(taps).plot("p1")
         """
-        text = self.study._core.machine_of_diagnosis(self.json)
-        return self.study.with_machine(Machine.from_text(text, self.study.machine.path))
-
-    def to_frame(self) -> pandas.DataFrame:
-        """One row a candidate that was tried, best first."""
-        tried = [vars(effect) for effect in self.effects.values() if effect.status == "tried"]
-        return _pandas("a table").DataFrame(tried).set_index("id")
-
-    def plot(self) -> Figure:
-        """Map of where the gap lies (position by band), and the share that each candidate closes."""
         from . import plot
 
-        return plot.diagnosis(self)
+        return plot.stabilisation(self, record, ax)
 
-    def __reduce__(self):
-        return Diagnosis, (self.json, self.study)
+    def _parts(self) -> list[str]:
+        rows = [
+            (str(mode["order"]), record, f"{row['frequency_hz']:.5g}", f"{100 * row['damping_ratio']:.3g} %")
+            for mode in self.document["modes"]
+            if mode["regular"]
+            for record, row in mode["records"].items()
+        ]
+        return [_html.table(("order", "record", "natural frequency  Hz", "damping ratio"), rows)]
 
-    def __repr__(self) -> str:
-        names = " or ".join(self.verdict.effects) or "–"
-        return f"<Diagnosis: {self.verdict.kind}, {names}: {self.verdict.reason}>"
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Peaks, (self.json, self.modes_csv, self._measurements)

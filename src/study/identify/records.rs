@@ -9,7 +9,7 @@ use dynamics::inverse_dynamics::{
     InverseError, MotionSignal, Preprocessing, free_parameters, parameters_without_influence, recorded,
 };
 use identification::motion::{
-    ForceFit, SmallPrint, ToleranceSize, TolerantFit, correlation, estimate_weighted,
+    ForceFit, SingleFrequency, SmallPrint, ToleranceSize, TolerantFit, correlation, estimate_weighted,
     estimate_with_tolerances, output_error,
 };
 use identification::{Doubt, Estimate, idle_priors};
@@ -87,6 +87,7 @@ impl Study {
         } else {
             recorded(&fitted).norm_squared()
         };
+        warnings.extend(found.single_frequency.as_ref().map(|single| inseparable(machine, single)));
         warnings.extend(list_warnings(machine, &unseen, &estimates));
         Ok(IdentificationDocument {
             stamp: self.stamp("identification", made.seed, complete, warnings),
@@ -132,9 +133,23 @@ fn refine_by_simulation(
         (study.set.motions[*i].samples(), motions[*i].period.map(|p| p * motions[*i].preprocessing.factor))
     };
     let lengths: Vec<(usize, Option<usize>)> = fit.iter().map(length).collect();
-    let refined = ForceFit { evaluations: found.evaluations + closed.evaluations, ..closed };
+    let refined = ForceFit {
+        evaluations: found.evaluations + closed.evaluations,
+        single_frequency: found.single_frequency,
+        ..closed
+    };
     let estimates = refined.estimates_of(machine, free, &lengths);
     Ok((refined, estimates))
+}
+
+/// Says which inertias motions at a single frequency leave open, and what determines them.
+fn inseparable(machine: &Machine, single: &SingleFrequency) -> String {
+    let ids: Vec<&str> = single.parameters.iter().map(|i| machine.parameters[*i].id.as_str()).collect();
+    format!(
+        "not identifiable: {}; these records move at a single frequency, {:.2} Hz, at which a force in proportion to position acts as inertia does: record a second frequency, or a travel with ramps",
+        ids.join(", "),
+        single.frequency_hz
+    )
 }
 
 /// Returns warnings about parameters that the records do not determine, and about those at a bound.

@@ -21,7 +21,7 @@ use report::document::IdentificationDocument;
 use report::page::Page;
 
 /// Reads the result documents of a folder, and predicts the curves and shapes that the page draws over the
-/// measurements, which are read as the sources allow.
+/// measurements, which are read as the sources allow; a set that they name replaces that of the documents.
 ///
 /// # Errors  there is no such folder; it holds no result document, or one that cannot be read.
 pub fn page(folder: &Path, sources: &Sources) -> StudyResult<Page> {
@@ -116,6 +116,7 @@ fn draw_identified(
         Study::of_identification(identified, sources),
         &identified.stamp,
         ("identification", "identify"),
+        sources,
     )?;
     page.notes.extend(study.outdated_machine());
     let Study { config, set, .. } = &study;

@@ -29,6 +29,7 @@ pub(super) fn measured(
         Study::of_identification(identified, sources),
         &identified.stamp,
         ("identification", "identify"),
+        sources,
     )?;
     let set = study.measurements();
     let held_out = |name: &String| !identified.fit_positions.contains(name);

@@ -10,7 +10,7 @@ use crate::{Study, StudyError, StudyResult};
 use dynamics::motion::{
     Course, EventKind, LinearLoops, RecordGap, SimulationSettings, Sine, Trace, simulate, simulate_record,
 };
-use machine::{Machine, PointMotion};
+use machine::{Machine, Point, PointMotion};
 use measurement::{SourceFile, read_reference};
 use report::motion::{EnergyBalance, EventRow, Instability, MotionDocument, RecordRow};
 
@@ -174,9 +174,17 @@ fn units(machine: &Machine) -> (&'static str, &'static str) {
     (if angle { "rad" } else { "m" }, if rotates { "torque_nm" } else { "force_n" })
 }
 
+/// Returns the unit of the displacement of a point, `m` or `rad`.
+pub fn displacement_unit(point: &Point) -> &'static str {
+    match point.motion {
+        PointMotion::Translation => "m",
+        PointMotion::Rotation => "rad",
+    }
+}
+
 fn point_column(machine: &Machine, name: &str) -> String {
-    let rotates = machine.point(name).is_some_and(|p| machine.points[p].motion == PointMotion::Rotation);
-    format!("{name}_{}", if rotates { "rad" } else { "m" })
+    let unit = machine.point(name).map_or("m", |p| displacement_unit(&machine.points[p]));
+    format!("{name}_{unit}")
 }
 
 /// Returns the signals of a simulation by name.

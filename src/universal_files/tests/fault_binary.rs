@@ -48,6 +48,9 @@ fn the_size_decides_the_width_of_an_uneven_abscissa() {
     let record = Sample::binary(6, 2, 0, 48, doubles(&[0.5, 1.0, 2.0, 1.5, 3.0, 4.0])).record();
     assert_eq!(record.abscissa, Abscissa::Uneven(vec![0.5, 1.5]));
     assert_eq!(complex(&record)[1], Complex64::new(3.0, 4.0));
+    assert_eq!(record.header.warnings, []);
+    let record = Sample::binary(6, 2, 0, 1234, doubles(&[0.5, 1.0, 2.0, 1.5, 3.0, 4.0])).record();
+    assert_eq!(complex(&record)[1], Complex64::new(3.0, 4.0));
     warned!(record, WarningKind::WideAbscissa { .. });
 }
 
