@@ -1,15 +1,17 @@
 //! Interval of `closed`: repetitions of the test, simulated with the chosen model, are fitted and compared
 //! again.
 
+use num_complex::Complex64;
 use rand::SeedableRng;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
 use super::diagnose::Diagnosis;
-use super::evidence::{Domain, DomainObjective, PartialGap, closed};
+use super::evidence::{Domain, DomainObjective, PartialGap, closed, gap_over, share_closed};
 use super::fit::{Fitted, Fitter, coordinates_of, values_of};
 use super::hypothesis::Hypothesis;
-use super::null_distribution::redraw_records;
+use super::nominal_refit::transferred;
+use super::null_distribution::{noise_at, redrawn, set_up_again, simulated_changes};
 use identification::Place;
 use identification::objective::{
     Deviation, FrfObjective, FrfRecord, FrfSettings, ModeObjective, ModeSettings,
@@ -18,7 +20,7 @@ use long_work::Control;
 use measurement::{HoldOutSet, MeasurementSet, ModeTable};
 use numeric::random::normal;
 use numeric::statistics::root_mean_square;
-use optimizer::least_squares_within;
+use optimizer::{Polished, least_squares_within};
 
 /// Lines per FRF in a draw, and steps of its fits.
 const LINES: usize = 80;
@@ -27,15 +29,19 @@ const STEPS: u64 = 10;
 /// 38/40 = 0.95.
 const DRAWS: usize = 39;
 
-/// Returns the interval that holds `closed` in 95 of 100 repetitions of the test on this machine: nut and
-/// sensors set up again within their tolerances, noise anew. For FRFs, the machine is the chosen fit; for
-/// modes, its predictions are drawn with the scatter of its residuals. The machine as described, without and
-/// with the chosen effects, is fitted to each repetition and predicts the held-out positions. The interval
-/// reaches the figure of the data themselves, which what the chosen model still leaves can put outside the
-/// repetitions. `None` where the verdict names nothing, or the gap of a repetition vanishes in its noise.
+/// Returns a 95 % interval of `closed`: for FRFs it holds what the true machine without the named effects would
+/// close, the share of the squared gap of the machine as described that is not there without them.
 ///
-/// # Source  Non-parametric prediction interval of order statistics: Hahn and Meeker, Statistical Intervals
-///   (1991), section 5.4.
+/// The test is repeated on machines of the kind of the chosen fit: tolerances drawn anew, nut and sensors set up
+/// again, noise anew. In each, the machine as described without and with the chosen effects is fitted as to the
+/// data, and its error is the difference from what the drawn machine without its effects would close. Modes are
+/// drawn about the chosen model's predictions with the scatter of its residuals: as a model error that is hardly
+/// known stands for tolerances, the interval is that of repetitions. It reaches the figure of the data themselves.
+/// `None` where the verdict names nothing, or the gap of a repetition vanishes in its noise.
+///
+/// # Source  Basic bootstrap interval: Davison and Hinkley, Bootstrap Methods and their Application (1997), section
+///   5.2; with the ends of a non-parametric prediction interval of order statistics: Hahn and Meeker, Statistical
+///   Intervals (1991), section 5.4.
 pub fn closed_interval(
     fitter: &Fitter<'_>,
     held_out: &HoldOutSet<'_>,
@@ -54,7 +60,9 @@ pub fn closed_interval(
             Xoshiro256PlusPlus::seed_from_u64(seed.wrapping_mul(0xD1B5_4A33).wrapping_add(draw as u64));
         match fitter.domain {
             Domain::Frf(settings) => {
-                closed_of_drawn_frfs(fitter, held_out, chosen, compared, settings, random, control)
+                let error =
+                    error_of_drawn_frfs(fitter, held_out, chosen, compared, settings, random, control);
+                Some(estimate - error?)
             }
             Domain::Modes(settings) => {
                 closed_of_drawn_modes(fitter, held_out, compared, settings, random, control)
@@ -69,13 +77,51 @@ pub fn closed_interval(
         closed
     });
     let drawn: Vec<f64> = drawn.collect::<Option<_>>()?;
-    Some(drawn.iter().fold((estimate, estimate), |(least, largest), x| (least.min(*x), largest.max(*x))))
+    let reached = |(least, largest): (f64, f64), x: &f64| (least.min(*x), largest.max(*x));
+    let (least, largest) = drawn.iter().fold((estimate, estimate), reached);
+    Some((least, largest.min(estimate.max(1.0))))
 }
 
 type Model<'m> = (&'m Hypothesis, &'m Fitted);
 
-/// Computes `closed` of FRFs in one repetition of the test on the chosen machine.
-fn closed_of_drawn_frfs(
+/// Changes of the logarithms of measured FRFs.
+type Changes = Vec<Vec<Complex64>>;
+
+/// A drawn machine: its test, and its noise-free FRFs with and without the effects of the chosen model.
+struct DrawnFrfs {
+    noisy: Changes,
+    with: Changes,
+    without: Changes,
+}
+
+impl DrawnFrfs {
+    fn of(
+        objective: DomainObjective<'_>,
+        (machine, fitted): Model<'_>,
+        settings: FrfSettings,
+        random: &mut Xoshiro256PlusPlus,
+    ) -> Option<Self> {
+        let with = set_up_again(&objective, fitted, random);
+        let parameters = &machine.machine.parameters;
+        let mut without = with.clone();
+        for (unit, at) in without.iter_mut().zip(objective.free()) {
+            if machine.added.contains(at) {
+                *unit = parameters[*at].to_unit(parameters[*at].start);
+            }
+        }
+        let simulated = coarse(objective)?;
+        // The gap counts all lines alike, and the noise of each as stated: those without information, too.
+        let noise = |record: &FrfRecord, line: usize| noise_at(record.stated_noise(), line, settings, random);
+        let noisy = simulated_changes(&simulated, &with, noise)?;
+        let [with, without] =
+            [with, without].map(|place| simulated_changes(&simulated, &place, |_, _| Complex64::ZERO));
+        Some(DrawnFrfs { noisy, with: with?, without: without? })
+    }
+}
+
+/// Computes the error of `closed` of FRFs in a repetition of the test on a machine of the chosen kind: its
+/// difference from what the machine without its effects would close.
+fn error_of_drawn_frfs(
     fitter: &Fitter<'_>,
     held_out: &HoldOutSet<'_>,
     chosen: Model<'_>,
@@ -84,25 +130,30 @@ fn closed_of_drawn_frfs(
     mut random: Xoshiro256PlusPlus,
     control: &Control,
 ) -> Option<f64> {
-    // The gap counts all lines alike, and the noise of each as stated: those without information, too.
-    let lines = (LINES, FrfRecord::stated_noise);
-    let mut redraw = |objective: DomainObjective<'_>| {
-        Some(redraw_records(objective, chosen.1, settings, lines, &mut random)?.0)
-    };
-    let fit_change = redraw(fitter.objective(chosen.0).ok()?)?;
-    let held_out_change = redraw(fitter.objective_for_held_out(chosen.0, held_out).ok()?)?;
+    let (machine, fitted) = redrawn(chosen.0, chosen.1, &mut random);
+    let mut draw = |objective| DrawnFrfs::of(objective, (&machine, &fitted), settings, &mut random);
+    let here = draw(fitter.objective(&machine).ok()?)?;
+    let there = draw(fitter.objective_for_held_out(&machine, held_out).ok()?)?;
     let described = fitter.without_nuisances();
-    let gap = |(hypothesis, fitted): Model<'_>| -> Option<Vec<PartialGap>> {
-        let own = coarse(described.objective(hypothesis).ok()?)?.shifted(&fit_change);
-        let start = coordinates_of(&described.objective(hypothesis).ok()?, fitted);
-        let place = Place(least_squares_within(&own, &start, &[], (STEPS, 1e-3), control.stop()).place);
-        let there =
-            coarse(described.objective_for_held_out(hypothesis, held_out).ok()?)?.shifted(&held_out_change);
-        Some(
-            there.gaps(&own.parameters(&place), own.gain(&place)).into_iter().map(PartialGap::from).collect(),
-        )
+    let gap = |(hypothesis, fitted): Model<'_>, here: &Changes, there: &Changes| -> Option<Vec<PartialGap>> {
+        let own = coarse(described.objective(hypothesis).ok()?)?.shifted(here);
+        // From its fit to the data, and from the joints of the drawn machine.
+        let starts = [fitted.clone(), transferred(hypothesis, chosen)];
+        let ends = starts.iter().map(|start| {
+            let start = coordinates_of(&described.objective(hypothesis).ok()?, start);
+            Some(least_squares_within(&own, &start, &[], (STEPS, 1e-3), control.stop()))
+        });
+        let ends: Vec<Polished> = ends.collect::<Option<_>>()?;
+        let best = ends.into_iter().min_by(|a, b| a.normal.chi_square.total_cmp(&b.normal.chi_square))?;
+        let place = Place(best.place);
+        let held_out = described.objective_for_held_out(hypothesis, held_out).ok()?;
+        let gaps = coarse(held_out)?.shifted(there).gaps(&own.parameters(&place), own.gain(&place));
+        Some(gaps.into_iter().map(PartialGap::from).collect())
     };
-    closed(&gap(before)?, &gap(after)?)
+    let measured = closed(&gap(before, &here.noisy, &there.noisy)?, &gap(after, &here.noisy, &there.noisy)?)?;
+    let with = gap_over(&gap(before, &here.with, &there.with)?)?;
+    let without = gap_over(&gap(before, &here.without, &there.without)?)?;
+    Some(measured - share_closed(with, without, 0.0)?)
 }
 
 /// Computes `closed` of modes drawn around the chosen model's predictions, with the scatter of its residuals

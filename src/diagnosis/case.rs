@@ -3,9 +3,7 @@
 //! A figure that rests on facts which were not gathered yet is asked for: [`Need`].
 
 use super::data_kind::DataKind;
-use super::facts::{
-    Beside, CandidateFacts, ContradictingHeldOut, Facts, Farthest, ImpedanceFacts, Model, Of, of,
-};
+use super::facts::{Beside, CandidateFacts, ContradictingHeldOut, Facts, ImpedanceFacts, Model, Of, of};
 use super::null_distribution::least_scale;
 use super::policy::Policy;
 use super::ranking::{Ranked, Ranking};
@@ -28,8 +26,8 @@ pub enum Need {
     HeldOut(Vec<Model>),
     /// Share of the held-out gap that a model closes.
     Closed(Model),
-    /// The number of the machine that a model moves farthest.
-    Farthest(Model),
+    /// Occam factors of models.
+    Occam(Vec<Model>),
     /// Whether a candidate leaves the fault of a held-out record.
     FaultHeldOut(Model),
     /// Whether all records were measured at one position.
@@ -165,17 +163,14 @@ impl<'f> Case<'f> {
         Ok(case)
     }
 
-    /// Whether a candidate is significant. With an excess of one it must also improve the prediction of
-    /// left-out positions.
+    /// Whether a candidate is significant: rarer in null simulations than may be by chance, not small, and it improves
+    /// the prediction of left-out positions.
     fn is_significant(&self, ranked: &Ranked) -> bool {
-        let Policy { alpha, alpha_predictive, least_statistic, least_share, calibrated, .. } = *self.policy;
-        let is_clear = ranked.p_value < alpha && (!calibrated || self.before > 1.0);
+        let Policy { alpha, least_share, .. } = *self.policy;
         let loss = self.facts.left_out(Model::Candidate(ranked.at));
         let predicts = loss.is_none_or(|loss| loss < self.nominal_loss);
         let is_small = self.ranking.candidate(ranked).gain < least_share * self.facts.chi_square;
-        !is_small
-            && (is_clear || (ranked.p_value < alpha_predictive && predicts))
-            && ranked.statistic >= least_statistic
+        !is_small && predicts && ranked.p_value < alpha
     }
 
     /// Whether the misfit asks for an explanation.
@@ -193,11 +188,6 @@ impl<'f> Case<'f> {
         self.best().is_some_and(|best| self.facts.excess(best.chi_square()) <= self.policy.excess)
     }
 
-    /// Returns the excess of the best generic impedance.
-    pub fn impedance_excess(&self) -> f64 {
-        self.facts.best_impedance().map_or(f64::INFINITY, |(_, best)| self.facts.excess(best.chi_square))
-    }
-
     /// Returns the interface of the best generic impedance.
     pub fn impedance_place(&self) -> &'f str {
         self.facts.best_impedance().map_or("?", |(_, best)| best.interface.as_str())
@@ -209,7 +199,7 @@ impl<'f> Case<'f> {
         let best = self.ranking.tried[0];
         let candidate = self.ranking.candidate(&best);
         let mut chosen = Chosen::candidate(candidate, best.at);
-        let continues = |chosen: &Chosen| self.facts.excess(chosen.chi_square) > self.policy.continue_from;
+        let continues = |chosen: &Chosen| self.facts.excess(chosen.chi_square) > self.policy.excess;
         while continues(&chosen) && chosen.names.len() < self.policy.most_effects {
             let search = self.facts.beside.iter().position(|beside| beside.of == chosen.model);
             let search = search.ok_or(Need::Beside(chosen.model))?;
@@ -275,10 +265,8 @@ impl<'f> Case<'f> {
             self.ranking.tried.iter().any(|t| facts.candidates[t.at].id == more.id && t.statistic > 0.0);
         let scale = if is_scaled { facts.null.scale(&more.id) } else { least_scale(facts.data, own) };
         let statistic = more.gain / scale / after;
-        let least = if after <= policy.continue_from { policy.next_share_last } else { policy.next_share };
-        let is_much =
-            more.gain >= least * chosen.chi_square && more.gain >= policy.form_error * facts.chi_square;
-        if !is_much || statistic < policy.least_statistic || facts.null.p_value(statistic) >= policy.alpha {
+        let is_much = more.gain >= policy.next_share * chosen.chi_square;
+        if !is_much || facts.null.p_value(statistic) >= policy.alpha {
             return Ok(false);
         }
         if !policy.calibrated {
@@ -338,25 +326,24 @@ impl<'f> Case<'f> {
         asked(&self.facts.left_out, chosen.model, |model| Need::LeftOut(vec![model])).copied()
     }
 
-    /// Whether a named effect predicts left-out positions worse than the nominal machine, or much worse than a
-    /// better fitting generic impedance.
-    pub fn predicts_worse(&self, chosen: &Chosen) -> Asked<bool> {
-        let Policy { left_out_loss, left_out_generic, shortfall, calibrated, .. } = *self.policy;
-        let Some(loss) = self.loss(chosen)?.filter(|_| !self.facts.in_sample) else { return Ok(false) };
+    /// Returns a generic impedance that fits better than a chosen model and predicts left-out data far better; `None`
+    /// where none does, or the candidates are judged by the fitted data alone.
+    pub fn predicts_far_better(&self, chosen: &Chosen) -> Asked<Option<&'f ImpedanceFacts>> {
+        let Policy { left_out_generic, shortfall, calibrated, .. } = *self.policy;
+        let Some(loss) = self.loss(chosen)?.filter(|_| !self.facts.in_sample) else { return Ok(None) };
         // Modes give few numbers at left-out positions: allow a share of the improvement, as for effects.
         let of_improvement = if calibrated { 0.0 } else { shortfall };
         let margin = |own: f64| {
             self.ranking.margin(chosen.chi_square) + of_improvement * (self.nominal_loss - own).max(0.0)
         };
-        let is_better = |(at, impedance): (usize, &ImpedanceFacts)| {
+        let is_better = |(at, impedance): &(usize, &ImpedanceFacts)| {
             impedance.chi_square < chosen.chi_square
                 && self
                     .facts
-                    .left_out(Model::Impedance(at))
+                    .left_out(Model::Impedance(*at))
                     .is_some_and(|own| own < left_out_generic * loss && own < loss - margin(own))
         };
-        Ok(loss > left_out_loss * self.nominal_loss
-            || self.facts.impedances.iter().enumerate().any(is_better))
+        Ok(self.facts.impedances.iter().enumerate().find(is_better).map(|(_, impedance)| impedance))
     }
 
     /// Whether a model leaves the fault of a held-out record.
@@ -372,22 +359,6 @@ impl<'f> Case<'f> {
     /// Returns the share of the held-out gap that a model closes.
     pub fn closed(&self, model: Model) -> Asked<Option<f64>> {
         asked(&self.facts.closed, model, Need::Closed).copied()
-    }
-
-    /// Returns the number of the machine that a model moves farthest from its description.
-    pub fn farthest(&self, model: Model) -> Asked<Option<&'f Farthest>> {
-        Ok(asked(&self.facts.farthest, model, Need::Farthest)?.as_ref())
-    }
-
-    /// Returns the number of the machine that the chosen model moves beyond any machine of its kind although
-    /// it leaves much, with its deviation in standard deviations; `None` where all are possible.
-    pub fn impossible_number_beside_much(&self, chosen: &Chosen) -> Asked<Option<(&'f str, f64)>> {
-        if !self.policy.calibrated || self.facts.excess(chosen.chi_square) <= self.policy.huge_excess {
-            return Ok(None);
-        }
-        let beyond =
-            self.farthest(chosen.model)?.filter(|number| number.deviation.abs() > self.policy.impossible);
-        Ok(beyond.map(|number| (number.name.as_str(), number.deviation)))
     }
 
     /// Returns the models of what a verdict names: the chosen one, and those of further single effects.

@@ -173,7 +173,7 @@ pub fn diagnose(
     let objective = fitter.objective(&start)?;
     let early = EarlyFaults::of(fitter, held_out, (&start, &bases[0], &objective), control)?;
     let effort = Effort {
-        located: (LOCATIONS, policy.generic_parameters),
+        located: LOCATIONS,
         searches: if early.explain_all { 0 } else { SEARCHES },
         seed: settings.seed,
     };
@@ -220,6 +220,7 @@ pub fn diagnose(
         gatherer.deepen_best(&mut facts, policy)?;
     }
     let judgement = gatherer.judge(&mut facts)?;
+    gatherer.gather_evidence(&mut facts)?;
     if settings.all_facts {
         gatherer.gather_more(&mut facts)?;
     }

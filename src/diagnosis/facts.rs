@@ -27,8 +27,11 @@ pub struct Facts {
     pub chi_square: f64,
     /// Candidates, the largest reduction of χ² first; those without a fit last.
     pub candidates: Vec<CandidateFacts>,
-    /// Generic impedances at interfaces, the largest reduction of χ² first.
+    /// Generic impedances at interfaces that reduce χ² most, the largest reduction first.
     pub impedances: Vec<ImpedanceFacts>,
+    /// Number of generic impedances at all interfaces.
+    #[serde(default)]
+    pub impedances_tried: usize,
     /// Null distribution.
     pub null: NullDistribution,
     /// Cross-validation losses: −2 ln of the predictive density of each left-out fit position, summed (χ² for
@@ -41,8 +44,9 @@ pub struct Facts {
     /// Share of the squared held-out gap of the machine as described, above the noise floor, that a model
     /// closes; null where nothing is held out or the gap is noise.
     pub closed: Vec<Of<Option<f64>>>,
-    /// Number of the machine that a model moves farthest from its description.
-    pub farthest: Vec<Of<Option<Farthest>>>,
+    /// Natural logarithm of the share of the parameters' ranges that the data leave to a model.
+    #[serde(default)]
+    pub log_occam: Vec<Of<f64>>,
     /// Fault that records show by themselves, without a model.
     pub fault_in_records: Option<FaultFacts>,
     /// Fault of a held-out record that is far off while all others are not.
@@ -101,15 +105,6 @@ pub struct Answer<T> {
     pub found: Option<T>,
 }
 
-/// A number of the machine and its deviation.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Farthest {
-    /// Name of the number.
-    pub name: String,
-    /// Deviation in standard deviations of its tolerance.
-    pub deviation: f64,
-}
-
 /// A reason in words, with a proposed measurement.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Remark {
@@ -128,6 +123,9 @@ pub struct CandidateFacts {
     pub effects: Vec<String>,
     /// Ids of those that describe no other of them in more detail.
     pub names: Vec<String>,
+    /// Points, joints and shafts that its model changes; «measurement», «drive» or «losses» without such a part.
+    #[serde(default)]
+    pub places: Vec<String>,
     /// Statement of a released parameter: its frozen value and its estimate; absent for an effect.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub released: Option<String>,

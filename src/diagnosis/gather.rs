@@ -11,14 +11,15 @@ use super::facts::{
     Answer, Beside, CandidateFacts, ChainFacts, ContradictionFacts, ExchangedFacts, Facts, ImpedanceFacts,
     Model, Of, Remark, of,
 };
-use super::fit::{Ablation, Fitted, Fitter, values_of};
+use super::fit::{Ablation, Fitted, Fitter, coordinates_of, values_of};
 use super::held_out_loss::held_out_loss;
-use super::hypothesis::{Hypothesis, HypothesisKind};
+use super::hypothesis::{Hypothesis, HypothesisKind, interfaces};
 use super::judgement::Answers;
+use super::location::places_of;
 use super::measuring_chain::{ChainCandidate, fault_of_all};
 use super::nominal_refit::NominalRefit;
 use super::null_distribution::NullDistribution;
-use super::one_machine::{farthest, mismatch};
+use super::one_machine::mismatch;
 use super::one_position::one_position;
 use super::policy::{LOCATIONS, Policy};
 use super::ranking::Ranking;
@@ -93,12 +94,13 @@ impl Gatherer<'_, '_> {
             chi_square: base.chi_square,
             candidates: candidates.iter().map(|candidate| self.candidate_facts(candidate)).collect(),
             impedances: impedance_facts(&self.located),
+            impedances_tried: interfaces(nominal).len(),
             null,
             left_out: Vec::new(),
             beside: Vec::new(),
             held_out_loss: Vec::new(),
             closed: Vec::new(),
-            farthest: Vec::new(),
+            log_occam: Vec::new(),
             fault_in_records: fault_in_records.map(|fault| fault.facts(set)),
             fault_held_out: self.fault_held_out.as_ref().map(|fault| fault.facts(set)),
             fault_held_out_remains: Vec::new(),
@@ -117,7 +119,7 @@ impl Gatherer<'_, '_> {
     /// # Errors  as [`Fitter::objective`].
     pub fn deepen_best(&mut self, facts: &mut Facts, policy: &Policy) -> Result<(), ObjectiveError> {
         let Some(best) = Ranking::of(facts, policy).tried.first().copied() else { return Ok(()) };
-        if facts.excess(facts.candidates[best.at].chi_square()) <= policy.continue_from {
+        if facts.excess(facts.candidates[best.at].chi_square()) <= policy.excess {
             return Ok(());
         }
         let Some(chosen) = self.screening.candidates[best.at].fitted.clone() else { return Ok(()) };
@@ -141,9 +143,11 @@ impl Gatherer<'_, '_> {
         let released = candidate.fitted.as_ref().filter(|f| f.0.kind == HypothesisKind::Release);
         let library = self.effects.iter().find(|effect| effect.id == id);
         let number = self.numbers.iter().find(|number| number.id == id).zip(candidate.fitted.as_ref());
+        let places = candidate.fitted.as_ref().map(|(hypothesis, _)| places_of(hypothesis, self.effects));
         CandidateFacts {
             effects: ids.as_slice().to_vec(),
             names: Effect::unrefined(self.effects, &ids).as_slice().to_vec(),
+            places: places.unwrap_or_default(),
             released: released.map(|(h, fitted)| {
                 let at = h.added[0];
                 frozen_text(&h.machine.parameters[at], values_of(h, fitted)[at])
@@ -221,7 +225,7 @@ impl Gatherer<'_, '_> {
         let Screening { nominal, base, candidates } = &self.beside[search_at];
         let added = candidates[at].fitted.as_ref().map_or(0, |(hypothesis, _)| hypothesis.added.len());
         let effort =
-            Effort { located: (LOCATIONS, added - nominal.added.len()), searches: 1, seed: self.seed };
+            Effort { located: (LOCATIONS.0, added - nominal.added.len()), searches: 1, seed: self.seed };
         let none = (Vec::new(), Vec::new());
         let (_, found) =
             search(self.fitter, nominal.clone(), vec![base.clone()], none, effort, self.control)?;
@@ -343,9 +347,9 @@ impl Answers for Gatherer<'_, '_> {
                 let found = self.each((&facts.closed, &[*model]), of)?;
                 facts.closed.extend(found);
             }
-            Need::Farthest(model) => {
-                let found = self.each((&facts.farthest, &[*model]), |fit| Ok(farthest(fit)))?;
-                facts.farthest.extend(found);
+            Need::Occam(models) => {
+                let found = self.each((&facts.log_occam, models), |fit| log_occam(fitter, fit))?;
+                facts.log_occam.extend(found);
             }
             Need::Beside(model) => self.gather_beside(*model, facts)?,
             Need::Impedances(search, at) => {
@@ -359,6 +363,19 @@ impl Answers for Gatherer<'_, '_> {
         }
         Ok(())
     }
+}
+
+/// Computes the natural logarithm of the share of the parameters' ranges that the data leave to a model: its Occam
+/// factor. Coordinates are those of the unit cube, with the variance of a uniform law.
+///
+/// # Source  MacKay, Information Theory, Inference, and Learning Algorithms, section 28.1, by Laplace's method.
+fn log_occam(fitter: &Fitter<'_>, (hypothesis, fitted): Fit<'_>) -> Result<f64, ObjectiveError> {
+    const VARIANCE: f64 = 1.0 / 12.0;
+    let objective = fitter.objective(hypothesis)?;
+    let place = coordinates_of(&objective, fitted);
+    let information = objective.squares(|squares| squares.normal(&place).information);
+    let of = |eigenvalue: &f64| (eigenvalue.max(0.0) * VARIANCE).ln_1p();
+    Ok(-0.5 * information.symmetric_eigenvalues().iter().map(of).sum::<f64>())
 }
 
 /// Returns the facts of fitted generic impedances.

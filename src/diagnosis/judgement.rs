@@ -1,12 +1,14 @@
 //! Judgement of facts by the table of rules.
 
 use super::case::{Case, Chosen, Need};
+use super::data_kind::DataKind;
 use super::facts::{Facts, Model};
 use super::finding::Finding::{Fails, Holds};
 use super::policy::Policy;
+use super::probability::{all_models, within_reach};
 use super::ranking::Ranked;
 use super::rules::Act::{Decides, Overrides};
-use super::rules::RULES;
+use super::rules::{RULES, Rule};
 use super::verdict::{Verdict, VerdictKind};
 
 /// A rule and what came of it.
@@ -60,6 +62,18 @@ pub(super) trait Answers {
         }
     }
 
+    /// Adds what probabilities rest on to the facts: those of FRFs, whose weights null simulations calibrate.
+    ///
+    /// # Errors  as [`Answers::answer`].
+    fn gather_evidence(&mut self, facts: &mut Facts) -> Result<(), Self::Error> {
+        if facts.data != DataKind::Frf {
+            return Ok(());
+        }
+        self.answer(&Need::Occam(all_models(facts)), facts)?;
+        let models = within_reach(facts);
+        if facts.holds_out { self.answer(&Need::HeldOut(models), facts) } else { Ok(()) }
+    }
+
     /// Adds what rules with other numbers may ask for to the facts: figures of all candidates and generic
     /// impedances.
     ///
@@ -69,7 +83,6 @@ pub(super) trait Answers {
         let mut all: Vec<Model> = fitted.map(Model::Candidate).collect();
         all.push(Model::Nominal);
         for model in &all {
-            self.answer(&Need::Farthest(*model), facts)?;
             self.answer(&Need::Closed(*model), facts)?;
         }
         all.extend((0..facts.impedances.len()).map(Model::Impedance));
@@ -82,10 +95,28 @@ pub(super) trait Answers {
 ///
 /// # Errors  facts that a rule needs and that were not gathered.
 pub fn judge(facts: &Facts, policy: &Policy) -> Result<Judgement, Need> {
+    judge_by(facts, policy, &RULES.each_ref())
+}
+
+/// Judges facts by all rules but some, given by their names.
+///
+/// # Errors  as [`judge`].
+pub fn judge_without(facts: &Facts, policy: &Policy, left_out: &[String]) -> Result<Judgement, Need> {
+    let others: Vec<&Rule> =
+        RULES.iter().filter(|(name, ..)| !left_out.iter().any(|other| other == name)).collect();
+    judge_by(facts, policy, &others)
+}
+
+/// Returns the names of all rules, in their order.
+pub fn rules() -> impl Iterator<Item = &'static str> {
+    RULES.iter().map(|(name, ..)| *name)
+}
+
+fn judge_by(facts: &Facts, policy: &Policy, rules: &[&Rule]) -> Result<Judgement, Need> {
     let case = Case::new(facts, policy)?;
     let mut decided: Option<(&'static str, Verdict, Chosen)> = None;
     let mut trials = Vec::new();
-    for (rule, when, act) in &RULES {
+    for (rule, when, act) in rules {
         let found = match (act, &decided) {
             (Decides(check), None) => Some(check(&case)?),
             (Overrides(check), Some((_, verdict, chosen))) => Some(check(&case, (verdict, chosen))?),

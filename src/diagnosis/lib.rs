@@ -32,6 +32,7 @@ mod one_machine;
 mod one_position;
 mod peaks;
 mod policy;
+mod probability;
 mod ranking;
 mod record_checks;
 mod rules;
@@ -50,13 +51,13 @@ pub use evidence::{Domain, PartialGap, closed, floor_over, gap_over, gaps_by_mod
 pub use facts::{Facts, Model};
 pub use fit::{Ablation, Fitted, Fitter, at_start, values_of};
 pub use hypothesis::{Hypothesis, HypothesisKind};
-pub use judgement::{Judgement, Trial, judge};
+pub use judgement::{Judgement, Trial, judge, judge_without, rules};
 pub use model_discrepancy::{sample_discrepancy, sample_prior};
 pub use null_distribution::NullDistribution;
 pub use peaks::peak_errors;
 pub use policy::{EQUIVALENT, Policy};
+pub use probability::{Explanation, explanations, places, verdict_by_evidence};
 pub use ranking::Ranked;
-
 pub use screening::{Status, fitter, hypotheses, implausibility, relaxes_within};
 pub use verdict::{Verdict, VerdictKind};
 pub use wrong_number::{named_numbers, stated_id};

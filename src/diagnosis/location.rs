@@ -86,6 +86,21 @@ fn interface_of_effect(effect: &Effect, hypothesis: &Hypothesis, fitted: &Fitted
     Some(interfaces.fold(first, |best, other| if other.0 > best.0 { other } else { best }).1)
 }
 
+/// Returns all places of the effects and freed parameters of a hypothesis.
+pub(super) fn places_of(hypothesis: &Hypothesis, effects: &[Effect]) -> Vec<String> {
+    if hypothesis.kind == HypothesisKind::Release {
+        return interface_of_freed_parameter(hypothesis).into_iter().collect();
+    }
+    let of = |id: &String| Effect::contained_variant(effects, id, &hypothesis.machine);
+    let mut places: Vec<String> = Vec::new();
+    for (place, _) in hypothesis.effects.as_slice().iter().filter_map(of).flat_map(Effect::places) {
+        if !places.contains(&place) {
+            places.push(place);
+        }
+    }
+    places
+}
+
 /// Returns the joint, point or shaft to which a freed parameter belongs.
 fn interface_of_freed_parameter(hypothesis: &Hypothesis) -> Option<String> {
     let parameter = *hypothesis.added.first()?;

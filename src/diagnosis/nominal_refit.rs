@@ -120,7 +120,7 @@ impl<'p, 's> NominalRefit<'p, 's> {
 
 /// Transfers the values of a fit to another machine by the ids of its parameters; other parameters keep their
 /// start.
-fn transferred(machine: &Hypothesis, (hypothesis, fitted): (&Hypothesis, &Fitted)) -> Fitted {
+pub(super) fn transferred(machine: &Hypothesis, (hypothesis, fitted): (&Hypothesis, &Fitted)) -> Fitted {
     let mut start = at_start(machine);
     for (unit, parameter) in start.units.iter_mut().zip(&machine.machine.parameters) {
         if let Some(at) = hypothesis.machine.parameter(&parameter.id) {

@@ -24,6 +24,8 @@ use numeric::random::normal;
 /// prior: of 4000 lines with weights of 1 %, a mass with a tolerance of 1 % keeps a share of 1/√4000 = 0.016.
 /// What nominal parameters produce exactly keeps 10⁻⁶, the regularisation of the projection.
 const LEAST_INDEPENDENT: f64 = 1e-4;
+/// Norm of a change of whitened residuals that is none.
+const LEAST_CHANGE: f64 = 1e-9;
 /// Cosine from which on two directions of a candidate count as one: the reduction along the omitted one is
 /// larger by 4 % at most.
 const SAME_DIRECTION: f64 = 0.98;
@@ -68,6 +70,17 @@ pub(super) struct Directions {
     each: Vec<(Vec<f64>, DVector<f64>)>,
     /// Basis of small changes about the end of its fit, orthonormal there.
     about_end: Vec<DVector<f64>>,
+    /// Of all these amplitudes the one of which nominal and nuisance parameters leave the median share.
+    pub typical: Option<Trial>,
+}
+
+/// A change by given coordinates of a candidate's own parameters.
+pub(super) struct Trial {
+    pub added: Vec<f64>,
+    /// Norm of the change of the whitened residuals orthogonal to nominal and nuisance parameters.
+    pub left: f64,
+    /// Its share in the norm of the change.
+    share: f64,
 }
 
 impl Directions {
@@ -96,21 +109,32 @@ impl Directions {
         let at_end: Vec<f64> = hypothesis.added.iter().map(|i| end.units[*i]).collect();
         let mut each: Vec<(Vec<f64>, DVector<f64>)> = Vec::new();
         let own: Vec<&Parameter> = hypothesis.added.iter().map(|i| &described[*i]).collect();
+        let mut trials: Vec<Trial> = Vec::new();
         for added in std::iter::once(at_end).chain(amplitudes(&own)) {
             let change = rows(&start_of(hypothesis, base, &added)) - here;
-            let Some(direction) = independent(projection, &change) else { continue };
+            if change.norm() <= LEAST_CHANGE {
+                continue;
+            }
+            let Some((direction, left)) = independent(projection, &change) else {
+                trials.push(Trial { added, left: 0.0, share: 0.0 });
+                continue;
+            };
+            trials.push(Trial { added: added.clone(), left, share: left / change.norm() });
             if each.iter().all(|(_, other)| other.dot(&direction).abs() < SAME_DIRECTION) {
                 each.push((added, direction));
             }
         }
         let about_end =
             about_end(objective, hypothesis, end, &its_own).iter().map(|d| projection.apply(d)).collect();
-        Directions { each, about_end }
+        trials.sort_by(|a, b| a.share.total_cmp(&b.share));
+        let middle = trials.len() / 2;
+        let typical = trials.into_iter().nth(middle).filter(|trial| trial.left > 0.0);
+        Directions { each, about_end, typical }
     }
 
     /// Directions of a candidate that is not computed, after a stop.
     pub fn none() -> Self {
-        Directions { each: Vec::new(), about_end: Vec::new() }
+        Directions { each: Vec::new(), about_end: Vec::new(), typical: None }
     }
 
     fn count(&self) -> usize {
@@ -143,12 +167,12 @@ impl Directions {
     }
 }
 
-/// Returns the unit direction of a change orthogonal to nominal and nuisance parameters; `None` where these
-/// produce the change as well.
-fn independent(projection: &Projection, change: &DVector<f64>) -> Option<DVector<f64>> {
+/// Returns the unit direction of a change orthogonal to nominal and nuisance parameters, and its length; `None` where
+/// these produce the change as well.
+fn independent(projection: &Projection, change: &DVector<f64>) -> Option<(DVector<f64>, f64)> {
     let projected = projection.apply(change);
     let (size, left) = (change.norm(), projected.norm());
-    (size > 1e-9 && left > LEAST_INDEPENDENT * size).then(|| projected / left)
+    (size > LEAST_CHANGE && left > LEAST_INDEPENDENT * size).then(|| (projected / left, left))
 }
 
 /// Returns an orthonormal basis of the changes by a candidate's own parameters about the end of its fit,
@@ -170,7 +194,7 @@ fn about_end(
         let change = slopes.column(column).into_owned();
         let own = span.iter().fold(others.apply(&change), |left, d| &left - d * d.dot(&left));
         let size = own.norm();
-        if size > LEAST_INDEPENDENT * change.norm() && size > 1e-9 {
+        if size > LEAST_INDEPENDENT * change.norm() && size > LEAST_CHANGE {
             span.push(own / size);
         }
     }
@@ -241,7 +265,7 @@ mod tests {
             DVector::from_fn(lines + 1, |row, _| if row < lines { 1.0 + (row as f64).sin() } else { prior })
         };
         let projection = Projection::of(DMatrix::from_columns(&[change(1.0)]));
-        let direction = independent(&projection, &change(0.0)).unwrap();
+        let (direction, _) = independent(&projection, &change(0.0)).unwrap();
         assert!(direction[lines].abs() > 0.999, "{}", direction[lines]);
         assert!(independent(&Projection::of(DMatrix::from_columns(&[change(0.0)])), &change(0.0)).is_none());
     }
@@ -256,8 +280,10 @@ mod tests {
         let one = Directions {
             each: vec![(vec![0.0], direction(0.0)), (vec![1.0], direction(0.4))],
             about_end: Vec::new(),
+            typical: None,
         };
-        let other = Directions { each: Vec::new(), about_end: vec![direction(0.2), direction(1.5)] };
+        let other =
+            Directions { each: Vec::new(), about_end: vec![direction(0.2), direction(1.5)], typical: None };
         let noise = DVector::from_fn(rows, |row, _| 0.5 + 0.02 * row as f64);
         let change = 4.0 * direction(0.7);
         let directions = [one, other];

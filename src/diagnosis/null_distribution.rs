@@ -21,14 +21,14 @@ use super::fit::{Fitted, Fitter, TRUST_RADIUS, coordinates_of, read_back, start_
 use super::hypothesis::Hypothesis;
 use super::model_discrepancy::{extreme_discrepancies, sample_discrepancy, sample_prior};
 use super::null_directions::{Directions, Projection, generator, linear_draws};
-use super::policy::{LEAST_SCALE, MODE_VARIANCE, SQUARED_SCALE};
+use super::policy::{LEAST_SCALE, MODE_VARIANCE, Policy, SQUARED_SCALE};
 use identification::Place;
 use identification::objective::{FrfObjective, FrfRecord, FrfSettings, ObjectiveError};
 use long_work::Control;
 use numeric::distribution::monte_carlo_p_value;
 use numeric::parallel::OrFirstError;
 use numeric::random::normal;
-use numeric::statistics::median;
+use numeric::statistics::{median, quantile, root_mean_square};
 use optimizer::{LeastSquares, Polished, least_squares_within};
 
 /// Number of linear draws: the least p-value is 0.0005.
@@ -43,6 +43,9 @@ const FOLLOWED: usize = 5;
 /// interval of a parameter.
 const RESTARTS: usize = 12;
 const RESTART_SD: f64 = 0.08;
+/// Quantile of the normal distribution that nine of ten draws exceed, negated.
+const NINE_OF_TEN: f64 = 1.2816;
+
 /// Returns the least scale of a candidate with a number of added parameters.
 pub(super) fn least_scale(data: DataKind, added: usize) -> f64 {
     let added = added.max(1) as f64;
@@ -68,6 +71,11 @@ pub struct NullDistribution {
     pub fitted: Vec<f64>,
     /// χ² per compared number of each draw with a fitted machine, in rising order.
     pub misfit: Vec<f64>,
+    /// Root mean square change of ln H from which on an effect would be significant in nine of ten tests, by id: for
+    /// changes of a form that is typical of it. Effects that the parameters of the machine take up have none, and
+    /// those of modes.
+    #[serde(default)]
+    pub seen_from: Vec<(String, f64)>,
 }
 
 impl NullDistribution {
@@ -90,11 +98,6 @@ impl NullDistribution {
         self.scales.iter().find(|(known, _)| known == id).map_or(LEAST_SCALE, |s| s.1)
     }
 
-    /// Returns the widest scale of all candidates, or three least ones.
-    pub(super) fn widest_scale(&self) -> f64 {
-        self.scales.iter().map(|s| s.1).fold(3.0 * LEAST_SCALE, f64::max)
-    }
-
     /// Returns the excess of a misfit.
     pub fn excess(&self, misfit: f64) -> f64 {
         excess(misfit, &self.misfit)
@@ -110,6 +113,12 @@ impl NullDistribution {
     pub fn factor(&self) -> f64 {
         let [linear, fitted] = [&self.largest, &self.fitted].map(|all| median(all.iter().copied()));
         fitted.zip(linear).map_or(1.0, |(fitted, linear)| fitted / linear).max(1.0)
+    }
+
+    /// Returns the least statistic that is significant.
+    fn least_significant(&self, policy: &Policy) -> f64 {
+        let rarer = quantile(self.largest.iter().copied(), 1.0 - policy.alpha).unwrap_or(0.0);
+        self.factor() * rarer
     }
 
     /// Returns the p-value of a statistic among the largest ones of the linear draws.
@@ -234,7 +243,31 @@ pub fn simulate(
     let mut fitted: Vec<f64> =
         drawn.iter().filter(|_| is_fitted).map(|(c, gain, _)| gain / scales[*c]).collect();
     fitted.sort_by(f64::total_cmp);
-    Ok(NullDistribution { scales: ids.into_iter().zip(scales).collect(), largest, fitted, misfit })
+    let mut null = NullDistribution { largest, fitted, misfit, ..Default::default() };
+    null.scales = ids.iter().cloned().zip(scales).collect();
+    let seen = |at: usize| {
+        let DomainObjective::Frf(objective) = &objectives[at] else { return None };
+        let trial = directions[at].typical.as_ref()?;
+        let needed = null.least_significant(Policy::of(fitter.domain.kind())) * null.scales[at].1;
+        let change = change_of(&objectives[at], objective, (candidates[at].0, base), &trial.added);
+        Some((ids[at].clone(), change * (needed.sqrt() + NINE_OF_TEN) / trial.left))
+    };
+    let seen_from = (0..candidates.len()).into_par_iter().filter_map(seen).collect();
+    Ok(NullDistribution { seen_from, ..null })
+}
+
+/// Returns the root mean square change of ln H, per component, by parameters that a hypothesis adds to a fit.
+fn change_of(
+    extended: &DomainObjective<'_>,
+    objective: &FrfObjective<'_>,
+    (hypothesis, base): (&Hypothesis, &Fitted),
+    added: &[f64],
+) -> f64 {
+    let of = |added: &[f64]| {
+        objective.residuals_at(&coordinates_of(extended, &start_of(hypothesis, base, added))).concat()
+    };
+    let change = of(added).into_iter().zip(of(&[])).map(|(with, without)| (with - without).norm_sqr() / 2.0);
+    root_mean_square(change.map(f64::sqrt)).unwrap_or(0.0)
 }
 
 /// Returns the standard deviation of each row of an objective in a draw, from the rows and the number of
@@ -340,8 +373,25 @@ fn fit_drawn(
     least_squares_within(data, &best.place, &[], STEPS, control.stop())
 }
 
-/// Returns the changes of the logarithms of measured FRFs that simulate a machine with random discrepancies
-/// around a fit and the noise of the lines, and the drawn coordinates.
+/// Returns a machine of the same kind: tolerances and discrepancies of a hypothesis and its fit are drawn anew; what
+/// it adds stays.
+pub(super) fn redrawn(
+    hypothesis: &Hypothesis,
+    fitted: &Fitted,
+    random: &mut Xoshiro256PlusPlus,
+) -> (Hypothesis, Fitted) {
+    let mut drawn = fitted.clone();
+    for (at, parameter) in hypothesis.machine.parameters.iter().enumerate() {
+        if let Some(value) = sample_prior(parameter, random).filter(|_| !hypothesis.added.contains(&at)) {
+            drawn.units[at] = parameter.to_unit(value);
+        }
+    }
+    let machine = sample_discrepancy(&hypothesis.machine, random);
+    (Hypothesis { machine, ..hypothesis.clone() }, drawn)
+}
+
+/// Returns the changes of the logarithms of measured FRFs that simulate a measurement of a machine of the same
+/// kind as a fit, and the coordinates of that measurement.
 fn redraw_machine(
     fitter: &Fitter<'_>,
     hypothesis: &Hypothesis,
@@ -349,55 +399,52 @@ fn redraw_machine(
     settings: FrfSettings,
     random: &mut Xoshiro256PlusPlus,
 ) -> Option<(Vec<Vec<Complex64>>, Place)> {
-    let mut drawn = base.clone();
-    for (unit, parameter) in drawn.units.iter_mut().zip(&hypothesis.machine.parameters) {
-        if let Some(value) = sample_prior(parameter, random) {
-            *unit = parameter.to_unit(value);
-        }
-    }
-    let discrepant =
-        Hypothesis { machine: sample_discrepancy(&hypothesis.machine, random), ..hypothesis.clone() };
-    redraw_records(
-        fitter.objective(&discrepant).ok()?,
-        &drawn,
-        settings,
-        (usize::MAX, FrfRecord::noise),
-        random,
-    )
+    let (machine, drawn) = redrawn(hypothesis, base, random);
+    let objective = fitter.objective(&machine).ok()?;
+    let place = set_up_again(&objective, &drawn, random);
+    let DomainObjective::Frf(simulated) = objective else { return None };
+    let noise = |record: &FrfRecord, line: usize| noise_at(record.noise(), line, settings, random);
+    Some((simulated_changes(&simulated, &place, noise)?, place))
 }
 
-/// Returns the changes of the logarithms of measured FRFs that simulate a new measurement of a machine, and
-/// the coordinates of that measurement: nut positions and channels off by their standard deviations, and the
-/// noise of the lines. `lines` is the number of lines per record to which the objective is thinned,
-/// `usize::MAX` for all. `noise_of` returns the standard deviations of the lines of a record; one that is
-/// unknown is the model error.
-pub(super) fn redraw_records(
-    machine: DomainObjective<'_>,
+/// Returns the coordinates of a new measurement of a machine: nut positions and channels off by their standard
+/// deviations.
+pub(super) fn set_up_again(
+    machine: &DomainObjective<'_>,
     fitted: &Fitted,
-    settings: FrfSettings,
-    (lines, noise_of): (usize, impl Fn(&FrfRecord) -> &[Option<f64>]),
     random: &mut Xoshiro256PlusPlus,
-) -> Option<(Vec<Vec<Complex64>>, Place)> {
-    let mut place = coordinates_of(&machine, fitted);
+) -> Place {
+    let mut place = coordinates_of(machine, fitted);
     let known_within = machine.nut_coordinates().start..place.len();
-    // Nut positions and channels: one standard deviation is a twentieth of the coordinate's range.
+    // One standard deviation is a twentieth of the coordinate's range.
     place[known_within].iter_mut().for_each(|u| *u = 0.5 + normal(random) / 20.0);
-    let DomainObjective::Frf(simulated) = machine else { return None };
-    // Thin to the same lines as the objective that is shifted.
-    let simulated = simulated.thinned(lines);
-    let by: Vec<Vec<Complex64>> = simulated
-        .residuals_at(&place)
-        .iter()
-        .zip(simulated.records())
-        .map(|(r, record)| {
-            let mut noise = |sd: f64| Complex64::new(sd * normal(random), sd * normal(random));
-            r.iter()
-                .zip(noise_of(record))
-                .map(|(r, sd)| -r + noise(sd.unwrap_or(settings.model_error)))
-                .collect()
-        })
-        .collect();
-    by.iter().flatten().all(|z| z.re.is_finite() && z.im.is_finite()).then_some((by, place))
+    place
+}
+
+/// Draws the noise of a line; one whose standard deviation is unknown has the model error.
+pub(super) fn noise_at(
+    deviations: &[Option<f64>],
+    line: usize,
+    settings: FrfSettings,
+    random: &mut Xoshiro256PlusPlus,
+) -> Complex64 {
+    let sd = deviations[line].unwrap_or(settings.model_error);
+    Complex64::new(sd * normal(random), sd * normal(random))
+}
+
+/// Returns the changes of the logarithms of measured FRFs that replace them by those of a machine at given
+/// coordinates, with the noise of each line; `None` where one is not finite.
+pub(super) fn simulated_changes(
+    simulated: &FrfObjective<'_>,
+    place: &Place,
+    mut noise: impl FnMut(&FrfRecord, usize) -> Complex64,
+) -> Option<Vec<Vec<Complex64>>> {
+    let of = |(residuals, record): (&Vec<Complex64>, &FrfRecord)| {
+        residuals.iter().enumerate().map(|(line, r)| noise(record, line) - r).collect()
+    };
+    let by: Vec<Vec<Complex64>> =
+        simulated.residuals_at(place).iter().zip(simulated.records()).map(of).collect();
+    by.iter().flatten().all(|z| z.re.is_finite() && z.im.is_finite()).then_some(by)
 }
 
 #[cfg(test)]

@@ -27,7 +27,7 @@ pub(super) struct Ranking<'f> {
 }
 
 impl<'f> Ranking<'f> {
-    /// Ranks the fitted candidates by penalised χ².
+    /// Ranks the fitted candidates by Schwarz's criterion.
     pub fn of(facts: &'f Facts, policy: &'f Policy) -> Self {
         let is_fitted = |(_, candidate): &(usize, &CandidateFacts)| candidate.chi_square.is_some();
         let ranked = |(at, candidate): (usize, &CandidateFacts)| {
@@ -38,12 +38,12 @@ impl<'f> Ranking<'f> {
         let tried = facts.candidates.iter().enumerate().filter(is_fitted).map(ranked).collect();
         let mut ranking = Ranking { facts, policy, tried, same: Vec::new(), rejected: 0..0 };
         let mut tried = std::mem::take(&mut ranking.tried);
-        tried.sort_by(|a, b| ranking.penalised(a).total_cmp(&ranking.penalised(b)));
+        tried.sort_by(|a, b| ranking.criterion(a).total_cmp(&ranking.criterion(b)));
         // A fit that is hardly different from that of another effect comes first only if it is better by what
         // the data can tell.
         if let Some(best) = tried.first().filter(|best| ranking.candidate(best).is_limit) {
-            let reach = ranking.penalised(best) + ranking.margin(ranking.candidate(best).chi_square());
-            let is_near = |t: &Ranked| !ranking.candidate(t).is_limit && ranking.penalised(t) <= reach;
+            let reach = ranking.criterion(best) + ranking.margin(ranking.candidate(best).chi_square());
+            let is_near = |t: &Ranked| !ranking.candidate(t).is_limit && ranking.criterion(t) <= reach;
             if let Some(at) = tried.iter().position(is_near) {
                 tried[..=at].rotate_right(1);
             }
@@ -66,38 +66,27 @@ impl<'f> Ranking<'f> {
         self.policy.equivalent * self.facts.excess(chi_square)
     }
 
-    /// Returns χ² plus a penalty in proportion to the candidate's null scale; infinite for a candidate that
-    /// does not reduce χ².
-    fn penalised(&self, ranked: &Ranked) -> f64 {
+    /// Returns Schwarz's criterion; infinite for a candidate that does not reduce χ².
+    fn criterion(&self, ranked: &Ranked) -> f64 {
         let candidate = self.candidate(ranked);
-        if candidate.gain == 0.0 {
-            f64::INFINITY
-        } else {
-            candidate.chi_square() + self.policy.penalty * candidate.gain / ranked.statistic
-        }
+        if candidate.gain == 0.0 { f64::INFINITY } else { candidate.chi_square() + self.cost(ranked) }
     }
 
-    /// Returns the indices of the candidates indistinguishable from the best; one with more parameters only
-    /// where each of these reduces χ² by more than the difference within which candidates are
-    /// indistinguishable. A fit that is hardly different from that of another effect counts one parameter
-    /// more.
+    /// Returns what the parameters of a candidate cost in χ², in units of the misfit over null simulations. A fit that
+    /// is hardly different from that of another effect counts one parameter more.
+    ///
+    /// # Source  Schwarz, Annals of Statistics 6 (1978) 461–464: χ² + k·ln n.
+    fn cost(&self, ranked: &Ranked) -> f64 {
+        let candidate = self.candidate(ranked);
+        let parameters = candidate.added + usize::from(candidate.is_limit);
+        self.facts.excess(candidate.chi_square()) * parameters as f64 * self.facts.count.max(1.0).ln()
+    }
+
+    /// Returns the indices of the candidates indistinguishable from the best.
     fn indistinguishable(&self) -> Vec<usize> {
         let Some(first) = self.tried.first() else { return Vec::new() };
-        let best = self.candidate(first);
-        let unit = self.facts.excess(best.chi_square());
-        let reach = self.penalised(first)
-            + self.policy.equivalent * unit
-            + self.policy.margin(self.policy.model_error * best.gain, best.chi_square(), unit);
-        let counted = |c: &CandidateFacts| c.added + usize::from(c.is_limit);
-        let price = |c: &CandidateFacts| {
-            self.policy.equivalent * unit * counted(c).saturating_sub(counted(best)) as f64
-        };
-        let as_simple = |c: &CandidateFacts| price(c) == 0.0 || c.chi_square() + price(c) < best.chi_square();
-        let explains = |c: &CandidateFacts| c.gain >= self.policy.rival_reduction * best.gain;
-        let rival = |t: &Ranked| {
-            self.penalised(t) <= reach && explains(self.candidate(t)) && as_simple(self.candidate(t))
-        };
-        (0..self.tried.len()).filter(|at| rival(&self.tried[*at])).collect()
+        let reach = self.criterion(first) + self.margin(self.candidate(first).chi_square());
+        (0..self.tried.len()).filter(|at| self.criterion(&self.tried[*at]) <= reach).collect()
     }
 
     /// Moves what is kept as indistinguishable to the front.
@@ -108,14 +97,8 @@ impl<'f> Ranking<'f> {
             (order.iter().map(|at| self.tried[*at]).collect(), (0..kept.len()).collect());
     }
 
-    /// Returns what small print lets a candidate reduce χ², as far as it may count for nothing.
-    fn cost(&self, ranked: &Ranked) -> f64 {
-        let unit = self.facts.excess(self.candidate(ranked).chi_square());
-        self.policy.least_statistic * unit * self.facts.null.scale(&self.candidate(ranked).id)
-    }
-
-    /// Returns the indices of the candidates that the penalty ranks behind, though they fit as well as the best
-    /// one.
+    /// Returns the indices of the candidates that the cost of their parameters ranks behind, though they fit as well as
+    /// the best one.
     pub fn equal_fits(&self) -> Vec<usize> {
         let least = self.tried.iter().map(|t| self.candidate(t).chi_square()).fold(f64::INFINITY, f64::min);
         let fits = |at: &usize| {
@@ -127,16 +110,14 @@ impl<'f> Ranking<'f> {
         (0..self.tried.len()).filter(|at| !self.same.contains(at) && fits(at)).collect()
     }
 
-    /// Adds to the set what fits as well as the best candidate and is worth its parameters: it fits better than
-    /// the first by what they cost, or predicts held-out data decisively better, by their losses.
+    /// Adds to the set what fits as well as the best candidate and predicts held-out data decisively better than the first,
+    /// by their losses.
     pub fn add_equal_fits(&mut self, held_out: impl Fn(&Ranked) -> Option<f64>) {
         let Some(first) = self.tried.first() else { return };
-        let (own, chi_square) = (self.cost(first), self.candidate(first).chi_square());
-        let decisive = 2.0 * self.policy.decisive * self.facts.excess(chi_square);
+        let decisive = 2.0 * self.policy.decisive * self.facts.excess(self.candidate(first).chi_square());
         let is_worth = |at: &usize| {
-            let ranked = &self.tried[*at];
-            let fits = self.candidate(ranked).chi_square() + self.cost(ranked) < chi_square + own;
-            fits || held_out(first).zip(held_out(ranked)).is_some_and(|(first, own)| own + decisive < first)
+            let losses = held_out(first).zip(held_out(&self.tried[*at]));
+            losses.is_some_and(|(first, own)| own + decisive < first)
         };
         let more = self.equal_fits().into_iter().filter(is_worth);
         let all = self.same.iter().copied().chain(more).collect();

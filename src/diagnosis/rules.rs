@@ -5,7 +5,7 @@
 
 use super::case::{Asked, Case, Chosen, Confirmation, Need};
 use super::data_kind::DataKind;
-use super::facts::{CandidateFacts, Facts, Farthest, ImpedanceFacts, Model};
+use super::facts::{CandidateFacts, Facts, Model};
 use super::fault_rules::{
     chain_fault, contradicting_held_out, contradicting_record, exchanged_records, fault_held_out,
     fault_in_records, fault_of_all, one_position,
@@ -27,7 +27,7 @@ pub(super) type Rule = (&'static str, &'static str, Act);
 
 /// All rules, in their order.
 #[rustfmt::skip]
-pub(super) const RULES: [Rule; 23] = [
+pub(super) const RULES: [Rule; 17] = [
     ("too-few-numbers", "no more numbers were measured than are unknown", Decides(too_few_numbers)),
     ("fault-in-records", "records show a fault by themselves", Decides(fault_in_records)),
     ("one-position", "all records agree as if measured at one position", Decides(one_position)),
@@ -35,17 +35,11 @@ pub(super) const RULES: [Rule; 23] = [
     ("fault-of-all", "a fault of the chain of all records explains what no effect does", Decides(fault_of_all)),
     ("exchanged-records", "two records agree at each other's positions", Decides(exchanged_records)),
     ("contradicting-record", "all other records agree without one, or one channel", Decides(contradicting_record)),
-    ("unexplained", "no effect is significant, but an impedance is, or the misfit is huge", Decides(unexplained)),
-    ("implausible-tolerance", "no effect is significant, but a tolerance is implausible", Decides(implausible_tolerance)),
+    ("unexplained", "no effect is significant, but the misfit is not small", Decides(unexplained)),
     ("agrees", "no effect is significant", Decides(agrees)),
-    ("released-parameter", "a released parameter explains as much as any effect", Decides(released_parameter)),
+    ("released-parameter", "a released parameter explains the data as well as any effect", Decides(released_parameter)),
     ("released-with-effects", "a released parameter is the best candidate", Decides(released_with_effects)),
-    ("impedance-as-simple", "an impedance explains as much with fewer parameters", Decides(impedance_as_simple)),
-    ("effects-exhausted", "a combination of effects leaves too much", Decides(effects_exhausted)),
-    ("little-reduced", "the effects leave much, and reduce χ² by too little", Decides(little_reduced)),
-    ("impossible-number", "they leave much, and move a number beyond any tolerance", Decides(impossible_number)),
-    ("impedance-better", "an impedance leaves clearly less than the effects", Decides(impedance_better)),
-    ("predicts-worse", "the effects predict left-out data worse than they fit", Decides(predicts_worse)),
+    ("impedance-predicts", "an impedance fits better and predicts left-out data far better", Decides(impedance_predicts)),
     ("explained", "an effect, or one of several, explains the data", Decides(explained)),
     ("held-out-disagrees", "held-out data do not speak for what is named", Overrides(held_out_disagrees)),
     ("half-unexplained", "half of the misfit and of the held-out gap is left", Overrides(half_unexplained)),
@@ -69,12 +63,8 @@ fn unexplained(case: &Case<'_>) -> Asked<Finding> {
     if let Some(best) = case.best() {
         return fails(format!("{} is", best.id));
     }
-    let statistic = facts
-        .best_impedance()
-        .map_or(0.0, |(_, best)| best.gain / facts.null.widest_scale() / case.impedance_excess());
-    let is_clear = statistic > policy.least_generic_statistic && facts.null.p_value(statistic) < policy.alpha;
-    if facts.impedances.is_empty() || !(is_clear || *before > policy.huge_excess) {
-        return fails(format!("statistic of the best impedance {statistic:.1}, misfit {before:.1} × null"));
+    if facts.impedances.is_empty() || *before <= policy.excess {
+        return fails(format!("misfit {before:.1} × null"));
     }
     let place = case.impedance_place();
     let reason = format!(
@@ -84,32 +74,13 @@ fn unexplained(case: &Case<'_>) -> Asked<Finding> {
     on_nominal(case, unknown(case, reason))
 }
 
-fn implausible_tolerance(case: &Case<'_>) -> Asked<Finding> {
-    if let Some(best) = case.best() {
-        return fails(format!("{} is", best.id));
-    }
-    if case.policy.implausible == f64::MAX {
-        return fails("tolerances of these data are judged by their own warnings");
-    }
-    match case.farthest(Model::Nominal)? {
-        Some(Farthest { name, deviation }) if deviation.abs() > case.policy.implausible => {
-            let reason = format!(
-                "the misfit needs {name} at {deviation:+.1} of its standard deviations, and no effect of the library explains it"
-            );
-            on_nominal(case, unknown(case, reason))
-        }
-        Some(Farthest { name, deviation }) => fails(format!("{name} at {deviation:+.1} standard deviations")),
-        None => fails("none is estimated"),
-    }
-}
-
 fn agrees(case: &Case<'_>) -> Asked<Finding> {
     if let Some(best) = case.best() {
         return fails(format!("{} is", best.id));
     }
     let best = case.ranking.tried.iter().max_by(|a, b| a.statistic.total_cmp(&b.statistic));
     let is_worse = |t: &Ranked| {
-        t.p_value < case.policy.alpha_predictive
+        t.p_value < case.policy.alpha
             && case.facts.left_out(Model::Candidate(t.at)).is_some_and(|loss| loss >= case.nominal_loss)
     };
     let worse = format!("; it does not improve the prediction of left-out {}", case.facts.data.blocks());
@@ -127,15 +98,10 @@ fn agrees(case: &Case<'_>) -> Asked<Finding> {
 
 fn released_parameter(case: &Case<'_>) -> Asked<Finding> {
     let Case { facts, policy, ranking, .. } = case;
-    let most = ranking.candidate(&ranking.tried[0]).gain;
-    let explains = |candidate: &CandidateFacts| {
-        (candidate.chi_square() <= (1.0 - policy.release_reduction) * facts.chi_square
-            || facts.excess(candidate.chi_square()) <= policy.release_excess)
-            && candidate.gain >= policy.release_share * most
-    };
-    let found = ranking.tried.iter().find_map(|t| {
+    let explains = |c: &&CandidateFacts| facts.excess(c.chi_square()) <= policy.excess;
+    let found = ranking.tried[..ranking.same.len()].iter().find_map(|t| {
         let candidate = ranking.candidate(t);
-        Some((t, candidate, candidate.released.as_ref().filter(|_| explains(candidate))?))
+        Some((t, candidate, Some(candidate).filter(explains)?.released.as_ref()?))
     });
     let Some((ranked, candidate, statement)) = found else { return fails("none does") };
     let share = percent_text(100.0 * candidate.gain / facts.chi_square);
@@ -173,111 +139,19 @@ fn stated(chosen: &Chosen) -> String {
     }
 }
 
-/// - Effects with more parameters than any generic impedance must fit better than each of them. None is named
-///   where a generic impedance explains the whole residual.
-/// - A single effect that explains the whole residual must fit as well as generic impedances with no more
-///   parameters.
-fn impedance_as_simple(case: &Case<'_>) -> Asked<Finding> {
-    let Case { facts, policy, before, .. } = case;
+fn impedance_predicts(case: &Case<'_>) -> Asked<Finding> {
     let chosen = case.chosen()?;
-    let (after, margin) = (facts.excess(chosen.chi_square), case.ranking.margin(chosen.chi_square));
-    let is_single = chosen.names.len() == 1;
-    let is_flexible = chosen.added > policy.generic_parameters && (policy.calibrated || is_single);
-    let of_gain = policy.least_improvement * (facts.chi_square - chosen.chi_square);
-    let reach = chosen.chi_square + margin + policy.margin(of_gain, chosen.chi_square, after);
-    let explains_all = |c: &ImpedanceFacts| {
-        policy.calibrated && *before > policy.large_excess && facts.excess(c.chi_square) <= policy.explained
-    };
-    let explains_alone = policy.calibrated && is_single && after <= policy.large_excess;
-    let comparison = |c: &ImpedanceFacts| {
-        let is_better =
-            explains_alone && c.parameters <= chosen.added && c.chi_square + margin < chosen.chi_square;
-        match (is_better, is_flexible && (c.chi_square <= reach || explains_all(c))) {
-            (true, _) => Some("fits better than"),
-            (false, true) => Some("fits, with fewer parameters, as well as"),
-            (false, false) => None,
-        }
-    };
-    let matching = facts.impedances.iter().filter_map(|c| Some((c, comparison(c)?)));
-    match matching.min_by(|(a, _), (b, _)| a.chi_square.total_cmp(&b.chi_square)) {
-        None => fails(format!("χ² {:.0} with {} parameters", chosen.chi_square, chosen.added)),
-        Some((ImpedanceFacts { interface, shape, .. }, comparison)) => {
-            let reason = format!(
-                "a generic {shape} at {interface} {comparison} {}: these data show that such an impedance is missing there, but do not identify \
-                 the effect",
-                stated(&chosen)
-            );
-            Ok(Holds(unknown(case, reason), chosen))
-        }
-    }
-}
-
-/// Returns the verdict that the best effects leave too much.
-fn leaves_too_much(case: &Case<'_>, chosen: Chosen) -> Asked<Finding> {
-    let after = case.facts.excess(chosen.chi_square);
-    let moved = case.impossible_number_beside_much(&chosen)?.map_or(String::new(), |(name, deviation)| {
-        format!(", although {name} moves by {deviation:+.0} of its standard deviations")
-    });
-    let worse = if case.predicts_worse(&chosen)? {
-        format!(", and predicts left-out {} worse than it fits", case.facts.data.blocks())
-    } else {
-        String::new()
-    };
+    let Some(impedance) = case.predicts_far_better(&chosen)? else { return fails("none does") };
     let reason = format!(
-        "the best effect of the library, {}, leaves a misfit {after:.1} times that of null simulations{moved}{worse}; a generic impedance at \
-         {} leaves {:.1} times",
+        "a generic {} at {} fits better than {}, and predicts left-out {} far better: the misfit is {:.1} and {:.1} times that of null simulations",
+        impedance.shape,
+        impedance.interface,
         stated(&chosen),
-        case.impedance_place(),
-        case.impedance_excess()
+        case.facts.data.blocks(),
+        case.facts.excess(impedance.chi_square),
+        case.facts.excess(chosen.chi_square)
     );
     Ok(Holds(unknown(case, reason), chosen))
-}
-
-fn effects_exhausted(case: &Case<'_>) -> Asked<Finding> {
-    let (chosen, policy) = (case.chosen()?, case.policy);
-    let (after, effects) = (case.facts.excess(chosen.chi_square), chosen.names.len());
-    // Only the largest number ended the search for further effects: records of another machine need ever
-    // more.
-    let is_exhausted = policy.calibrated && effects == policy.most_effects && after > policy.excess;
-    if is_exhausted || (effects > 1 && after > policy.combination_excess) {
-        return leaves_too_much(case, chosen);
-    }
-    fails(format!("{} leaves {after:.1} × null", stated(&chosen)))
-}
-
-fn little_reduced(case: &Case<'_>) -> Asked<Finding> {
-    let Case { facts, policy, .. } = case;
-    let chosen = case.chosen()?;
-    let after = facts.excess(chosen.chi_square);
-    let is_matched = after >= policy.generic_better * case.impedance_excess();
-    let least = if is_matched { policy.least_reduction } else { policy.least_reduction_unmatched };
-    if after > policy.large_excess && chosen.chi_square > (1.0 - least) * facts.chi_square {
-        return leaves_too_much(case, chosen);
-    }
-    let reduced = percent_text(100.0 * (1.0 - chosen.chi_square / facts.chi_square));
-    fails(format!("reduced by {reduced}, {after:.1} × null left"))
-}
-
-fn impossible_number(case: &Case<'_>) -> Asked<Finding> {
-    let chosen = case.chosen()?;
-    match case.impossible_number_beside_much(&chosen)? {
-        Some(_) => leaves_too_much(case, chosen),
-        None => fails("none, or little is left"),
-    }
-}
-
-fn impedance_better(case: &Case<'_>) -> Asked<Finding> {
-    let (chosen, policy) = (case.chosen()?, case.policy);
-    let (after, generic) = (case.facts.excess(chosen.chi_square), case.impedance_excess());
-    if after > policy.doubtful_excess && generic < policy.generic_better * after {
-        return leaves_too_much(case, chosen);
-    }
-    fails(format!("{generic:.1} for {after:.1} × null"))
-}
-
-fn predicts_worse(case: &Case<'_>) -> Asked<Finding> {
-    let chosen = case.chosen()?;
-    if case.predicts_worse(&chosen)? { leaves_too_much(case, chosen) } else { fails("they do not") }
 }
 
 fn explained(case: &Case<'_>) -> Asked<Finding> {
@@ -301,7 +175,7 @@ fn explained(case: &Case<'_>) -> Asked<Finding> {
         _ => format!("; rejected by cross-validation although they fit as well: {}", others.join(", ")),
     };
     let after = facts.excess(chosen.chi_square);
-    let rest = if after > case.policy.continue_from {
+    let rest = if after > case.policy.excess {
         format!("; a misfit {after:.1} times that of null simulations remains")
     } else {
         String::new()
@@ -377,7 +251,7 @@ fn other_cause(case: &Case<'_>, (verdict, chosen): (&Verdict, &Chosen)) -> Asked
         return fails("nothing is missing");
     }
     let after = facts.excess(chosen.chi_square);
-    let is_unexplained = after > policy.excess && after - 1.0 > policy.unrelated * (before - 1.0);
+    let is_unexplained = after > policy.excess && after - 1.0 > policy.unexplained * (before - 1.0);
     let mismatch = match facts.data == DataKind::Frf && is_unexplained {
         true => facts.mismatch.as_ref().ok_or(Need::Mismatch)?.found.as_ref(),
         false => None,

@@ -61,7 +61,7 @@ pub struct DiagnosisDocument {
     /// Missing dynamic stiffness at the best interfaces.
     #[serde(default)]
     pub delta_z: Vec<DeltaZ>,
-    /// All candidates, best first: by χ² with a penalty for flexibility.
+    /// All candidates, best first: by χ² plus ln n for each parameter, of n compared numbers.
     pub effects: Vec<EffectRow>,
     /// Values of the parameters of the machine as described.
     #[serde(default)]
@@ -247,6 +247,10 @@ pub struct EffectRow {
     pub closed95: Option<[f64; 2]>,
     /// Share of null simulations with a statistic as large (1).
     pub p_value: Option<f64>,
+    /// Gap (1) by which it would have to change the fitted FRFs to be significant in nine of ten tests, in a form typical
+    /// of it; null where parameters of the machine take it up, for modes and motion records.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seen_from: Option<f64>,
     /// Reduction of χ² over its scale in null simulations and over the excess that it leaves (1).
     #[serde(default)]
     pub statistic: f64,
@@ -360,6 +364,10 @@ pub struct VerdictRow {
     /// Phase of the motion with the largest residual.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub phase: Option<String>,
+    /// Smallest set of points, joints and shafts that holds what is missing with a probability of 0.9, by the evidence of
+    /// all explanations; those of the likeliest first. Empty where nothing is missing, for modes and motion records.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub places: Vec<String>,
 }
 
 /// A rule of the verdict.

@@ -181,6 +181,29 @@ pub(super) fn candidates_text(document: &DiagnosisDocument, heads: [&str; 5]) ->
     text
 }
 
+/// Returns from which size on effects that the verdict does not name would have been seen; empty where it is not
+/// known.
+fn seen_text(document: &DiagnosisDocument) -> String {
+    let tried = || document.effects.iter().filter(|row| row.status == EffectStatus::Tried && !row.selected);
+    let mut seen: Vec<(f64, &str)> =
+        tried().filter_map(|row| Some((row.seen_from?, row.id.as_str()))).collect();
+    if seen.is_empty() {
+        return String::new();
+    }
+    seen.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let from = seen.iter().map(|(from, id)| format!("{id} {}", percent(*from))).collect::<Vec<_>>();
+    let hidden: Vec<&str> =
+        tried().filter(|row| row.seen_from.is_none()).map(|row| row.id.as_str()).collect();
+    let never = match hidden.is_empty() {
+        true => String::new(),
+        false => format!("; parameters of the machine take up {}", hidden.join(", ")),
+    };
+    wrapped(&format!(
+        "nine of ten tests like this one would show an effect that changes the FRFs, as a gap, by: {}{never}",
+        from.join(", ")
+    ))
+}
+
 /// Returns the diagnosis of FRFs or modes as text, the verdict first.
 pub fn diagnosis_text(document: &DiagnosisDocument) -> String {
     let mut text = verdict_text(document);
@@ -215,12 +238,18 @@ pub fn diagnosis_text(document: &DiagnosisDocument) -> String {
     }
     text += &estimated_text(document);
     text += &candidates_text(document, ["effect", "χ² reduction", "held-out gap", "closed", "p"]);
+    text += &seen_text(document);
     let first = if document.places.first().is_some_and(|place| place.shape == NAMED && place.over.is_none()) {
         "the named effect, then "
     } else {
         ""
     };
     text += &format!("\nlocation: {first}generic impedances at interfaces, best first\n");
+    if !document.verdict.places.is_empty() {
+        let places = listed(&document.verdict.places, "or");
+        text +=
+            &wrapped(&format!("with a probability of 90 % at {places}, by the evidence of all explanations"));
+    }
     text += &document.verdict.band_text().map_or(String::new(), |band| wrapped(&band));
     let rows = document.places.iter().take(5);
     let rows = rows.map(|row| {

@@ -34,7 +34,7 @@ mod validate;
 
 pub use change::compare_results;
 pub use config::MachineConfig;
-pub use diagnose::{Ablation, DiagnosisRequest, FactsDocument, NullCache, Policy};
+pub use diagnose::{Ablation, DiagnosisRequest, FactsDocument, NullCache, Policy, rules};
 pub use document_rows::positions as position_rows;
 pub use dynamics::model::RodModel;
 pub use effects::effects;

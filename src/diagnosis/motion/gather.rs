@@ -16,10 +16,10 @@ use crate::DataKind;
 use crate::case::Need;
 use crate::evidence::share_closed;
 use crate::facts::{
-    Answer, Beside, CandidateFacts, ContradictingHeldOut, Facts, Farthest, FaultFacts, ImpedanceFacts, Model,
-    Of, of,
+    Answer, Beside, CandidateFacts, ContradictingHeldOut, Facts, FaultFacts, ImpedanceFacts, Model, Of, of,
 };
 use crate::judgement::Answers;
+use crate::location::places_of;
 use crate::null_distribution::{NullDistribution, least_scale};
 use crate::verdict::frozen_text;
 use crate::{HypothesisKind, Policy};
@@ -70,12 +70,13 @@ impl<'g, 'w> MotionGatherer<'g, 'w> {
             chi_square: self.chi_square(self.tolerant.1.squares),
             candidates: self.candidates(&self.first, &self.tolerant),
             impedances: self.impedances(),
+            impedances_tried: 0,
             null: self.null(),
             left_out: Vec::new(),
             beside: Vec::new(),
             held_out_loss: Vec::new(),
             closed: Vec::new(),
-            farthest: Vec::new(),
+            log_occam: Vec::new(),
             fault_in_records: None,
             fault_held_out: None,
             fault_held_out_remains: Vec::new(),
@@ -138,6 +139,7 @@ impl<'g, 'w> MotionGatherer<'g, 'w> {
             CandidateFacts {
                 effects: ids.as_slice().to_vec(),
                 names: Effect::unrefined(self.context.effects, &ids).as_slice().to_vec(),
+                places: hypothesis.map_or_else(Vec::new, |h| places_of(h, self.context.effects)),
                 released: released.and_then(|(h, fit)| {
                     let at = *h.added.last()?;
                     Some(frozen_text(&h.machine.parameters[at], fit.values[at]))
@@ -238,6 +240,7 @@ impl<'g, 'w> MotionGatherer<'g, 'w> {
             fitted: Vec::new(),
             misfit: sorted(draws.iter().map(|draw| self.chi_square(draw.squares) / count).collect()),
             scales: scales.into_iter().map(|(_, id, scale)| (id, scale)).collect(),
+            seen_from: Vec::new(),
         }
     }
 
@@ -247,9 +250,7 @@ impl<'g, 'w> MotionGatherer<'g, 'w> {
         let is_significant = |best: &CandidateFacts| {
             let excess = facts.excess(best.chi_square());
             let statistic = best.gain / facts.null.scale(&best.id) / excess;
-            statistic >= policy.least_statistic
-                && facts.null.p_value(statistic) < policy.alpha
-                && best.gain >= policy.least_share * facts.chi_square
+            facts.null.p_value(statistic) < policy.alpha && best.gain >= policy.least_share * facts.chi_square
         };
         match facts.candidates.first().filter(|best| is_significant(best)) {
             Some(_) => Model::Candidate(0),
@@ -360,21 +361,6 @@ impl<'g, 'w> MotionGatherer<'g, 'w> {
         share_closed(gap_of(&before)?, gap_of(&after)?, floor)
     }
 
-    /// Returns the tolerance that a model moves farthest.
-    fn farthest(&self, model: Model) -> Option<Farthest> {
-        let (hypothesis, fit) = self.tolerant(model)?;
-        let data = &self.context.data;
-        // Force and settings of a loop from which an encoder is estimated are too uncertain.
-        if data.is_identifiable() {
-            return None;
-        }
-        let left = &data.y - prediction(&self.context.rigid, &hypothesis.machine, &fit.values, &data.motions);
-        let sizes = self.tolerances[0].sizes(&left);
-        let names = self.first.screening.nuisances.iter().map(|nuisance| nuisance.name.clone());
-        let farthest = names.zip(sizes.iter()).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
-        Some(Farthest { name: farthest.0, deviation: *farthest.1 })
-    }
-
     fn each<T>(&self, known: &[Of<T>], models: &[Model], figure: impl Fn(Model) -> T) -> Vec<Of<T>> {
         let missing = models.iter().filter(|model| of(known, **model).is_none());
         missing.map(|model| Of { model: *model, value: figure(*model) }).collect()
@@ -399,10 +385,6 @@ impl Answers for MotionGatherer<'_, '_> {
                 let found = self.each(&facts.closed, &[*model], |model| self.closed(model));
                 facts.closed.extend(found);
             }
-            Need::Farthest(model) => {
-                let found = self.each(&facts.farthest, &[*model], |model| self.farthest(model));
-                facts.farthest.extend(found);
-            }
             Need::ContradictingHeldOut(model) => {
                 let shifts = self.shifts(*model);
                 let all = self.contradictions(&shifts);
@@ -415,8 +397,10 @@ impl Answers for MotionGatherer<'_, '_> {
             Need::Detail(at) => {
                 facts.candidates[*at].chi_square_in_detail = Some(facts.candidates[*at].chi_square());
             }
-            // Answered from the start: these records show no such fault, or are corrected for it.
-            Need::FaultHeldOut(_)
+            // Answered from the start: these records show no such fault, or are corrected for it. Occam factors
+            // need ranges, which linear parameters do not have.
+            Need::Occam(_)
+            | Need::FaultHeldOut(_)
             | Need::Impedances(..)
             | Need::OnePosition
             | Need::Chain

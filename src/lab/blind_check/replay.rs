@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use serde_json::Value;
 
 use super::diagnose_cases::{DIAGNOSES, facts_file};
-use crate::withheld::{Answer, CASES, FOLLOW_UP, Run, Seal, files_of, judge, label_of};
+use crate::withheld::{Answer, CASES, FOLLOW_UP, Judgement, Run, Seal, files_of, judge, label_of};
 use numeric::parallel::OrFirstError;
 use reference_simulator::{Kind, Label};
 use report::diagnosis::VerdictRow;
@@ -33,6 +33,8 @@ pub struct Replayed {
     pub open: Vec<String>,
     /// Correct verdicts.
     pub right: usize,
+    /// Cases whose verdict becomes correct, and is no longer correct.
+    pub turned: [usize; 2],
     /// Verdicts that name one effect: those of an effect of the case, and all.
     pub single: [usize; 2],
     /// Machines that lack nothing: those on which a discrepancy is reported, and all.
@@ -70,10 +72,22 @@ pub fn stored_cases(folder: &Path) -> StudyResult<Vec<StoredCase>> {
     Ok(cases)
 }
 
-/// Judges stored cases by the rules with numbers that a function changes.
-pub fn replay(cases: &[StoredCase], changed: impl Fn(&Policy) -> Policy + Sync) -> Replayed {
-    let verdicts: Vec<Option<VerdictRow>> =
-        cases.par_iter().map(|case| case.facts.judge(&changed(case.facts.policy()))).collect();
+/// Judges stored cases by the rules, without those of some names, and with numbers that a function changes.
+pub fn replay(
+    cases: &[StoredCase],
+    left_out: &[String],
+    changed: impl Fn(&Policy) -> Policy + Sync,
+) -> Replayed {
+    counted(cases, |facts| facts.judge(&changed(facts.policy()), left_out))
+}
+
+/// Judges stored cases by their probabilities.
+pub fn by_evidence(cases: &[StoredCase]) -> Replayed {
+    counted(cases, FactsDocument::by_evidence)
+}
+
+fn counted(cases: &[StoredCase], judged: impl Fn(&FactsDocument) -> Option<VerdictRow> + Sync) -> Replayed {
+    let verdicts: Vec<Option<VerdictRow>> = cases.par_iter().map(|case| judged(&case.facts)).collect();
     let mut all = Replayed { cases: cases.len(), ..Replayed::default() };
     for (case, verdict) in cases.iter().zip(verdicts) {
         let Some(verdict) = verdict else {
@@ -100,17 +114,27 @@ fn shown(verdict: &VerdictRow) -> String {
     format!("{} {names} [{rule}]", verdict.kind).replace("  ", " ")
 }
 
-impl Replayed {
-    fn add(&mut self, case: &StoredCase, verdict: &VerdictRow) {
-        let mut answer = case.answer.clone();
+impl StoredCase {
+    /// Compares a verdict with the label.
+    fn judged(&self, verdict: &VerdictRow) -> Judgement {
+        let mut answer = self.answer.clone();
         if let Ok(diagnosis) = &mut answer.diagnosis {
             let own = &mut diagnosis.verdict;
             own.kind = verdict.kind.to_string();
             own.effects.clone_from(&verdict.effects);
             own.faults.clone_from(&verdict.faults);
         }
-        let judged = judge(&case.label, case.name.ends_with(FOLLOW_UP), &answer);
+        judge(&self.label, self.name.ends_with(FOLLOW_UP), &answer)
+    }
+}
+
+impl Replayed {
+    fn add(&mut self, case: &StoredCase, verdict: &VerdictRow) {
+        let judged = case.judged(verdict);
         self.right += usize::from(judged.right);
+        let was_right = case.judged(&case.facts.verdict).right;
+        self.turned[0] += usize::from(judged.right && !was_right);
+        self.turned[1] += usize::from(was_right && !judged.right);
         if let Some(is_right) = judged.single_right {
             self.single[0] += usize::from(is_right);
             self.single[1] += 1;

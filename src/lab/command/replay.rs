@@ -2,15 +2,17 @@
 
 use std::path::PathBuf;
 
-use crate::blind_check::replay::{Replayed, StoredCase, numbers, replay, stored_cases, with_number};
+use crate::blind_check::replay::{
+    Replayed, StoredCase, by_evidence, numbers, replay, stored_cases, with_number,
+};
 use cli::message::shown;
 use cli::outcome::{CommandResult, Outcome, print_out};
-use study::Policy;
+use study::{Policy, rules};
 
 /// Reads a number and its value.
 fn setting(text: &str) -> Result<(String, f64), String> {
     let read = |(name, value): (&str, &str)| Some((name.to_string(), value.parse().ok()?));
-    text.split_once('=').and_then(read).ok_or_else(|| "write NAME=VALUE, such as penalty=4".into())
+    text.split_once('=').and_then(read).ok_or_else(|| "write NAME=VALUE, such as excess=3".into())
 }
 
 /// Arguments of `replay`.
@@ -25,6 +27,15 @@ pub struct ReplayArguments {
     /// Multiply each number of the policy in turn by this factor
     #[arg(long, value_name = "FACTOR", conflicts_with = "set")]
     pub times: Option<f64>,
+    /// Judge by probabilities, too, in place of the rules
+    #[arg(long)]
+    pub evidence: bool,
+    /// Rules to leave out, comma-separated
+    #[arg(long, value_name = "RULES", value_delimiter = ',', value_parser = rules().collect::<Vec<_>>())]
+    pub without: Vec<String>,
+    /// Leave out each rule in turn
+    #[arg(long)]
+    pub each_rule: bool,
     /// List the cases whose verdict changes
     #[arg(long)]
     pub list: bool,
@@ -45,13 +56,22 @@ pub fn run(given: &ReplayArguments) -> CommandResult {
             with_number(&policy, name, |_| *value).unwrap_or(policy)
         })
     };
-    let mut rows = vec![("as set".to_string(), replay(&cases, changed))];
+    let mut rows = vec![("as set".to_string(), replay(&cases, &given.without, changed))];
+    if given.evidence {
+        rows.push(("by evidence".into(), by_evidence(&cases)));
+    }
+    if given.each_rule {
+        rows.extend(rules().map(|rule| {
+            let left_out = [&given.without[..], &[rule.to_string()]].concat();
+            (format!("without {rule}"), replay(&cases, &left_out, changed))
+        }));
+    }
     if let Some(factor) = given.times {
         rows.extend(known.into_iter().map(|name| {
             let changed = |policy: &Policy| {
                 with_number(policy, &name, |own| own * factor).unwrap_or_else(|| policy.clone())
             };
-            let found = replay(&cases, changed);
+            let found = replay(&cases, &given.without, changed);
             (name, found)
         }));
     }
@@ -62,17 +82,19 @@ pub fn run(given: &ReplayArguments) -> CommandResult {
 /// Returns the counts as a table.
 fn table(rows: &[(String, Replayed)], list: bool) -> String {
     let mut text = format!(
-        "{:<28} {:>5} {:>7} {:>5} {:>6} {:>11} {:>8} {:>8}\n",
-        "number", "cases", "changed", "open", "right", "single", "alarms", "outside"
+        "{:<31} {:>5} {:>7} {:>4} {:>5} {:>6} {:>5} {:>9} {:>7} {:>7}\n",
+        "", "cases", "changed", "open", "right", "better", "worse", "single", "alarms", "outside"
     );
     let of = |[part, all]: [usize; 2]| format!("{part} of {all}");
     for (name, found) in rows {
         text += &format!(
-            "{name:<28} {:>5} {:>7} {:>5} {:>6} {:>11} {:>8} {:>8}\n",
+            "{name:<31} {:>5} {:>7} {:>4} {:>5} {:>6} {:>5} {:>9} {:>7} {:>7}\n",
             found.cases,
             found.changed.len(),
             found.open.len(),
             found.right,
+            found.turned[0],
+            found.turned[1],
             of(found.single),
             of(found.alarms),
             of(found.outside)

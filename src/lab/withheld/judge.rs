@@ -133,7 +133,8 @@ pub fn judge(label: &Label, follow_up: bool, answer: &Answer) -> Judgement {
             stated.is_some_and(|phase| label.phases.iter().any(|truth| normalised(truth) == phase))
         }),
         band_overlap: verdict.band_hz.zip(label.band_hz).and_then(|(a, b)| overlap(a, b)),
-        closed_truth: label.gap.closed,
+        // The label's gaps are those of the first measurement.
+        closed_truth: label.gap.closed.filter(|_| !follow_up),
         closed: chosen.and_then(|(closed, _)| closed),
         closed95: chosen.and_then(|(_, closed95)| closed95),
         seconds: answer.seconds,

@@ -66,6 +66,7 @@ pub fn verdict_row(verdict: &Verdict, place: Option<String>) -> VerdictRow {
         place,
         band_hz: None,
         phase: None,
+        places: Vec::new(),
     }
 }
 

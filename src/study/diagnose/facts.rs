@@ -7,10 +7,11 @@ use serde::{Deserialize, Serialize};
 
 use super::effects::verdict_row;
 use crate::{StudyError, StudyResult};
-use diagnosis::{Facts, Policy, judge};
+use diagnosis::{Facts, Policy, judge_without, verdict_by_evidence};
 use file_access::{MOST_DOCUMENT_BYTES, read_text};
 use report::diagnosis::VerdictRow;
 use report::document::Stamp;
+use report::vocabulary::VerdictKind;
 
 /// `facts.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -48,10 +49,21 @@ impl FactsDocument {
         Policy::of(self.facts.data)
     }
 
-    /// Judges the facts by the rules, with given numbers. `None` where a rule needs facts that were not
-    /// gathered.
-    pub fn judge(&self, policy: &Policy) -> Option<VerdictRow> {
-        let judgement = judge(&self.facts, policy).ok()?;
+    /// Judges the facts by the rules, without those of some names, and with given numbers. `None` where a rule needs
+    /// facts that were not gathered.
+    pub fn judge(&self, policy: &Policy, left_out: &[String]) -> Option<VerdictRow> {
+        let judgement = judge_without(&self.facts, policy, left_out).ok()?;
         Some(VerdictRow { rule: Some(judgement.rule.into()), ..verdict_row(&judgement.verdict, None) })
+    }
+
+    /// Returns the verdict that probabilities would give in place of the rules; that of the rules where these find a
+    /// fault of records, or too few data. `None` where the facts lack what probabilities rest on.
+    pub fn by_evidence(&self) -> Option<VerdictRow> {
+        match self.verdict.kind {
+            VerdictKind::Measurement | VerdictKind::Insufficient | VerdictKind::WrongParameter => {
+                Some(self.verdict.clone())
+            }
+            _ => Some(verdict_row(&verdict_by_evidence(&self.facts)?, None)),
+        }
     }
 }

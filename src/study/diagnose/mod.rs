@@ -12,7 +12,7 @@ use std::path::PathBuf;
 
 pub use self::facts::FactsDocument;
 use crate::{Study, StudyError, StudyResult};
-pub use diagnosis::{Ablation, Policy};
+pub use diagnosis::{Ablation, Policy, rules};
 use diagnosis::{NullDistribution, Trial};
 use numeric::statistics::median;
 use report::diagnosis::{DiagnosisDocument, NullRow, RuleRow};

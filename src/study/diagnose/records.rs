@@ -172,6 +172,7 @@ fn list_effects(
                     .filter(|_| found.verdict.effects.first().is_some_and(|first| first.is_only(&t.id)))
                     .map(|(a, b)| [a, b]),
                 p_value: t.p_value,
+                seen_from: None,
                 statistic: t.statistic,
                 misfit_reduction: t.gain.max(0.0),
                 parameters95: BTreeMap::new(),

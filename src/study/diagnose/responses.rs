@@ -11,9 +11,9 @@ use super::{DiagnosisRequest, FactsDocument};
 use super::{null_row, rule_row};
 use crate::{Study, StudyError, StudyResult, document_rows};
 use diagnosis::{
-    Ablation, Diagnosis, DiagnosisSettings, Domain, Fitted, Hypothesis, HypothesisKind, PartialGap, closed,
-    closed_interval, diagnose, fitter, floor_over, gap_over, implausibility, peak_errors, relaxes_within,
-    stated_id, values_of,
+    Ablation, Diagnosis, DiagnosisSettings, Domain, Fitted, Hypothesis, HypothesisKind, PartialGap,
+    VerdictKind, closed, closed_interval, diagnose, explanations, fitter, floor_over, gap_over,
+    implausibility, peak_errors, places, relaxes_within, stated_id, values_of,
 };
 use long_work::{found_in, kept_as};
 use machine::{Data, Effect, Parameter, TargetKind};
@@ -126,6 +126,8 @@ fn to_document(
         warnings.push("nothing is held out, so that the closed share of the gap is unknown; hold positions or records out".into());
     }
     let chosen = chosen_row(held_out, found, interval)?;
+    let is_missing = !matches!(found.judgement.verdict.kind, VerdictKind::None | VerdictKind::Insufficient);
+    let explanations = explanations(&found.facts).unwrap_or_default();
     Ok(document::DiagnosisDocument {
         stamp: study.stamp("diagnosis", study.settings.seed, found.complete, warnings),
         machine: study.machine_text(),
@@ -149,6 +151,7 @@ fn to_document(
         verdict: document::VerdictRow {
             band_hz: found.location.band_hz,
             rule: Some(found.judgement.rule.into()),
+            places: if is_missing { places(&explanations) } else { Vec::new() },
             ..verdict_row(&found.judgement.verdict, found.location.interface.clone())
         },
         places: list_places(found),
@@ -242,6 +245,10 @@ fn list_effects(
                 closed: fitted.and_then(|_| closed(&found.held_out, held_out)),
                 closed95: interval.filter(|_| is_chosen).map(|(a, b)| [a, b]),
                 p_value: fitted.map(|_| t.p_value),
+                seen_from: {
+                    let mut all = found.facts.null.seen_from.iter();
+                    all.find(|(id, _)| *id == t.candidate.id).map(|(_, change)| *change)
+                },
                 statistic: t.statistic,
                 misfit_reduction: gain / found.nominal.1.chi_square,
                 parameters: own.iter().map(|(p, value)| (stated(&p.id), *value)).collect(),
