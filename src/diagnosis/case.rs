@@ -3,7 +3,9 @@
 //! A figure that rests on facts which were not gathered yet is asked for: [`Need`].
 
 use super::data_kind::DataKind;
-use super::facts::{Beside, CandidateFacts, ContradictingHeldOut, Facts, ImpedanceFacts, Model, Of, of};
+use super::facts::{
+    Beside, CandidateFacts, ContradictingHeldOut, Facts, Farthest, ImpedanceFacts, Model, Of, of,
+};
 use super::null_distribution::least_scale;
 use super::policy::Policy;
 use super::ranking::{Ranked, Ranking};
@@ -28,6 +30,8 @@ pub enum Need {
     Closed(Model),
     /// Occam factors of models.
     Occam(Vec<Model>),
+    /// The number of the machine that a model moves farthest.
+    Farthest(Model),
     /// Whether a candidate leaves the fault of a held-out record.
     FaultHeldOut(Model),
     /// Whether all records were measured at one position.
@@ -163,14 +167,14 @@ impl<'f> Case<'f> {
         Ok(case)
     }
 
-    /// Whether a candidate is significant: rarer in null simulations than may be by chance, not small, and it improves
-    /// the prediction of left-out positions.
+    /// Whether a candidate is significant: rarer in null simulations than may be by chance, and not small. With an excess
+    /// of one it must also improve the prediction of left-out positions.
     fn is_significant(&self, ranked: &Ranked) -> bool {
         let Policy { alpha, least_share, .. } = *self.policy;
         let loss = self.facts.left_out(Model::Candidate(ranked.at));
         let predicts = loss.is_none_or(|loss| loss < self.nominal_loss);
         let is_small = self.ranking.candidate(ranked).gain < least_share * self.facts.chi_square;
-        !is_small && predicts && ranked.p_value < alpha
+        !is_small && ranked.p_value < alpha && (predicts || self.before > 1.0)
     }
 
     /// Whether the misfit asks for an explanation.
@@ -359,6 +363,11 @@ impl<'f> Case<'f> {
     /// Returns the share of the held-out gap that a model closes.
     pub fn closed(&self, model: Model) -> Asked<Option<f64>> {
         asked(&self.facts.closed, model, Need::Closed).copied()
+    }
+
+    /// Returns the number of the machine that a model moves farthest from its description.
+    pub fn farthest(&self, model: Model) -> Asked<Option<&'f Farthest>> {
+        Ok(asked(&self.facts.farthest, model, Need::Farthest)?.as_ref())
     }
 
     /// Returns the models of what a verdict names: the chosen one, and those of further single effects.

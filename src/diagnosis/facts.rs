@@ -47,6 +47,8 @@ pub struct Facts {
     /// Natural logarithm of the share of the parameters' ranges that the data leave to a model.
     #[serde(default)]
     pub log_occam: Vec<Of<f64>>,
+    /// Number of the machine that a model moves farthest from its description.
+    pub farthest: Vec<Of<Option<Farthest>>>,
     /// Fault that records show by themselves, without a model.
     pub fault_in_records: Option<FaultFacts>,
     /// Fault of a held-out record that is far off while all others are not.
@@ -103,6 +105,15 @@ pub struct Of<T> {
 pub struct Answer<T> {
     /// What was found; null where there is nothing.
     pub found: Option<T>,
+}
+
+/// A number of the machine and its deviation.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Farthest {
+    /// Name of the number.
+    pub name: String,
+    /// Deviation in standard deviations of its tolerance.
+    pub deviation: f64,
 }
 
 /// A reason in words, with a proposed measurement.

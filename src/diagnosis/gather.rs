@@ -19,7 +19,7 @@ use super::location::places_of;
 use super::measuring_chain::{ChainCandidate, fault_of_all};
 use super::nominal_refit::NominalRefit;
 use super::null_distribution::NullDistribution;
-use super::one_machine::mismatch;
+use super::one_machine::{farthest, mismatch};
 use super::one_position::one_position;
 use super::policy::{LOCATIONS, Policy};
 use super::ranking::Ranking;
@@ -101,6 +101,7 @@ impl Gatherer<'_, '_> {
             held_out_loss: Vec::new(),
             closed: Vec::new(),
             log_occam: Vec::new(),
+            farthest: Vec::new(),
             fault_in_records: fault_in_records.map(|fault| fault.facts(set)),
             fault_held_out: self.fault_held_out.as_ref().map(|fault| fault.facts(set)),
             fault_held_out_remains: Vec::new(),
@@ -350,6 +351,10 @@ impl Answers for Gatherer<'_, '_> {
             Need::Occam(models) => {
                 let found = self.each((&facts.log_occam, models), |fit| log_occam(fitter, fit))?;
                 facts.log_occam.extend(found);
+            }
+            Need::Farthest(model) => {
+                let found = self.each((&facts.farthest, &[*model]), |fit| Ok(farthest(fit)))?;
+                facts.farthest.extend(found);
             }
             Need::Beside(model) => self.gather_beside(*model, facts)?,
             Need::Impedances(search, at) => {

@@ -83,6 +83,7 @@ pub(super) trait Answers {
         let mut all: Vec<Model> = fitted.map(Model::Candidate).collect();
         all.push(Model::Nominal);
         for model in &all {
+            self.answer(&Need::Farthest(*model), facts)?;
             self.answer(&Need::Closed(*model), facts)?;
         }
         all.extend((0..facts.impedances.len()).map(Model::Impedance));

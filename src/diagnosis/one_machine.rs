@@ -3,6 +3,9 @@
 
 use rayon::prelude::*;
 
+use super::facts::Farthest;
+use super::fit::{Fitted, values_of};
+use super::hypothesis::Hypothesis;
 use super::policy::ACTIVE_RECORDS;
 use measurement::modal::{CurveOptions, ModalFit, TrackRecord, fit_curve, track, with_curve_of};
 use measurement::{Activity, Frf, MeasurementSet};
@@ -56,6 +59,19 @@ pub(super) fn mismatch(set: &MeasurementSet, frfs: &[usize]) -> Option<Mismatch>
         return Some(Mismatch::ActiveDrivingPoints { active, all: driving.len() });
     }
     (regular_modes(set, &records)? == 0).then_some(Mismatch::NoRegularMode { records: records.len() })
+}
+
+/// Returns the number of the machine that a fit moves farthest, with its deviation in standard deviations of
+/// its tolerance; `None` where all are exact.
+pub(super) fn farthest((hypothesis, fitted): (&Hypothesis, &Fitted)) -> Option<Farthest> {
+    let values = values_of(hypothesis, fitted);
+    let numbers =
+        hypothesis.machine.parameters.iter().zip(values).filter(|(parameter, _)| parameter.is_tolerance());
+    let deviations = numbers.filter_map(|(parameter, value)| {
+        let deviation = parameter.prior?.deviation(parameter.start, value);
+        Some(Farthest { name: parameter.name().into(), deviation })
+    });
+    deviations.max_by(|a, b| a.deviation.abs().total_cmp(&b.deviation.abs()))
 }
 
 /// Returns the number of modes that continue over the nut positions; `None` where there are too few records

@@ -6,7 +6,6 @@
 use serde::{Deserialize, Serialize};
 
 use super::data_kind::DataKind;
-use super::probability::PriorProbabilities;
 
 /// Numbers by which the rules judge facts.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -39,6 +38,10 @@ pub struct Policy {
     /// Share of the misfit beyond null simulations, and of the squared held-out gap above the noise
     /// floor, that it leaves: it may exceed one of both. Records of several machines leave more of the misfit, too.
     pub unexplained: f64,
+    /// Standard deviations of a tolerance beyond which something is missing though no effect is significant.
+    ///
+    /// # Source  a normal tolerance exceeds four standard deviations once in 16,000 machines.
+    pub implausible: f64,
     /// Ratio of the cross-validation loss of a better fitting generic impedance to that of the effect below which
     /// the impedance is the better explanation.
     pub left_out_generic: f64,
@@ -76,6 +79,8 @@ const FRF: Policy = Policy {
     most_effects: 3,
     next_share: 0.5,
     unexplained: 0.5,
+    // The tolerances of FRFs and modes are numbers of the description, whose own warnings state it.
+    implausible: f64::MAX,
     left_out_generic: 0.65,
     decisive: 3.0,
     advantage: 0.0,
@@ -94,6 +99,7 @@ const MOTION: Policy = Policy {
     // 1000 null simulations: rarer ones are not resolved.
     alpha: 0.005,
     least_share: 0.03,
+    implausible: 4.0,
     left_out_generic: 0.5,
     advantage: 0.5,
     ..FRF
@@ -121,6 +127,21 @@ pub const EQUIVALENT: f64 = FRF.equivalent;
 pub(super) const LOCATIONS: (usize, usize) = (5, 3);
 
 // Probabilities.
+/// Prior probabilities of the kinds of explanations: each is shared equally by all explanations of its kind.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct PriorProbabilities {
+    /// The machine as described, within its tolerances.
+    pub none: f64,
+    /// One effect of the library, or number of the description.
+    pub effect: f64,
+    /// A combination.
+    pub combination: f64,
+    /// A cause that the library lacks, at an interface.
+    pub unknown: f64,
+    /// A fault of the measuring chain of all records.
+    pub fault: f64,
+}
+
 /// Prior probabilities: half of the machines under test lack nothing. All effects together, and combinations of two,
 /// one in fifteen of these; a cause that no library has, and a fault of the measuring chain of all records.
 pub(super) const PRIOR: PriorProbabilities =

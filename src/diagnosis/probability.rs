@@ -7,21 +7,6 @@ use super::verdict::{Verdict, VerdictKind};
 use machine::EffectIds;
 use numeric::statistics::log_sum_exp;
 
-/// Prior probabilities of the kinds of explanations: each is shared equally by all explanations of its kind.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct PriorProbabilities {
-    /// The machine as described, within its tolerances.
-    pub none: f64,
-    /// One effect of the library, or number of the description.
-    pub effect: f64,
-    /// A combination.
-    pub combination: f64,
-    /// A cause that the library lacks, at an interface.
-    pub unknown: f64,
-    /// A fault of the measuring chain of all records.
-    pub fault: f64,
-}
-
 /// What may explain the data.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Explanation {

@@ -72,21 +72,27 @@ impl<'f> Ranking<'f> {
         if candidate.gain == 0.0 { f64::INFINITY } else { candidate.chi_square() + self.cost(ranked) }
     }
 
-    /// Returns what the parameters of a candidate cost in χ², in units of the misfit over null simulations. A fit that
-    /// is hardly different from that of another effect counts one parameter more.
+    /// Returns the number of parameters of a candidate. A fit that is hardly different from that of another effect counts
+    /// one more.
+    fn counted(&self, ranked: &Ranked) -> usize {
+        self.candidate(ranked).added + usize::from(self.candidate(ranked).is_limit)
+    }
+
+    /// Returns what the parameters of a candidate cost in χ², in units of the misfit over null simulations.
     ///
     /// # Source  Schwarz, Annals of Statistics 6 (1978) 461–464: χ² + k·ln n.
     fn cost(&self, ranked: &Ranked) -> f64 {
-        let candidate = self.candidate(ranked);
-        let parameters = candidate.added + usize::from(candidate.is_limit);
-        self.facts.excess(candidate.chi_square()) * parameters as f64 * self.facts.count.max(1.0).ln()
+        let unit = self.facts.excess(self.candidate(ranked).chi_square());
+        unit * self.counted(ranked) as f64 * self.facts.count.max(1.0).ln()
     }
 
-    /// Returns the indices of the candidates indistinguishable from the best.
+    /// Returns the indices of the candidates indistinguishable from the best, with no more parameters.
     fn indistinguishable(&self) -> Vec<usize> {
         let Some(first) = self.tried.first() else { return Vec::new() };
         let reach = self.criterion(first) + self.margin(self.candidate(first).chi_square());
-        (0..self.tried.len()).filter(|at| self.criterion(&self.tried[*at]) <= reach).collect()
+        let most = self.counted(first);
+        let is_rival = |t: &Ranked| self.criterion(t) <= reach && self.counted(t) <= most;
+        (0..self.tried.len()).filter(|at| is_rival(&self.tried[*at])).collect()
     }
 
     /// Moves what is kept as indistinguishable to the front.

@@ -5,7 +5,7 @@
 
 use super::case::{Asked, Case, Chosen, Confirmation, Need};
 use super::data_kind::DataKind;
-use super::facts::{CandidateFacts, Facts, Model};
+use super::facts::{CandidateFacts, Facts, Farthest, Model};
 use super::fault_rules::{
     chain_fault, contradicting_held_out, contradicting_record, exchanged_records, fault_held_out,
     fault_in_records, fault_of_all, one_position,
@@ -27,7 +27,7 @@ pub(super) type Rule = (&'static str, &'static str, Act);
 
 /// All rules, in their order.
 #[rustfmt::skip]
-pub(super) const RULES: [Rule; 17] = [
+pub(super) const RULES: [Rule; 18] = [
     ("too-few-numbers", "no more numbers were measured than are unknown", Decides(too_few_numbers)),
     ("fault-in-records", "records show a fault by themselves", Decides(fault_in_records)),
     ("one-position", "all records agree as if measured at one position", Decides(one_position)),
@@ -36,6 +36,7 @@ pub(super) const RULES: [Rule; 17] = [
     ("exchanged-records", "two records agree at each other's positions", Decides(exchanged_records)),
     ("contradicting-record", "all other records agree without one, or one channel", Decides(contradicting_record)),
     ("unexplained", "no effect is significant, but the misfit is not small", Decides(unexplained)),
+    ("implausible-tolerance", "no effect is significant, but a tolerance is implausible", Decides(implausible_tolerance)),
     ("agrees", "no effect is significant", Decides(agrees)),
     ("released-parameter", "a released parameter explains the data as well as any effect", Decides(released_parameter)),
     ("released-with-effects", "a released parameter is the best candidate", Decides(released_with_effects)),
@@ -72,6 +73,25 @@ fn unexplained(case: &Case<'_>) -> Asked<Finding> {
          {place} reduces χ² most"
     );
     on_nominal(case, unknown(case, reason))
+}
+
+fn implausible_tolerance(case: &Case<'_>) -> Asked<Finding> {
+    if let Some(best) = case.best() {
+        return fails(format!("{} is", best.id));
+    }
+    if case.policy.implausible == f64::MAX {
+        return fails("tolerances of these data are judged by their own warnings");
+    }
+    match case.farthest(Model::Nominal)? {
+        Some(Farthest { name, deviation }) if deviation.abs() > case.policy.implausible => {
+            let reason = format!(
+                "the misfit needs {name} at {deviation:+.1} of its standard deviations, and no effect of the library explains it"
+            );
+            on_nominal(case, unknown(case, reason))
+        }
+        Some(Farthest { name, deviation }) => fails(format!("{name} at {deviation:+.1} standard deviations")),
+        None => fails("none is estimated"),
+    }
 }
 
 fn agrees(case: &Case<'_>) -> Asked<Finding> {

@@ -4,7 +4,7 @@ use super::case::Need;
 use super::data_kind::DataKind;
 use super::facts::{
     Answer, Beside, CandidateFacts, ChainFacts, ContradictingHeldOut, ContradictionFacts, ExchangedFacts,
-    Facts, FaultFacts, ImpedanceFacts, Model, Of, OnePosition, Remark,
+    Facts, Farthest, FaultFacts, ImpedanceFacts, Model, Of, OnePosition, Remark,
 };
 use super::judgement::{Judgement, judge};
 use super::null_distribution::NullDistribution;
@@ -62,6 +62,7 @@ fn plain() -> Facts {
         held_out_loss: vec![of(Model::Nominal, 3000.0), of(first, 600.0)],
         closed: vec![of_left_out(first, 0.9)],
         log_occam: Vec::new(),
+        farthest: Vec::new(),
         fault_in_records: None,
         fault_held_out: None,
         fault_held_out_remains: vec![of_remains(first)],
@@ -88,6 +89,7 @@ fn judged(mut facts: Facts) -> Judgement {
                 let value = ContradictingHeldOut { fault: None, beyond_effects: None };
                 facts.contradicting_held_out.push(Of { model, value });
             }
+            Err(Need::Farthest(model)) => facts.farthest.push(Of { model, value: None }),
             Err(Need::Closed(model)) => facts.closed.push(Of { model, value: None }),
             Err(Need::LeftOut(models)) => {
                 facts.left_out.extend(models.into_iter().map(|model| Of { model, value: None }));
@@ -132,7 +134,7 @@ fn releases(facts: &mut Facts, before: f64, after: f64) {
 
 type Row = (&'static str, VerdictKind, fn(&mut Facts));
 
-const ROWS: [Row; 17] = [
+const ROWS: [Row; 18] = [
     ("too-few-numbers", VerdictKind::Insufficient, |facts| facts.unknowns = 1000),
     ("fault-in-records", VerdictKind::Measurement, |facts| facts.fault_in_records = Some(fault("noise"))),
     ("one-position", VerdictKind::Measurement, |facts| {
@@ -157,6 +159,12 @@ const ROWS: [Row; 17] = [
     ("unexplained", VerdictKind::Unknown, |facts| {
         fits(facts, 5000.0, 5000.0);
         facts.impedances = vec![impedance(3, 5000.0, 1000.0)];
+    }),
+    ("implausible-tolerance", VerdictKind::Unknown, |facts| {
+        fits(facts, 1000.0, 999.0);
+        facts.data = DataKind::Motion;
+        let value = Some(Farthest { name: "synchrony".into(), deviation: 5.0 });
+        facts.farthest = vec![Of { model: Model::Nominal, value }];
     }),
     ("agrees", VerdictKind::None, |facts| fits(facts, 1000.0, 999.0)),
     ("released-parameter", VerdictKind::WrongParameter, |facts| releases(facts, 5000.0, 1000.0)),

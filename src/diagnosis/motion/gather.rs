@@ -16,7 +16,8 @@ use crate::DataKind;
 use crate::case::Need;
 use crate::evidence::share_closed;
 use crate::facts::{
-    Answer, Beside, CandidateFacts, ContradictingHeldOut, Facts, FaultFacts, ImpedanceFacts, Model, Of, of,
+    Answer, Beside, CandidateFacts, ContradictingHeldOut, Facts, Farthest, FaultFacts, ImpedanceFacts, Model,
+    Of, of,
 };
 use crate::judgement::Answers;
 use crate::location::places_of;
@@ -77,6 +78,7 @@ impl<'g, 'w> MotionGatherer<'g, 'w> {
             held_out_loss: Vec::new(),
             closed: Vec::new(),
             log_occam: Vec::new(),
+            farthest: Vec::new(),
             fault_in_records: None,
             fault_held_out: None,
             fault_held_out_remains: Vec::new(),
@@ -361,6 +363,21 @@ impl<'g, 'w> MotionGatherer<'g, 'w> {
         share_closed(gap_of(&before)?, gap_of(&after)?, floor)
     }
 
+    /// Returns the tolerance that a model moves farthest.
+    fn farthest(&self, model: Model) -> Option<Farthest> {
+        let (hypothesis, fit) = self.tolerant(model)?;
+        let data = &self.context.data;
+        // Force and settings of a loop from which an encoder is estimated are too uncertain.
+        if data.is_identifiable() {
+            return None;
+        }
+        let left = &data.y - prediction(&self.context.rigid, &hypothesis.machine, &fit.values, &data.motions);
+        let sizes = self.tolerances[0].sizes(&left);
+        let names = self.first.screening.nuisances.iter().map(|nuisance| nuisance.name.clone());
+        let farthest = names.zip(sizes.iter()).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+        Some(Farthest { name: farthest.0, deviation: *farthest.1 })
+    }
+
     fn each<T>(&self, known: &[Of<T>], models: &[Model], figure: impl Fn(Model) -> T) -> Vec<Of<T>> {
         let missing = models.iter().filter(|model| of(known, **model).is_none());
         missing.map(|model| Of { model: *model, value: figure(*model) }).collect()
@@ -384,6 +401,10 @@ impl Answers for MotionGatherer<'_, '_> {
             Need::Closed(model) => {
                 let found = self.each(&facts.closed, &[*model], |model| self.closed(model));
                 facts.closed.extend(found);
+            }
+            Need::Farthest(model) => {
+                let found = self.each(&facts.farthest, &[*model], |model| self.farthest(model));
+                facts.farthest.extend(found);
             }
             Need::ContradictingHeldOut(model) => {
                 let shifts = self.shifts(*model);

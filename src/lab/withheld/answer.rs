@@ -29,6 +29,9 @@ pub struct VerdictAnswer {
     /// Interface at which an effect is missing.
     #[serde(default, rename = "where", skip_serializing_if = "Option::is_none")]
     pub interface: Option<String>,
+    /// Set of places that holds what is missing.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub places: Vec<String>,
     /// Phase of the motion in which the effect is missing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub phase: Option<String>,
@@ -51,6 +54,7 @@ impl VerdictAnswer {
             kind: "failed".into(),
             effects: Vec::new(),
             interface: None,
+            places: Vec::new(),
             phase: None,
             faults: Vec::new(),
             band_hz: None,

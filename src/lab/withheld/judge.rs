@@ -53,6 +53,8 @@ pub struct Judgement {
     pub single_right: Option<bool>,
     /// Whether the stated location is that of an effect of the case.
     pub place_right: bool,
+    /// The stated set of places; absent without one, or where nothing is missing.
+    pub places_hold: Option<PlacesHold>,
     /// Whether the stated phase is one in which the effects of the case show; absent for data without phases.
     pub phase_right: Option<bool>,
     /// Intersection over union of the bands on the logarithmic axis, where both are known.
@@ -102,6 +104,10 @@ pub fn judge(label: &Label, follow_up: bool, answer: &Answer) -> Judgement {
         Kind::Unknown => kind == "unknown",
     };
     let chosen = diagnosis.and_then(|d| chosen(d, &named));
+    let is_place = |place: &str| {
+        let accepted = label.places.iter().flat_map(|truth| &truth.accepted);
+        accepted.into_iter().any(|name| name.eq_ignore_ascii_case(place))
+    };
     Judgement {
         kind: label.kind,
         follow_up,
@@ -122,11 +128,10 @@ pub fn judge(label: &Label, follow_up: bool, answer: &Answer) -> Judgement {
         all_named,
         names: named.len(),
         single_right: verdict.single().map(|id| label.effects.iter().any(|effect| effect == id)),
-        place_right: diagnosis.and_then(stated_place).is_some_and(|place| {
-            label
-                .places
-                .iter()
-                .any(|truth| truth.accepted.iter().any(|name| name.eq_ignore_ascii_case(place)))
+        place_right: diagnosis.and_then(stated_place).is_some_and(is_place),
+        places_hold: (!verdict.places.is_empty() && !label.places.is_empty()).then(|| PlacesHold {
+            hold: verdict.places.iter().any(|place| is_place(place)),
+            count: verdict.places.len(),
         }),
         phase_right: (!label.phases.is_empty()).then(|| {
             let stated = diagnosis.and_then(stated_phase).map(normalised);
@@ -140,6 +145,15 @@ pub fn judge(label: &Label, follow_up: bool, answer: &Answer) -> Judgement {
         seconds: answer.seconds,
         verdict,
     }
+}
+
+/// A stated set of places, compared with the truth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PlacesHold {
+    /// Whether a true place is among them.
+    pub hold: bool,
+    /// Their number.
+    pub count: usize,
 }
 
 impl Judgement {

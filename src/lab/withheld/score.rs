@@ -55,6 +55,10 @@ pub struct Naming {
 pub struct LocationScore {
     /// Correct interfaces, of all cases: failures and empty lists count as wrong.
     pub interface: Proportion,
+    /// Stated sets of places that hold a true one, of all stated ones.
+    pub places_hold: Proportion,
+    /// Number of places of a set.
+    pub places: Spread,
     /// Correct phases, of all cases in motion.
     pub phase: Proportion,
     /// Intersection over union of bands on the logarithmic axis, where both are stated.
@@ -252,7 +256,10 @@ fn naming(of: &[&Judgement]) -> Naming {
 
 fn location(of: &[&Judgement]) -> LocationScore {
     let overlaps: Vec<f64> = of.iter().filter_map(|j| j.band_overlap).collect();
+    let sets = || of.iter().filter_map(|j| j.places_hold);
     LocationScore {
+        places_hold: Proportion::new(sets().filter(|set| set.hold).count(), sets().count()),
+        places: Spread::of(&sets().map(|set| set.count as f64).collect::<Vec<f64>>()),
         interface: share(of.iter().copied(), |j| j.place_right),
         phase: share(of.iter().copied().filter(|j| j.phase_right.is_some()), |j| j.phase_right == Some(true)),
         band_touches: Proportion::new(overlaps.iter().filter(|o| **o > 0.0).count(), overlaps.len()),

@@ -152,6 +152,8 @@ fn line(text: &mut String, what: &str, row: &Proportion) {
 
 fn place(text: &mut String, what: &str, location: &LocationScore) {
     line(text, &format!("interface, {what}"), &location.interface);
+    line(text, &format!("sets of places, {what}"), &location.places_hold);
+    spread(text, "  places of a set", &location.places, 0);
     line(text, &format!("phase, {what}"), &location.phase);
     line(text, &format!("bands overlap, {what}"), &location.band_touches);
     spread(text, "  overlap over union", &location.band_overlap, 2);
