@@ -167,16 +167,19 @@ def test_an_interrupt_ends_a_call(work, study):
         "peaks": lambda: jd.peaks(many, max_order=120, progress=False),
     }[work]
 
+    # Processor time, which other programs do not lengthen; the whole work takes far more of it.
+    begun: list[float] = []
+
     def interrupt():
         time.sleep(0.4)
-        os.kill(os.getpid(), signal.SIGINT)
+        begun.append(time.process_time())
+        signal.raise_signal(signal.SIGINT)
 
     threading.Thread(target=interrupt).start()
-    begun = time.monotonic()
     try:
         with pytest.raises(KeyboardInterrupt):
             long()
-        assert time.monotonic() - begun < 0.4 + 1.0
+        assert time.process_time() - begun[0] < (os.cpu_count() or 1) * 1.0
     finally:
         signal.signal(signal.SIGINT, before)
 

@@ -24,6 +24,8 @@ pandas = pytest.importorskip("pandas")
 FEW = np.linspace(8.0, 400.0, 60)
 # The simulated machines are exactly as described.
 SETTINGS = {"freeze": ["c_al", "c_ar", "c_n", "c_m", "c_s"], "tolerances": False}
+kills = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="this system has no SIGKILL")
+forks = pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
 K_N = [5e8 * np.exp(x) for x in np.linspace(-0.3, 0.3, 200)]
 
 
@@ -90,6 +92,7 @@ def kill_a_worker(folder: Path, after: int, processes) -> None:
     os.kill(next(iter(processes())), signal.SIGKILL)
 
 
+@kills
 def test_a_killed_worker_of_a_pool_is_replaced(eight, tmp_path):
     made = fleet(tmp_path, sets(8), bootstrap=40)
     with pool() as executor:
@@ -124,6 +127,7 @@ def with_a_broken_and_a_deadly_one(count: int) -> dict[str, jd.MeasurementSet | 
     return machines | {names[1]: "nowhere", names[count // 2]: deadly}
 
 
+@kills
 @pytest.mark.parametrize("where", ["pool", "dask"])
 def test_only_the_machine_that_kills_its_worker_is_blamed(where, tmp_path):
     count = int(os.environ.get("JOINTID_MACHINES", "8"))
@@ -198,14 +202,15 @@ assert os.waitpid(pid, 0)[1] == 0
 """
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+@forks
 def test_a_forked_child_says_that_it_lacks_threads():
     ran = subprocess.run(
-        [sys.executable, "-c", FORKED], capture_output=True, text=True, check=False, timeout=60
+        [sys.executable, "-c", FORKED], capture_output=True, text=True, check=False, timeout=600
     )
     assert (ran.returncode, ran.stdout.strip()) == (0, "True"), ran.stderr
 
 
+@kills
 def test_a_killed_worker_of_dask_is_replaced(eight, tmp_path):
     distributed = pytest.importorskip("distributed")
     made = fleet(tmp_path, sets(8), bootstrap=40)
@@ -231,6 +236,7 @@ def _scheduler(folder: str) -> None:
     fleet(Path(folder), sets(8), bootstrap=40).run(workers=2)
 
 
+@kills
 def test_a_lost_scheduler_costs_what_was_under_way(eight, tmp_path):
     pytest.importorskip("distributed")
     process = multiprocessing.get_context("spawn").Process(target=_scheduler, args=(str(tmp_path),))
@@ -279,13 +285,17 @@ def test_fleets_refuse_what_they_cannot_do(tmp_path):
         jd.Fleet(tmp_path / "out", None, {})
     with pytest.raises(jd.InputError, match="Dask client or an executor"):
         jd.Fleet(tmp_path / "out", None, {"m": "measurements/tian"}).run("tcp://somewhere")
+    with pytest.raises(jd.InputError, match="there is no «n»"):
+        jd.Fleet(tmp_path / "out", {"m": "configs/tian.toml"}, {"n": "measurements/tian"})
+
+
+@forks
+def test_fleets_refuse_a_pool_that_forks(tmp_path):
     with (
         ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("fork")) as forking,
         pytest.raises(jd.InputError, match="spawn"),
     ):
         jd.Fleet(tmp_path / "out", None, {"m": "measurements/tian"}).run(forking)
-    with pytest.raises(jd.InputError, match="there is no «n»"):
-        jd.Fleet(tmp_path / "out", {"m": "configs/tian.toml"}, {"n": "measurements/tian"})
 
 
 def test_two_hundred_machines(tmp_path):
