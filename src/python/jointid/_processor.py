@@ -28,9 +28,11 @@ def flags() -> set[str] | None:
     """Instruction sets of this processor as Linux names them; None where they cannot be told."""
     if sys.platform == "linux":
         try:
-            for line in Path("/proc/cpuinfo").read_text().splitlines():
-                if line.startswith("flags"):
-                    return set(line.partition(":")[2].split())
+            # Only the first processor is read: there may be hundreds.
+            with open("/proc/cpuinfo", encoding="utf-8", errors="replace") as lines:
+                for line in lines:
+                    if line.startswith("flags"):
+                        return set(line.partition(":")[2].split())
         except OSError:
             return None
     if sys.platform == "darwin":
