@@ -42,6 +42,11 @@ pub struct Policy {
     ///
     /// # Source  a normal tolerance exceeds four standard deviations once in 16,000 machines.
     pub implausible: f64,
+    /// Standard deviations of a number of the machine with which it is another machine.
+    ///
+    /// # Source  Chebyshev's inequality: whatever its law, a number exceeds ten standard deviations once in a
+    ///   hundred machines at most.
+    pub impossible: f64,
     /// Ratio of the cross-validation loss of a better fitting generic impedance to that of the effect below which
     /// the impedance is the better explanation.
     pub left_out_generic: f64,
@@ -81,6 +86,7 @@ const FRF: Policy = Policy {
     unexplained: 0.5,
     // The tolerances of FRFs and modes are numbers of the description, whose own warnings state it.
     implausible: f64::MAX,
+    impossible: 10.0,
     left_out_generic: 0.65,
     decisive: 3.0,
     advantage: 0.0,

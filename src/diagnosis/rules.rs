@@ -27,7 +27,7 @@ pub(super) type Rule = (&'static str, &'static str, Act);
 
 /// All rules, in their order.
 #[rustfmt::skip]
-pub(super) const RULES: [Rule; 18] = [
+pub(super) const RULES: [Rule; 19] = [
     ("too-few-numbers", "no more numbers were measured than are unknown", Decides(too_few_numbers)),
     ("fault-in-records", "records show a fault by themselves", Decides(fault_in_records)),
     ("one-position", "all records agree as if measured at one position", Decides(one_position)),
@@ -40,6 +40,7 @@ pub(super) const RULES: [Rule; 18] = [
     ("agrees", "no effect is significant", Decides(agrees)),
     ("released-parameter", "a released parameter explains the data as well as any effect", Decides(released_parameter)),
     ("released-with-effects", "a released parameter is the best candidate", Decides(released_with_effects)),
+    ("impossible-number", "the effects leave much, and move a number beyond any tolerance", Decides(impossible_number)),
     ("impedance-predicts", "an impedance fits better and predicts left-out data far better", Decides(impedance_predicts)),
     ("explained", "an effect, or one of several, explains the data", Decides(explained)),
     ("held-out-disagrees", "held-out data do not speak for what is named", Overrides(held_out_disagrees)),
@@ -156,6 +157,24 @@ fn stated(chosen: &Chosen) -> String {
         chosen.names.to_string()
     } else {
         format!("{} with {}", chosen.names, detail.join(" and "))
+    }
+}
+
+fn impossible_number(case: &Case<'_>) -> Asked<Finding> {
+    let (chosen, policy) = (case.chosen()?, case.policy);
+    let after = case.facts.excess(chosen.chi_square);
+    if !policy.calibrated || after <= policy.excess {
+        return fails(format!("{after:.1} × null left"));
+    }
+    match case.farthest(chosen.model)? {
+        Some(Farthest { name, deviation }) if deviation.abs() > policy.impossible => {
+            let reason = format!(
+                "{} leaves a misfit {after:.1} times that of null simulations, although {name} moves by {deviation:+.0} of its standard deviations",
+                stated(&chosen)
+            );
+            Ok(Holds(unknown(case, reason), chosen))
+        }
+        _ => fails("none"),
     }
 }
 

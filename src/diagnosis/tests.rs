@@ -134,7 +134,7 @@ fn releases(facts: &mut Facts, before: f64, after: f64) {
 
 type Row = (&'static str, VerdictKind, fn(&mut Facts));
 
-const ROWS: [Row; 18] = [
+const ROWS: [Row; 19] = [
     ("too-few-numbers", VerdictKind::Insufficient, |facts| facts.unknowns = 1000),
     ("fault-in-records", VerdictKind::Measurement, |facts| facts.fault_in_records = Some(fault("noise"))),
     ("one-position", VerdictKind::Measurement, |facts| {
@@ -169,6 +169,11 @@ const ROWS: [Row; 18] = [
     ("agrees", VerdictKind::None, |facts| fits(facts, 1000.0, 999.0)),
     ("released-parameter", VerdictKind::WrongParameter, |facts| releases(facts, 5000.0, 1000.0)),
     ("released-with-effects", VerdictKind::WrongParameter, |facts| releases(facts, 20000.0, 8000.0)),
+    ("impossible-number", VerdictKind::Unknown, |facts| {
+        fits(facts, 20000.0, 6000.0);
+        let value = Some(Farthest { name: "mass of table".into(), deviation: -12.0 });
+        facts.farthest = vec![Of { model: Model::Candidate(0), value }];
+    }),
     ("impedance-predicts", VerdictKind::Unknown, |facts| {
         facts.impedances = vec![impedance(3, 5000.0, 900.0)];
         facts.left_out.push(Of { model: Model::Impedance(0), value: Some(500.0) });
