@@ -144,8 +144,8 @@ pub fn explanations(facts: &Facts) -> Option<Vec<Explanation>> {
     Some(found)
 }
 
-/// Returns the smallest set of places that holds what is missing with a probability of
-/// [`SHARE`], given that something is; those of the likeliest explanation first.
+/// Returns the smallest set of places that holds what is missing with a probability of 0.9, given that something is;
+/// those of the likeliest explanation first.
 pub fn places(found: &[Explanation]) -> Vec<String> {
     let missing = || found.iter().filter(|explanation| explanation.id != NONE);
     let all: f64 = missing().map(|explanation| explanation.probability).sum();
@@ -161,7 +161,7 @@ pub fn places(found: &[Explanation]) -> Vec<String> {
     places
 }
 
-/// Returns the verdict that probabilities alone would give: what has [`SHARE`], alone or in the smallest set.
+/// Returns the verdict that probabilities alone would give: what has 0.9, alone or in the smallest set.
 /// `None` where the facts lack Occam factors.
 pub fn verdict_by_evidence(facts: &Facts) -> Option<Verdict> {
     const LARGEST_SET: usize = 4;
