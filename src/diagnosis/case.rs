@@ -197,13 +197,18 @@ impl<'f> Case<'f> {
         self.facts.best_impedance().map_or("?", |(_, best)| best.interface.as_str())
     }
 
+    /// Returns the shape of the best generic impedance.
+    pub fn impedance_shape(&self) -> &'f str {
+        self.facts.best_impedance().map_or("impedance", |(_, best)| best.shape.as_str())
+    }
+
     /// Returns the chosen model: the best candidate, with further effects, and what refines them, as long as
     /// each explains a significant share of the residual.
     pub fn chosen(&self) -> Asked<Chosen> {
         let best = self.ranking.tried[0];
         let candidate = self.ranking.candidate(&best);
         let mut chosen = Chosen::candidate(candidate, best.at);
-        let continues = |chosen: &Chosen| self.facts.excess(chosen.chi_square) > self.policy.excess;
+        let continues = |chosen: &Chosen| self.facts.excess(chosen.chi_square) > self.policy.continue_from;
         while continues(&chosen) && chosen.names.len() < self.policy.most_effects {
             let search = self.facts.beside.iter().position(|beside| beside.of == chosen.model);
             let search = search.ok_or(Need::Beside(chosen.model))?;
@@ -269,7 +274,8 @@ impl<'f> Case<'f> {
             self.ranking.tried.iter().any(|t| facts.candidates[t.at].id == more.id && t.statistic > 0.0);
         let scale = if is_scaled { facts.null.scale(&more.id) } else { least_scale(facts.data, own) };
         let statistic = more.gain / scale / after;
-        let is_much = more.gain >= policy.next_share * chosen.chi_square;
+        let least = if after <= policy.continue_from { policy.next_share_last } else { policy.next_share };
+        let is_much = more.gain >= least * chosen.chi_square;
         if !is_much || facts.null.p_value(statistic) >= policy.alpha {
             return Ok(false);
         }

@@ -120,7 +120,7 @@ impl Gatherer<'_, '_> {
     /// # Errors  as [`Fitter::objective`].
     pub fn deepen_best(&mut self, facts: &mut Facts, policy: &Policy) -> Result<(), ObjectiveError> {
         let Some(best) = Ranking::of(facts, policy).tried.first().copied() else { return Ok(()) };
-        if facts.excess(facts.candidates[best.at].chi_square()) <= policy.excess {
+        if facts.excess(facts.candidates[best.at].chi_square()) <= policy.continue_from {
             return Ok(());
         }
         let Some(chosen) = self.screening.candidates[best.at].fitted.clone() else { return Ok(()) };

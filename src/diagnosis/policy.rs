@@ -14,24 +14,37 @@ pub struct Policy {
     /// error that is hardly known. A fit that agrees with calibrated simulations excludes one that does not.
     pub calibrated: bool,
 
+    /// Whether null simulations bound the error of the model: those of motion records have the library's laws of
+    /// friction, which no machine follows exactly.
+    pub bounded: bool,
+
     // Significance.
     /// Largest p-value of a significant candidate. Guards machines that lack nothing.
     pub alpha: f64,
     /// Least share of χ² by which a significant candidate reduces it: small print that no tolerance describes.
     pub least_share: f64,
-    /// Excess (misfit over the median of null simulations) above which an explanation is needed, or a further one.
+    /// Excess (misfit over the median of null simulations) above which an explanation is needed.
     pub excess: f64,
+    /// Excess above which an effect that needs an impossible machine is none.
+    pub huge_excess: f64,
 
     // Candidates that fit alike.
     /// Difference of χ² within which fits are indistinguishable, at an excess of one (error rate 7 %).
     pub equivalent: f64,
+    /// Share of the best reduction of χ² added to it for the error of the model.
+    pub model_error: f64,
     /// Shortfall in cross-validation that a rival may have, as a share of the best candidate's improvement.
     pub shortfall: f64,
 
     // Further effects.
     /// Largest number of combined effects.
     pub most_effects: usize,
-    /// Least share of the remaining χ² by which a further effect must reduce it.
+    /// Excess above which a further effect is sought.
+    pub continue_from: f64,
+    /// Least share of the remaining χ² by which a further effect must reduce it where the excess then falls
+    /// to `continue_from`.
+    pub next_share_last: f64,
+    /// The same where it does not.
     pub next_share: f64,
 
     // What an effect must explain to be named.
@@ -76,12 +89,17 @@ pub struct Policy {
 /// FRFs.
 const FRF: Policy = Policy {
     calibrated: true,
+    bounded: true,
     alpha: 0.01,
     least_share: 0.0,
     excess: 2.0,
+    huge_excess: 5.0,
     equivalent: 9.0,
+    model_error: 0.1,
     shortfall: 0.2,
     most_effects: 3,
+    continue_from: 1.2,
+    next_share_last: 0.25,
     next_share: 0.5,
     unexplained: 0.5,
     // The tolerances of FRFs and modes are numbers of the description, whose own warnings state it.
@@ -98,10 +116,19 @@ const FRF: Policy = Policy {
 };
 
 /// Modes, where they differ.
-const MODES: Policy = Policy { calibrated: false, alpha: 0.001, next_share: 0.4, ..FRF };
+const MODES: Policy = Policy {
+    calibrated: false,
+    bounded: false,
+    alpha: 0.001,
+    continue_from: 2.0,
+    next_share_last: 0.4,
+    next_share: 0.4,
+    ..FRF
+};
 
 /// Motion records, where they differ from FRFs.
 const MOTION: Policy = Policy {
+    bounded: false,
     // 1000 null simulations: rarer ones are not resolved.
     alpha: 0.005,
     least_share: 0.03,
@@ -119,6 +146,13 @@ impl Policy {
             DataKind::Modes => &MODES,
             DataKind::Motion => &MOTION,
         }
+    }
+
+    /// Returns the difference of χ² attributable to model error: `of_gain`, at most the misfit beyond null
+    /// simulations where these bound it.
+    pub(super) fn margin(&self, of_gain: f64, chi_square: f64, excess: f64) -> f64 {
+        let beyond_nulls = chi_square * (1.0 - 1.0 / excess);
+        if self.bounded { of_gain.min(beyond_nulls) } else { of_gain }
     }
 
     /// Returns the largest excess with which corrected records agree with the model, given that before.

@@ -27,7 +27,7 @@ pub(super) struct Ranking<'f> {
 }
 
 impl<'f> Ranking<'f> {
-    /// Ranks the fitted candidates by Schwarz's criterion.
+    /// Ranks the fitted candidates by χ² plus the cost of their parameters.
     pub fn of(facts: &'f Facts, policy: &'f Policy) -> Self {
         let is_fitted = |(_, candidate): &(usize, &CandidateFacts)| candidate.chi_square.is_some();
         let ranked = |(at, candidate): (usize, &CandidateFacts)| {
@@ -66,7 +66,7 @@ impl<'f> Ranking<'f> {
         self.policy.equivalent * self.facts.excess(chi_square)
     }
 
-    /// Returns Schwarz's criterion; infinite for a candidate that does not reduce χ².
+    /// Returns χ² plus the cost of parameters; infinite for a candidate that does not reduce χ².
     fn criterion(&self, ranked: &Ranked) -> f64 {
         let candidate = self.candidate(ranked);
         if candidate.gain == 0.0 { f64::INFINITY } else { candidate.chi_square() + self.cost(ranked) }
@@ -78,18 +78,23 @@ impl<'f> Ranking<'f> {
         self.candidate(ranked).added + usize::from(self.candidate(ranked).is_limit)
     }
 
-    /// Returns what the parameters of a candidate cost in χ², in units of the misfit over null simulations.
+    /// Returns what the parameters of a candidate cost in χ², in units of the misfit over null simulations: each as much
+    /// as the difference within which fits are indistinguishable.
     ///
-    /// # Source  Schwarz, Annals of Statistics 6 (1978) 461–464: χ² + k·ln n.
+    /// # Source  for n = 8000 numbers, as FRFs have, the criterion of Schwarz, Annals of Statistics 6 (1978) 461–464:
+    ///   χ² + k·ln n.
     fn cost(&self, ranked: &Ranked) -> f64 {
         let unit = self.facts.excess(self.candidate(ranked).chi_square());
-        unit * self.counted(ranked) as f64 * self.facts.count.max(1.0).ln()
+        unit * self.counted(ranked) as f64 * self.policy.equivalent
     }
 
     /// Returns the indices of the candidates indistinguishable from the best, with no more parameters.
     fn indistinguishable(&self) -> Vec<usize> {
         let Some(first) = self.tried.first() else { return Vec::new() };
-        let reach = self.criterion(first) + self.margin(self.candidate(first).chi_square());
+        let best = self.candidate(first);
+        let (chi_square, excess) = (best.chi_square(), self.facts.excess(best.chi_square()));
+        let of_model = self.policy.margin(self.policy.model_error * best.gain, chi_square, excess);
+        let reach = self.criterion(first) + self.margin(chi_square) + of_model;
         let most = self.counted(first);
         let is_rival = |t: &Ranked| self.criterion(t) <= reach && self.counted(t) <= most;
         (0..self.tried.len()).filter(|at| is_rival(&self.tried[*at])).collect()

@@ -163,7 +163,7 @@ fn stated(chosen: &Chosen) -> String {
 fn impossible_number(case: &Case<'_>) -> Asked<Finding> {
     let (chosen, policy) = (case.chosen()?, case.policy);
     let after = case.facts.excess(chosen.chi_square);
-    if !policy.calibrated || after <= policy.excess {
+    if !policy.calibrated || after <= policy.huge_excess {
         return fails(format!("{after:.1} × null left"));
     }
     match case.farthest(chosen.model)? {
@@ -214,7 +214,7 @@ fn explained(case: &Case<'_>) -> Asked<Finding> {
         _ => format!("; rejected by cross-validation although they fit as well: {}", others.join(", ")),
     };
     let after = facts.excess(chosen.chi_square);
-    let rest = if after > case.policy.excess {
+    let rest = if after > case.policy.continue_from {
         format!("; a misfit {after:.1} times that of null simulations remains")
     } else {
         String::new()
@@ -250,7 +250,9 @@ fn held_out_disagrees(case: &Case<'_>, (verdict, chosen): (&Verdict, &Chosen)) -
     let effect = if named > 1 { "the named effects" } else { "the best effect" };
     let reason = match over_rival.filter(|_| over_nominal >= case.policy.decisive) {
         Some(rival) => format!(
-            "a generic impedance predicts held-out data better than {effect} (ln of the density ratio {:.1})",
+            "a generic {} at {} predicts held-out data better than {effect} (ln of the density ratio {:.1})",
+            case.impedance_shape(),
+            case.impedance_place(),
             -rival
         ),
         None => format!(

@@ -268,7 +268,7 @@ fn what_leaves_a_joint_at_its_end_is_no_rival_of_that_joint() {
     assert_eq!(judged(facts).verdict.kind, VerdictKind::Ambiguous);
 }
 
-/// An effect with more parameters is in the set where it fits better by what they cost (Schwarz's criterion), or fits as
+/// An effect with more parameters is in the set where it fits better by what they cost (9 in χ² each), or fits as
 /// well as the best and predicts held-out data decisively better; what predicts much worse is dropped.
 #[test]
 fn equal_fits_are_told_apart_by_what_they_predict() {
