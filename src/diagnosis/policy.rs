@@ -31,6 +31,9 @@ pub struct Policy {
     // Candidates that fit alike.
     /// Difference of χ² within which fits are indistinguishable, at an excess of one (error rate 7 %).
     pub equivalent: f64,
+    /// Cost of a candidate in units of its null scale, in place of that of its parameters: wave-shaped effects of motion
+    /// records reduce χ² of any of them.
+    pub penalty: Option<f64>,
     /// Share of the best reduction of χ² added to it for the error of the model.
     pub model_error: f64,
     /// Shortfall in cross-validation that a rival may have, as a share of the best candidate's improvement.
@@ -95,6 +98,7 @@ const FRF: Policy = Policy {
     excess: 2.0,
     huge_excess: 5.0,
     equivalent: 9.0,
+    penalty: None,
     model_error: 0.1,
     shortfall: 0.2,
     most_effects: 3,
@@ -129,6 +133,7 @@ const MODES: Policy = Policy {
 /// Motion records, where they differ from FRFs.
 const MOTION: Policy = Policy {
     bounded: false,
+    penalty: Some(8.0),
     // 1000 null simulations: rarer ones are not resolved.
     alpha: 0.005,
     least_share: 0.03,

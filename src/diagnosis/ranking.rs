@@ -85,7 +85,10 @@ impl<'f> Ranking<'f> {
     ///   χ² + k·ln n.
     fn cost(&self, ranked: &Ranked) -> f64 {
         let unit = self.facts.excess(self.candidate(ranked).chi_square());
-        unit * self.counted(ranked) as f64 * self.policy.equivalent
+        match self.policy.penalty {
+            Some(penalty) => unit * penalty * self.facts.null.scale(&self.candidate(ranked).id),
+            None => unit * self.counted(ranked) as f64 * self.policy.equivalent,
+        }
     }
 
     /// Returns the indices of the candidates indistinguishable from the best, with no more parameters.
