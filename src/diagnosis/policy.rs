@@ -32,7 +32,7 @@ pub struct Policy {
     /// Difference of χ² within which fits are indistinguishable, at an excess of one (error rate 7 %).
     pub equivalent: f64,
     /// Cost of a candidate in units of its null scale, in place of that of its parameters: wave-shaped effects of motion
-    /// records reduce χ² of any of them.
+    /// records, and flexible ones of the few numbers of modes, reduce χ² of any of them.
     pub penalty: Option<f64>,
     /// Share of the best reduction of χ² added to it for the error of the model.
     pub model_error: f64,
@@ -127,6 +127,7 @@ const MODES: Policy = Policy {
     continue_from: 2.0,
     next_share_last: 0.4,
     next_share: 0.4,
+    penalty: Some(8.0),
     ..FRF
 };
 

@@ -61,7 +61,7 @@ pub struct DiagnosisDocument {
     /// Missing dynamic stiffness at the best interfaces.
     #[serde(default)]
     pub delta_z: Vec<DeltaZ>,
-    /// All candidates, best first: by χ² plus 9 for each parameter, in units of the misfit over null simulations.
+    /// All candidates, best first: by χ² plus the cost of their flexibility.
     pub effects: Vec<EffectRow>,
     /// Values of the parameters of the machine as described.
     #[serde(default)]
