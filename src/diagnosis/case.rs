@@ -208,8 +208,7 @@ impl<'f> Case<'f> {
         let best = self.ranking.tried[0];
         let candidate = self.ranking.candidate(&best);
         let mut chosen = Chosen::candidate(candidate, best.at);
-        let continues = |chosen: &Chosen| self.facts.excess(chosen.chi_square) > self.policy.continue_from;
-        while continues(&chosen) && chosen.names.len() < self.policy.most_effects {
+        while self.continues(&chosen)? && chosen.names.len() < self.policy.most_effects {
             let search = self.facts.beside.iter().position(|beside| beside.of == chosen.model);
             let search = search.ok_or(Need::Beside(chosen.model))?;
             let beside = &self.facts.beside[search];
@@ -217,7 +216,7 @@ impl<'f> Case<'f> {
             if beside.is_deeper {
                 chosen.model = Model::Deeper(search);
             }
-            if !continues(&chosen) {
+            if !self.continues(&chosen)? {
                 break;
             }
             let Some(at) = self.further(&chosen, (search, beside))? else { break };
@@ -225,6 +224,27 @@ impl<'f> Case<'f> {
             chosen = Chosen::with(more, Model::With(search, at), &more.names);
         }
         Ok(chosen)
+    }
+
+    /// Whether a chosen model leaves a misfit, or explains it by what no tolerance can be.
+    fn continues(&self, chosen: &Chosen) -> Asked<bool> {
+        let leaves = self.facts.excess(chosen.chi_square) > self.policy.continue_from;
+        Ok(leaves || self.implausible(chosen.model)?.is_some())
+    }
+
+    /// Whether a model needs a tolerance no more that another one moves farther than tolerances are.
+    fn is_needed(&self, before: Model, after: Model) -> Asked<bool> {
+        let Some(implausible) = self.implausible(before)? else { return Ok(false) };
+        Ok(self.farthest(after)?.is_none_or(|farthest| farthest.name != implausible.name))
+    }
+
+    /// Returns the tolerance that a model moves farthest, if farther than tolerances are.
+    pub fn implausible(&self, model: Model) -> Asked<Option<&'f Farthest>> {
+        // The tolerances of FRFs and modes are numbers of the description, whose own warnings state it.
+        if self.policy.implausible == f64::MAX {
+            return Ok(None);
+        }
+        Ok(self.farthest(model)?.filter(|farthest| farthest.deviation.abs() > self.policy.implausible))
     }
 
     /// Returns the index of what explains most of the residual beside the chosen effects, if significant.
@@ -275,8 +295,11 @@ impl<'f> Case<'f> {
         let scale = if is_scaled { facts.null.scale(&more.id) } else { least_scale(facts.data, own) };
         let statistic = more.gain / scale / after;
         let least = if after <= policy.continue_from { policy.next_share_last } else { policy.next_share };
+        if facts.null.p_value(statistic) >= policy.alpha {
+            return Ok(false);
+        }
         let is_much = more.gain >= least * chosen.chi_square;
-        if !is_much || facts.null.p_value(statistic) >= policy.alpha {
+        if !is_much && !self.is_needed(chosen.model, Model::With(search, at))? {
             return Ok(false);
         }
         if !policy.calibrated {

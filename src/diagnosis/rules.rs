@@ -80,19 +80,13 @@ fn implausible_tolerance(case: &Case<'_>) -> Asked<Finding> {
     if let Some(best) = case.best() {
         return fails(format!("{} is", best.id));
     }
-    if case.policy.implausible == f64::MAX {
-        return fails("tolerances of these data are judged by their own warnings");
-    }
-    match case.farthest(Model::Nominal)? {
-        Some(Farthest { name, deviation }) if deviation.abs() > case.policy.implausible => {
-            let reason = format!(
-                "the misfit needs {name} at {deviation:+.1} of its standard deviations, and no effect of the library explains it"
-            );
-            on_nominal(case, unknown(case, reason))
-        }
-        Some(Farthest { name, deviation }) => fails(format!("{name} at {deviation:+.1} standard deviations")),
-        None => fails("none is estimated"),
-    }
+    let Some(Farthest { name, deviation }) = case.implausible(Model::Nominal)? else {
+        return fails("none is");
+    };
+    let reason = format!(
+        "the misfit needs {name} at {deviation:+.1} of its standard deviations, and no effect of the library explains it"
+    );
+    on_nominal(case, unknown(case, reason))
 }
 
 fn agrees(case: &Case<'_>) -> Asked<Finding> {
