@@ -204,7 +204,10 @@ period_s = 1e-3
     let library = effect_library().unwrap();
     let motion: Vec<_> = library
         .iter()
-        .filter(|e| (e.data == [Data::Motion] && e.id != "drive-flexibility") || e.id == "control-delay")
+        .filter(|e| {
+            let is_of_frfs = ["drive-flexibility", "measurement-delay"].contains(&e.id.as_str());
+            (e.data == [Data::Motion] && !is_of_frfs) || e.id == "control-delay"
+        })
         .collect();
     assert_eq!(motion.len(), 14);
     let (bench, nominal) = (bench_without_hold(), Hypothesis::nominal(bench_without_hold()));

@@ -38,6 +38,7 @@ mod model;
 mod motion;
 mod motion_certainty;
 mod motion_command;
+mod motion_faults;
 mod nested;
 mod no_effect;
 mod outputs;

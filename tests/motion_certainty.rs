@@ -11,7 +11,7 @@ use test_data::is_study;
 use crate::support::Draws;
 use crate::support::axis::{Axis, course};
 
-const CONFIG: &str = "configs/emps.toml";
+pub(crate) const CONFIG: &str = "configs/emps.toml";
 /// Standard deviation (N) of the noise of the recorded force.
 const NOISE: f64 = 2.0;
 /// Fitted parameters.
@@ -115,7 +115,13 @@ fn drawn(number: u64, small_print: bool) -> (Axis, Vec<f64>, Draws) {
 }
 
 /// Simulates a record with noise of 2 N whose correlation decays over 1 to 50 ms.
-fn record(name: &str, axis: &Axis, command: &[f64], random: &mut Draws, noise: f64) -> MotionArrays {
+pub(crate) fn record(
+    name: &str,
+    axis: &Axis,
+    command: &[f64],
+    random: &mut Draws,
+    noise: f64,
+) -> MotionArrays {
     let samples = axis.run(command, (random.next() * 1e9) as u64);
     let colour = (-1.0 / logarithmic(random, 1.0, 50.0)).exp();
     let mut state = random.normal();

@@ -122,10 +122,23 @@ fn asked<T>(all: &[Of<T>], model: Model, need: impl FnOnce(Model) -> Need) -> As
     of(all, model).ok_or_else(|| need(model))
 }
 
+/// Whether held-out data contradict a model: they are for certain predicted worse than by the one without its last
+/// addition, though it fits better, with a χ². Null simulations that do not bound the error of the model let an
+/// addition fit that error.
+fn is_contradicted((facts, policy): (&Facts, &Policy), models: [Model; 2], chi_square: f64) -> Asked<bool> {
+    if policy.bounded || !policy.calibrated || facts.in_sample || !facts.holds_out {
+        return Ok(false);
+    }
+    let [Some(before), Some(after)] = models.map(|model| of(&facts.held_out_loss, model)) else {
+        return Err(Need::HeldOut(models.to_vec()));
+    };
+    Ok(*after > *before + 2.0 * policy.decisive * facts.excess(chi_square))
+}
+
 impl<'f> Case<'f> {
     /// Ranks the candidates of a case.
     pub fn new(facts: &'f Facts, policy: &'f Policy) -> Asked<Self> {
-        let mut ranking = Ranking::of(facts, policy);
+        let mut ranking = Self::not_contradicted(facts, policy)?;
         let compared = ranking.compared();
         if compared.iter().any(|model| of(&facts.left_out, *model).is_none()) {
             return Err(Need::LeftOut(compared));
@@ -165,6 +178,22 @@ impl<'f> Case<'f> {
             case.significant = case.ranking.tried.first().copied();
         }
         Ok(case)
+    }
+
+    /// Ranks the candidates. One that held-out data contradict does not lead, if another significant one does not.
+    fn not_contradicted(facts: &'f Facts, policy: &'f Policy) -> Asked<Ranking<'f>> {
+        let mut ranking = Ranking::of(facts, policy);
+        let is_rare = |t: &Ranked| {
+            t.p_value < policy.alpha && facts.candidates[t.at].gain >= policy.least_share * facts.chi_square
+        };
+        for (at, ranked) in ranking.tried.iter().enumerate().filter(|(_, ranked)| is_rare(ranked)) {
+            let models = [Model::Nominal, Model::Candidate(ranked.at)];
+            if !is_contradicted((facts, policy), models, facts.candidates[ranked.at].chi_square())? {
+                ranking.lead_from(at);
+                break;
+            }
+        }
+        Ok(ranking)
     }
 
     /// Whether a candidate is significant: rarer in null simulations than may be by chance, and not small. With an excess
@@ -300,6 +329,10 @@ impl<'f> Case<'f> {
         }
         let is_much = more.gain >= least * chosen.chi_square;
         if !is_much && !self.is_needed(chosen.model, Model::With(search, at))? {
+            return Ok(false);
+        }
+        let models = [chosen.model, Model::With(search, at)];
+        if is_contradicted((facts, policy), models, more.chi_square())? {
             return Ok(false);
         }
         if !policy.calibrated {

@@ -56,6 +56,10 @@ pub(super) fn chain_fault<'f>(case: &Case<'f>) -> Asked<Option<(&'f ChainFacts, 
         return Ok(None);
     }
     let (explains, is_certain) = match case.best() {
+        // Null simulations that do not bound the error of the model remain as a misfit of corrected records, too.
+        None if !policy.bounded => {
+            (facts.excess(chain.chi_square) - 1.0 <= policy.unexplained * (before - 1.0), true)
+        }
         None => (chain.chi_square <= policy.restored * facts.chi_square, true),
         // Of two explanations that the data cannot tell apart, the simpler one is named.
         Some(best) => {

@@ -49,11 +49,24 @@ impl<'f> Ranking<'f> {
             }
         }
         ranking.tried = tried;
-        let same = ranking.indistinguishable();
-        ranking.keep(same);
-        let in_range = ranking.in_range();
-        ranking.keep(in_range);
+        ranking.set_apart();
         ranking
+    }
+
+    /// Moves those that the data cannot distinguish from the best to the front.
+    fn set_apart(&mut self) {
+        let same = self.indistinguishable();
+        self.keep(same);
+        let in_range = self.in_range();
+        self.keep(in_range);
+    }
+
+    /// Leaves out the candidates before an index.
+    pub fn lead_from(&mut self, at: usize) {
+        if at > 0 {
+            self.tried.drain(..at);
+            self.set_apart();
+        }
     }
 
     /// Returns the facts of a ranked candidate.

@@ -132,18 +132,18 @@ impl LowPass {
 /// Number of records that are filtered together: their recursions do not wait for each other.
 const ABREAST: usize = 4;
 
-/// Decimates records of equal length: keeps every `factor`-th sample, counted from the last, after a
-/// zero-phase Chebyshev filter of order 8 (0.05 dB up to 0.8 of the new half rate). A factor of one returns
-/// the records themselves; `None` where they are too short.
+/// Decimates records of equal length: keeps every `step`-th sample, counted from the last, after a zero-phase
+/// Chebyshev filter of order 8 (0.05 dB up to 0.8 of half the rate over `factor`). A factor of one does not
+/// filter; `None` where they are too short.
 ///
-/// # Source  `decimate` of MATLAB.
-pub fn decimate(records: &[Vec<f64>], factor: usize) -> Option<Vec<Vec<f64>>> {
+/// # Source  `decimate` of MATLAB, where step and factor are equal.
+pub fn decimate(records: &[Vec<f64>], factor: usize, step: usize) -> Option<Vec<Vec<f64>>> {
+    let kept =
+        |smooth: &[f64]| smooth.iter().copied().skip((smooth.len() - 1) % step).step_by(step).collect();
     if factor <= 1 {
-        return Some(records.to_vec());
+        return Some(records.iter().map(|record| kept(record)).collect());
     }
     let filter = LowPass::chebyshev(8, 0.05, 0.8 / factor as f64);
-    let kept =
-        |smooth: &[f64]| smooth.iter().copied().skip((smooth.len() - 1) % factor).step_by(factor).collect();
     let mut decimated = Vec::with_capacity(records.len());
     for group in records.chunks(ABREAST) {
         match group {
@@ -251,8 +251,8 @@ mod tests {
         assert_eq!(LowPass::butterworth(4, 0.2).forward_backward(&line[..12]), None);
         assert!(LowPass::butterworth(4, 0.2).forward_backward(&line[..13]).is_some());
         let lines = vec![line.clone(); ABREAST + 1];
-        assert_eq!(decimate(&lines, 1).unwrap(), lines);
-        let decimated = decimate(&lines, 10).unwrap();
+        assert_eq!(decimate(&lines, 1, 1).unwrap(), lines);
+        let decimated = decimate(&lines, 10, 10).unwrap();
         assert!(
             decimated.iter().all(|x| x.len() == 40 && *x == decimated[0]),
             "a record filtered beside others is filtered as alone"

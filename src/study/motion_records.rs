@@ -6,9 +6,7 @@ use rayon::prelude::*;
 
 use crate::{Study, StudyError, StudyResult};
 use diagnosis::motion::{MisfitAxis, MotionPart, misfit_map, part};
-use dynamics::inverse_dynamics::{
-    CurvePoint, ExtraChannel, MotionSignal, Preprocessing, Rigid, friction_curve,
-};
+use dynamics::inverse_dynamics::{CurvePoint, ExtraChannel, MotionSignal, Rigid, friction_curve};
 use identification::motion::simulated_gaps;
 use identification::objective::point_named;
 use long_work::Control;
@@ -28,12 +26,8 @@ impl Study {
     /// Preprocesses all records, in the order of the set. Returns them with the rigid machine and the
     /// warnings about their columns.
     pub(crate) fn preprocess_all(&self) -> StudyResult<(Vec<MotionSignal>, Rigid, Vec<String>)> {
-        let made: Result<Vec<MotionSignal>, _> = self
-            .set
-            .motions
-            .par_iter()
-            .map(|r| MotionSignal::new(r, Preprocessing::default_for(r.step_s)))
-            .or_first_error();
+        let made: Result<Vec<MotionSignal>, _> =
+            self.set.motions.par_iter().map(MotionSignal::of).or_first_error();
         self.add_channels(made?)
     }
 

@@ -73,6 +73,9 @@ impl Candidate {
     }
 }
 
+/// The effect of all records that is tried as a fault of their chain.
+pub(super) const CLOCKS: &str = "measurement-delay";
+
 impl Context<'_> {
     /// Screens all candidates beside a model.
     pub fn screening(&self, from: &MotionFit) -> Option<MotionScreening> {
@@ -124,7 +127,7 @@ impl Context<'_> {
 
     fn hypotheses(&self, from: &Hypothesis) -> (Vec<Hypothesis>, Vec<(String, Status)>) {
         let (mut apply, mut others) = (Vec::new(), Vec::new());
-        for effect in self.effects.iter().filter(|e| !from.effects.contains(&e.id)) {
+        for effect in self.effects.iter().filter(|e| e.id != CLOCKS && !from.effects.contains(&e.id)) {
             let applied = match from.obstacle(effect, Data::Motion) {
                 Some(why) => Err(why),
                 None => from.with(effect).map_err(|error| error.to_string()),

@@ -7,6 +7,7 @@ use super::gap::{MotionPart, part, square};
 use super::noise_floor::non_systematic;
 use super::residual_bootstrap::ResidualBootstrap;
 use crate::measuring_chain::ChainFault;
+use crate::policy::HELD_OUT_OUTLIER;
 use dynamics::inverse_dynamics::{LinearForce, MotionSignal, Rigid, shifted_earlier};
 use identification::motion::{ForceFit, half_widths};
 use machine::Machine;
@@ -236,6 +237,25 @@ pub(super) fn beyond_effects(
             .is_some_and(|shift| exceeds_effects(shift, before))
     };
     found.iter().filter(explains).cloned().collect()
+}
+
+/// Returns the held-out record of which far more is left than of any other, of the shifts of fitted and held-out ones.
+pub(super) fn outlying([fitted, held_out]: &[Vec<RecordShift>; 2]) -> Option<Contradiction> {
+    let worst = held_out.iter().max_by(|a, b| a.gap_own.total_cmp(&b.gap_own))?;
+    let others = fitted.iter().chain(held_out).filter(|record| record.name != worst.name);
+    let second = others.map(|record| record.gap).fold(0.0, f64::max);
+    let is_far =
+        second > 0.0 && worst.gap_own > HELD_OUT_OUTLIER.0 && worst.gap_own > HELD_OUT_OUTLIER.1 * second;
+    is_far.then(|| Contradiction {
+        name: worst.name.clone(),
+        faults: Vec::new(),
+        description: format!(
+            "{} contradicts the fitted records: {:.2} % of its force is left, of theirs at most {:.2} %; something acts there that does not in the others",
+            worst.name,
+            100.0 * worst.gap,
+            100.0 * second
+        ),
+    })
 }
 
 /// Whether a record's delay and factor explain a share of the gap of the machine as described.

@@ -2,10 +2,11 @@
 
 use std::convert::Infallible;
 
-use super::context::{Candidate, Context, MotionFit, Screened};
+use super::candidate::start_of;
+use super::context::{CLOCKS, Candidate, Context, MotionFit, Screened};
 use super::data::{MotionData, side_by_side};
 use super::data_fault::{
-    Contradiction, Covariance, RecordShift, beyond_effects, contradictions, faulty, shifts,
+    Contradiction, Covariance, RecordShift, beyond_effects, contradictions, faulty, outlying, shifts,
 };
 use super::free_function::{ForceLocations, FreeFunction};
 use super::gap::{MotionPart, gap_of, part};
@@ -16,19 +17,22 @@ use crate::DataKind;
 use crate::case::Need;
 use crate::evidence::share_closed;
 use crate::facts::{
-    Answer, Beside, CandidateFacts, ContradictingHeldOut, Facts, Farthest, FaultFacts, ImpedanceFacts, Model,
-    Of, of,
+    Answer, Beside, CandidateFacts, ChainFacts, ContradictingHeldOut, Facts, Farthest, FaultFacts,
+    ImpedanceFacts, Model, Of, of,
 };
 use crate::judgement::Answers;
 use crate::location::places_of;
 use crate::null_distribution::{NullDistribution, least_scale};
 use crate::verdict::frozen_text;
 use crate::{HypothesisKind, Policy};
-use dynamics::inverse_dynamics::{LinearForce, MotionSignal, prediction, recorded};
+use dynamics::inverse_dynamics::{LinearForce, MotionSignal, free_parameters, prediction, recorded};
 use identification::motion::Tolerances;
-use machine::{Effect, ParameterValues};
+use machine::{Data, Effect, ParameterValues};
 use nalgebra::DVector;
 use numeric::linear_fit::LinearFit;
+
+/// Number of starts of a shift in time over its range: a motion of 50 Hz has one minimum about each.
+const CLOCK_STARTS: usize = 4;
 
 /// What answers questions: records, machine, and what was fitted so far.
 pub(super) struct MotionGatherer<'g, 'w> {
@@ -84,7 +88,7 @@ impl<'g, 'w> MotionGatherer<'g, 'w> {
             fault_held_out_remains: Vec::new(),
             contradicting_held_out: Vec::new(),
             one_position: Some(Answer { found: None }),
-            chain: Some(Answer { found: None }),
+            chain: None,
             exchanged: Some(Vec::new()),
             contradiction: Some(Answer { found: None }),
             mismatch: Some(Answer { found: None }),
@@ -171,7 +175,8 @@ impl<'g, 'w> MotionGatherer<'g, 'w> {
         let is_slow = self.context.is_slow(&self.alone);
         let made = &self.first.screening.candidates;
         let counts = |id: &String, all: &[CandidateFacts]| {
-            all.iter().any(|c| c.id == *id && c.gain > 0.0)
+            id == CLOCKS
+                || all.iter().any(|c| c.id == *id && c.gain > 0.0)
                 || made.iter().any(|c| c.unidentifiable && c.id == *id)
         };
         for at in 0..candidates.len() {
@@ -363,6 +368,44 @@ impl<'g, 'w> MotionGatherer<'g, 'w> {
         share_closed(gap_of(&before)?, gap_of(&after)?, floor)
     }
 
+    /// Fits the machine as described with the positions of all records shifted in time against their forces.
+    fn two_clocks(&self) -> Option<ChainFacts> {
+        let effect =
+            self.context.effects.iter().find(|e| e.id == CLOCKS && e.data.contains(&Data::Motion))?;
+        let hypothesis = self.tolerant.0.with(effect).ok()?;
+        let (machine, at) = (&hypothesis.machine, *hypothesis.added.last()?);
+        let free = free_parameters(machine, self.context.frozen).ok()?;
+        let fitted = |k: usize| {
+            let mut start = start_of(machine, &self.tolerant.1.values);
+            start[at] = machine.parameters[at].from_unit((k as f64 + 0.5) / CLOCK_STARTS as f64);
+            self.context.fitted(machine, &start, &free, &hypothesis.added, Some(&self.tolerances[0]))
+        };
+        let fits = (0..CLOCK_STARTS).filter_map(fitted);
+        let best = fits.min_by(|a, b| a.squares.total_cmp(&b.squares))?;
+        let lag_ms = 1e3 * best.values[at];
+        let reason = if lag_ms > 0.0 {
+            format!(
+                "the positions of all records lag their forces by {lag_ms:.2} ms, and nothing else is missing"
+            )
+        } else {
+            let lag_ms = -lag_ms;
+            format!(
+                "the forces of all records lag the motions that they cause by {lag_ms:.2} ms, as no drive's do, and nothing else is missing"
+            )
+        };
+        Some(ChainFacts {
+            id: CLOCKS.into(),
+            fault: FaultFacts {
+                ids: vec![CLOCKS.into()],
+                reason,
+                next_measurement: effect.discriminating_test.clone().unwrap_or_default(),
+                is_insufficient: false,
+            },
+            parameters: 1,
+            chi_square: self.chi_square(best.squares),
+        })
+    }
+
     /// Returns the tolerance that a model moves farthest.
     fn farthest(&self, model: Model) -> Option<Farthest> {
         let (hypothesis, fit) = self.tolerant(model)?;
@@ -411,9 +454,14 @@ impl Answers for MotionGatherer<'_, '_> {
                 let all = self.contradictions(&shifts);
                 let before = self.parts(&self.alone, &self.held_out.motions);
                 let beyond = beyond_effects(&all, &shifts[1], &before);
+                let [all, beyond] = [all, beyond].map(|found| match found.is_empty() {
+                    true => outlying(&shifts).into_iter().collect(),
+                    false => found,
+                });
                 let value = ContradictingHeldOut { fault: fault_of(&all), beyond_effects: fault_of(&beyond) };
                 facts.contradicting_held_out.push(Of { model: *model, value });
             }
+            Need::Chain => facts.chain = Some(Answer { found: self.two_clocks() }),
             Need::Beside(model) => self.gather_beside(*model, facts),
             Need::Detail(at) => {
                 facts.candidates[*at].chi_square_in_detail = Some(facts.candidates[*at].chi_square());
@@ -424,7 +472,6 @@ impl Answers for MotionGatherer<'_, '_> {
             | Need::FaultHeldOut(_)
             | Need::Impedances(..)
             | Need::OnePosition
-            | Need::Chain
             | Need::Exchanged
             | Need::Contradiction
             | Need::Mismatch => {}
@@ -461,12 +508,13 @@ fn fault_of(records: &[Contradiction]) -> Option<FaultFacts> {
 
 /// Returns the values of a fit without the delay of the force that effects add. `None` where none does.
 fn without_added_delay((hypothesis, fit): &MotionFit) -> Option<ParameterValues> {
-    let delays =
-        hypothesis.machine.drive.as_ref()?.delay_s.depends_on().filter(|i| hypothesis.added.contains(i));
+    let machine = &hypothesis.machine;
+    let of_drive = machine.drive.as_ref()?.delay_s.depends_on();
+    let delays = of_drive.chain(machine.chain.delay.depends_on()).filter(|i| hypothesis.added.contains(i));
     let mut values = fit.values.clone();
     let mut delayed = false;
     for index in delays {
-        let parameter = &hypothesis.machine.parameters[index];
+        let parameter = &machine.parameters[index];
         values[index] = 0.0_f64.clamp(parameter.lower, parameter.upper);
         delayed = true;
     }

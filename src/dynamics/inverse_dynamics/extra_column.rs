@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::error::InverseError;
 use super::extra_channel::ExtraChannel;
-use super::preprocessing::{FILTER_REACH_S, MotionSignal};
+use super::preprocessing::MotionSignal;
 use super::rigid::Rigid;
 use machine::{Machine, PointMotion as Kind};
 use measurement::MotionRecord;
@@ -308,7 +308,7 @@ impl MotionSignal {
     /// Marks the samples around which a decimated column changes by more than `most` within the filters'
     /// reach.
     fn steps_above(&self, column: &[f64], most: f64) -> Vec<bool> {
-        let around = (FILTER_REACH_S / self.decimated_step_s()).ceil() as usize;
+        let around = (self.preprocessing.reach_s / self.decimated_step_s()).ceil() as usize;
         let near = |i: usize| &column[i.saturating_sub(around)..(i + around + 1).min(column.len())];
         (0..column.len()).map(|i| extremes(near(i))).map(|(low, high)| high - low > most).collect()
     }

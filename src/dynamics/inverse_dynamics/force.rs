@@ -37,6 +37,9 @@ impl Rigid {
     /// r_d·F(t) = Σ mᵢ·rᵢ²·a + Σ rⱼ·( cⱼ·rⱼ·v + frictionⱼ(rⱼ·v, rⱼ·x) )        recorded(t) = ( F(t + τ) − ripple ) / (1 + e)
     /// ```
     ///
+    /// τ is the delay of the drive's force behind its signal, and of the recorded position behind the recorded force:
+    /// where two recorders have two clocks, records cannot tell one from the other.
+    ///
     /// rᵢ is the rate of a point, rⱼ that of a joint's combination, r_d that of the driven point. Springs and
     /// lead errors are not included, since they cause relative motion: [`Rigid::transmission`] predicts it.
     /// Where one joint has backlash, or an effect puts a spring in series with it, its load follows the
@@ -95,7 +98,8 @@ impl Rigid {
         }
         let factor = number(&drive.force_factor);
         force.iter_mut().for_each(|f| *f /= factor);
-        shifted_earlier(&force, number(&drive.delay_s) / motion.step_s)
+        let delay_s = number(&drive.delay_s) + number(&machine.chain.delay);
+        shifted_earlier(&force, delay_s / motion.step_s)
     }
 
     /// Computes driving and resisting forces along a motion, optionally with a load behind a compliant joint.
@@ -170,15 +174,20 @@ pub(super) struct Balance {
     pub force: Vec<f64>,
 }
 
-/// Shifts a signal earlier by a number of samples, with linear interpolation.
+/// Shifts a signal earlier by a number of samples, between them by the cubic through the nearest four.
 pub fn shifted_earlier(x: &[f64], samples: f64) -> Vec<f64> {
     if samples == 0.0 {
         return x.to_vec();
     }
     let last = x.len() - 1;
     let at = |i: isize| x[i.clamp(0, last as isize) as usize];
-    let (whole, part) = (samples.floor(), samples - samples.floor());
-    (0..x.len() as isize)
-        .map(|i| (1.0 - part) * at(i + whole as isize) + part * at(i + whole as isize + 1))
-        .collect()
+    let (whole, t) = (samples.floor() as isize, samples - samples.floor());
+    let weights = [
+        -t * (t - 1.0) * (t - 2.0) / 6.0,
+        (t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0,
+        -t * (t + 1.0) * (t - 2.0) / 2.0,
+        t * (t + 1.0) * (t - 1.0) / 6.0,
+    ];
+    let shifted = |i: isize| (-1..).zip(weights).map(|(k, weight)| weight * at(i + whole + k)).sum();
+    (0..x.len() as isize).map(shifted).collect()
 }

@@ -21,8 +21,12 @@ pub struct Preprocessing {
     pub order: usize,
     /// Number of samples dropped at the start.
     pub dropped: usize,
-    /// Decimation factor: every n-th sample is kept.
+    /// Decimation factor whose filter predicted and recorded force pass.
+    pub band: usize,
+    /// Decimation factor: every n-th of the filtered samples is kept.
     pub factor: usize,
+    /// Time around rests (s) whose samples are not used: the filters spread the force of a rest.
+    pub reach_s: f64,
 }
 
 /// Cut-off frequency (Hz) of the position filter, and its upper limit as a share of the sampling rate.
@@ -30,18 +34,38 @@ const CUTOFF_HZ: f64 = 100.0;
 const CUTOFF_SHARE: f64 = 0.2;
 /// Periods of the cut-off frequency that are dropped at the start.
 const DROPPED_PERIODS: f64 = 5.0;
+/// Time around a rest (s) whose samples are not used.
+const FILTER_REACH_S: f64 = 0.05;
+/// Least share of the moving samples that is used, and, of shorter moves, least number of them that decimation keeps.
+const LEAST_USED: (f64, usize) = (0.5, 100);
+/// Way (m, or rad at a radius of 0.1 m) beyond which friction has followed a reversal.
+///
+/// # Source  Dahl's friction has reversed by 1 − e^(−2·x/z), 99 % after 2.5 times the presliding length z, commonly 10 to
+///   100 µm.
+const SLIDING: (f64, f64) = (0.25e-3, 2.5e-3);
+/// Ratio of the ways in both directions above which the shorter one is a rebound.
+const REBOUND: f64 = 10.0;
 
 impl Preprocessing {
     /// Returns the default settings for a sampling step (s): at 1 kHz those of the source.
     pub fn default_for(step_s: f64) -> Self {
         let cutoff_hz = CUTOFF_HZ.min(CUTOFF_SHARE / step_s);
         let per_period = 1.0 / (cutoff_hz * step_s);
+        let factor = (per_period.round() as usize).max(1);
         Preprocessing {
             cutoff_hz,
             order: 4,
             dropped: ((DROPPED_PERIODS * per_period).round() as usize).saturating_sub(1),
-            factor: (per_period.round() as usize).max(1),
+            band: factor,
+            factor,
+            reach_s: FILTER_REACH_S,
         }
+    }
+
+    /// Returns the settings for short moves, of a motion of which the reach leaves less than half: those within a period
+    /// of the cut-off are left out alone, where the filter has settled to 1 %.
+    fn of_short_moves(self) -> Self {
+        Preprocessing { reach_s: self.reach_s.min(1.0 / self.cutoff_hz), ..self }
     }
 
     /// Returns the position filter for a sampling step (s).
@@ -95,6 +119,39 @@ pub struct MotionSignal {
 }
 
 impl MotionSignal {
+    /// Filters and differentiates a record with the default settings, adapted to short moves.
+    ///
+    /// # Errors  as [`MotionSignal::new`].
+    pub fn of(record: &MotionRecord) -> Result<Self, InverseError> {
+        let recipe = Preprocessing::default_for(record.step_s);
+        let motion = MotionSignal::new(record, recipe)?;
+        if (motion.used() as f64) >= LEAST_USED.0 * motion.moving() as f64 {
+            return Ok(motion);
+        }
+        let recipe = recipe.of_short_moves();
+        let motion = MotionSignal::new(record, recipe)?;
+        let factor = recipe.factor.min(motion.used() / LEAST_USED.1).max(1);
+        MotionSignal::new(record, Preprocessing { factor, ..recipe })
+    }
+
+    /// Whether the axis slides forward, and backward.
+    pub fn slides(&self) -> [bool; 2] {
+        let used = || {
+            self.kept().zip(&self.is_moving).filter(|(_, moves)| **moves).map(|(at, _)| self.velocity_m_s[at])
+        };
+        [used().any(|v| v > 0.0), used().any(|v| v < 0.0)]
+    }
+
+    /// Number of the record's samples at which the axis moves.
+    pub fn moving(&self) -> usize {
+        self.excluded.iter().skip(self.preprocessing.dropped).filter(|excluded| !**excluded).count()
+    }
+
+    /// Number of the record's samples that are used.
+    pub fn used(&self) -> usize {
+        self.preprocessing.factor * self.is_moving.iter().filter(|moves| **moves).count()
+    }
+
     /// Filters and differentiates a record.
     ///
     /// # Errors  the record is shorter than its filters need.
@@ -131,7 +188,9 @@ impl MotionSignal {
             period: None,
             extra_channels: Vec::new(),
         };
-        motion.excluded = phases(&motion).into_iter().map(|phase| phase == Phase::Dwell).collect();
+        let rests = phases(&motion).into_iter().map(|phase| phase == Phase::Dwell);
+        let rebounds = rebounds(&motion);
+        motion.excluded = rests.zip(rebounds).map(|(rests, rebounds)| rests || rebounds).collect();
         motion.is_moving =
             motion.within_filter_reach(&motion.excluded, 0.0).into_iter().map(|rests| !rests).collect();
         motion.load = motion.thinned(record.load.samples()).ok_or_else(short)?;
@@ -187,7 +246,11 @@ impl MotionSignal {
                 .map(|(x, excluded)| if *excluded { 0.0 } else { *x });
             masked.skip(self.preprocessing.dropped).collect()
         };
-        decimate(&columns.iter().map(masked).collect::<Vec<Vec<f64>>>(), self.preprocessing.factor)
+        decimate(
+            &columns.iter().map(masked).collect::<Vec<Vec<f64>>>(),
+            self.preprocessing.band,
+            self.preprocessing.factor,
+        )
     }
 
     /// Returns the sign of the velocity: 1, −1, or 0.
@@ -203,7 +266,7 @@ impl MotionSignal {
     /// Masks the first and the last 50 ms, where the filters lack the samples outside the record.
     #[must_use]
     pub fn without_edges(mut self) -> Self {
-        let edge = (FILTER_REACH_S / self.decimated_step_s()).ceil() as usize;
+        let edge = (self.preprocessing.reach_s / self.decimated_step_s()).ceil() as usize;
         let last = self.load.len();
         for at in (0..edge.min(last)).chain(last.saturating_sub(edge)..last) {
             self.is_moving[at] = false;
@@ -217,7 +280,8 @@ impl MotionSignal {
     /// time (s) after them.
     pub(super) fn within_filter_reach(&self, some: &[bool], after_s: f64) -> Vec<bool> {
         let samples = |time_s: f64| (time_s / self.step_s).ceil() as usize;
-        let (before, after) = (samples(FILTER_REACH_S), samples(FILTER_REACH_S.max(after_s)));
+        let reach_s = self.preprocessing.reach_s;
+        let (before, after) = (samples(reach_s), samples(reach_s.max(after_s)));
         let mut all = vec![false; some.len()];
         for at in (0..some.len()).filter(|at| some[*at]) {
             all[at.saturating_sub(before)..(at + after + 1).min(some.len())].fill(true);
@@ -243,8 +307,28 @@ pub fn phases(motion: &MotionSignal) -> Vec<Phase> {
     phases_along((&motion.velocity_m_s, &motion.acceleration_m_s2), &motion.command_m, motion.step_s)
 }
 
-/// Time around a rest (s) over which the filters spread its force.
-pub(super) const FILTER_REACH_S: f64 = 0.05;
+/// Marks the samples of a direction in which the axis rebounds only: friction does not follow its sign there, and says
+/// nothing about this direction.
+fn rebounds(motion: &MotionSignal) -> Vec<bool> {
+    let direction = motion.direction();
+    let mut longest = [0.0_f64; 2];
+    for run in direction.chunk_by(|a, b| a == b).scan(0, |from, run| {
+        *from += run.len();
+        Some(*from - run.len()..*from)
+    }) {
+        let way = (motion.position_m[run.end - 1] - motion.position_m[run.start]).abs();
+        let way_of = &mut longest[usize::from(direction[run.start] < 0.0)];
+        *way_of = way_of.max(way);
+    }
+    let sliding = if motion.is_angle { SLIDING.1 } else { SLIDING.0 };
+    let is_rebound = |own: f64, other: f64| own < sliding && REBOUND * own < other;
+    let rebound = match longest {
+        [forward, backward] if is_rebound(forward, backward) => 1.0,
+        [forward, backward] if is_rebound(backward, forward) => -1.0,
+        _ => return vec![false; direction.len()],
+    };
+    direction.into_iter().map(|sign| sign == rebound).collect()
+}
 
 /// Share of a command's range within which two values are equal.
 const REPEAT_TOLERANCE: f64 = 1e-6;

@@ -129,7 +129,7 @@ fn estimate_beside(
     }
     let found = STOP
         .fit(&force, &recorded, start, &coordinates(machine, free, &is_linear_in_inverse(machine, free)))
-        .map_err(|e| unidentifiable(machine, free, e))?;
+        .map_err(|e| beside_limits(unidentifiable(machine, free, e), motions))?;
     if found.at_end {
         return Ok(ForceFit::new(found, free));
     }
@@ -216,6 +216,31 @@ pub(super) fn coordinates(machine: &Machine, free: &[usize], inverse: &[bool]) -
         Coordinate { index, range: (parameter.lower, parameter.upper), inverse }
     };
     free.iter().zip(inverse).map(of).collect()
+}
+
+/// Adds to the failure of a fit what limits the motions.
+fn beside_limits(error: InverseError, motions: &[&MotionSignal]) -> InverseError {
+    let slides =
+        motions.iter().map(|m| m.slides()).fold([false; 2], |all, own| [all[0] | own[0], all[1] | own[1]]);
+    let sum = |of: fn(&MotionSignal) -> usize| motions.iter().map(|m| of(m)).sum::<usize>();
+    let (used, moving) = (sum(MotionSignal::used), sum(MotionSignal::moving));
+    let limit = match slides {
+        _ if 2 * used < moving => {
+            format!(
+                "of {moving} samples in motion {used} are used, the others are too close to a rest: record longer moves"
+            )
+        }
+        [true, false] | [false, true] => {
+            "the axis slides in one direction only: record strokes in both".into()
+        }
+        _ => return error,
+    };
+    match error {
+        InverseError::Unidentifiable { parameter, why } => {
+            InverseError::Unidentifiable { parameter, why: format!("{why}; {limit}") }
+        }
+        error => error,
+    }
 }
 
 /// Converts the failure of a fit to an error that names the parameter.

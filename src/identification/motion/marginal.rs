@@ -66,6 +66,13 @@ pub(super) struct Marginal {
     pub basis: DMatrix<f64>,
 }
 
+impl Marginal {
+    /// Returns the size of the delay, if it is a tolerance.
+    pub fn delay(&self) -> Option<ToleranceSize> {
+        self.sizes.iter().copied().find(|size| size.kind == SmallPrint::Delay)
+    }
+}
+
 /// Estimates the change of parameters with the given `columns` that explains a `residual`, next to
 /// tolerances. `None` if the columns are dependent or the samples too few.
 pub(super) fn marginal(

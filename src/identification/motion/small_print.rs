@@ -139,7 +139,9 @@ fn is_described(kind: SmallPrint, machine: &Machine, values: &[f64]) -> bool {
     let drive = machine.drive.as_ref();
     let any = |of: &dyn Fn(&machine::Friction) -> bool| machine.joints.iter().any(|j| of(&j.friction));
     match kind {
-        SmallPrint::Delay => drive.is_some_and(|d| is_set(&d.delay_s)),
+        SmallPrint::Delay => {
+            drive.is_some_and(|d| is_set(&d.delay_s)) || machine.chain.delay.depends_on().next().is_some()
+        }
         SmallPrint::Reversal => any(&|f| is_set(&f.presliding_stiffness)),
         SmallPrint::Ripple => drive.is_some_and(|d| is_set(&d.ripple.cosine) || is_set(&d.ripple.sine)),
         SmallPrint::FrictionAlongTravel => any(&|f| is_set(&f.position.cosine) || is_set(&f.position.sine)),

@@ -2,13 +2,14 @@
 //! the machine lacks.
 
 use super::discrepancy::systematic_share;
-use super::force_fit::{ForceFit, channels};
+use super::force_fit::{ForceFit, channels, estimate};
 use super::marginal::{ToleranceSize, marginal};
-use super::small_print::tolerances;
+use super::small_print::{SmallPrint, tolerances};
 use crate::Doubt;
 use crate::uncertainty::Estimate;
 use dynamics::inverse_dynamics::{MotionSignal, Rigid, prediction, recorded};
-use machine::Machine;
+use machine::{Machine, Value};
+use nalgebra::DVector;
 
 /// A force fit corrected for tolerances.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,6 +33,10 @@ const DISCREPANCY_SHARE: f64 = 0.5;
 const IMPLAUSIBLE: f64 = 2.0;
 /// The same for kinds whose prior has a known standard deviation.
 const IMPLAUSIBLE_DEVIATION: f64 = 4.0;
+
+/// Change of a delay, in standard deviations, that is applied in place of its linear part, and most rounds of this.
+const LINEAR_DELAY: f64 = 1.0;
+const DELAY_ROUNDS: usize = 4;
 
 /// Share of the squared force above which a machine that leaves it unexplained is not that of the records.
 const UNEXPLAINED_SHARE: f64 = 0.5;
@@ -73,14 +78,32 @@ pub fn estimate_with_tolerances(
 ) -> TolerantFit {
     let free = fit.free.clone();
     let inside = fit.inside(machine, &free);
-    let small_print = tolerances(rigid, machine, &fit.values, motions);
     let channels = channels(motions);
-    let Some(found) =
-        marginal(&fit.derivatives.select_columns(&inside), &fit.residual, &small_print, &channels)
-    else {
+    // Corrections are linear in the delay, about one that is applied.
+    let correction = |machine: &Machine, fit: &ForceFit, applied: f64| {
+        let small_print = tolerances(rigid, machine, &fit.values, motions);
+        let mut residual = fit.residual.clone();
+        let delays = small_print.iter().filter(|tolerance| tolerance.kind == SmallPrint::Delay);
+        for delay in delays {
+            residual.axpy(applied, &DVector::from_column_slice(&delay.force), 1.0);
+        }
+        marginal(&fit.derivatives.select_columns(&inside), &residual, &small_print, &channels)
+    };
+    let Some(mut found) = correction(machine, &fit, 0.0) else {
         let estimates = fit.estimates_with(machine, &free, &inside, None);
         return TolerantFit { fit, estimates, sizes: Vec::new(), systematic_share: 0.0, doubts: Vec::new() };
     };
+    let (mut fit, mut delayed) = (fit, machine.clone());
+    let mut applied = 0.0;
+    for _ in 0..DELAY_ROUNDS {
+        let is_long = |delay: &ToleranceSize| (delay.value - applied).abs() > LINEAR_DELAY;
+        let Some(delay) = found.delay().filter(is_long) else { break };
+        delayed.chain.delay = Value::number(delay.value * delay.stated);
+        let Ok(again) = estimate(rigid, &delayed, &fit.values, &free, motions) else { break };
+        let Some(corrected) = correction(&delayed, &again, delay.value) else { break };
+        fit = ForceFit { single_frequency: fit.single_frequency, ..again };
+        (found, applied) = (corrected, delay.value);
+    }
     let mut corrected = fit;
     for (at, change) in inside.iter().zip(found.change.iter()) {
         let parameter = &machine.parameters[free[*at]];

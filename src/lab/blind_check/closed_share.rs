@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::withheld::{CASES, DiagnosisAnswer, QUIET};
 use diagnosis::motion::{MotionPart, gap_of, part};
-use dynamics::inverse_dynamics::{MotionSignal, Preprocessing, mask_backlash_crossings};
+use dynamics::inverse_dynamics::{MotionSignal, mask_backlash_crossings};
 use machine::Machine;
 use measurement::{MotionRecord, read_set};
 use study::{Sources, Study, StudyError, StudyResult};
@@ -29,12 +29,11 @@ pub fn closed_share(folder: &Path, case: &str, of: &DiagnosisAnswer) -> StudyRes
     let made = |quiet: &MotionRecord| -> StudyResult<MotionSignal> {
         // With an exact encoder a settling axis creeps for long: the standstills are those of the noisy
         // record.
-        let motion =
-            |record: &MotionRecord| MotionSignal::new(record, Preprocessing::default_for(record.step_s));
         let same = noisy.motions.iter().find(|record| record.name == quiet.name);
         let same = same
             .ok_or_else(|| StudyError::input(path(CASES), format!("no record is called {}", quiet.name)))?;
-        Ok(motion(quiet)?.with_rests_of(&motion(same)?, quiet)?)
+        let same = MotionSignal::of(same)?;
+        Ok(MotionSignal::new(quiet, same.preprocessing)?.with_rests_of(&same, quiet)?)
     };
     let made: StudyResult<Vec<MotionSignal>> = study.measurements().motions.iter().map(made).collect();
     let (motions, rigid, _) = study.add_channels(made?)?;
