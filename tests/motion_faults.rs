@@ -1,6 +1,7 @@
 //! Motion records as they are: two clocks, strokes in one direction with a rebound, short moves, and a record in which
 //! something else acts.
 
+use jointid::document::VerdictKind;
 use jointid::measurement::{DriveEffort, MeasurementSet, MotionArrays, SetArrays};
 use jointid::{Study, read_machine};
 
@@ -39,13 +40,14 @@ fn recover_two_clocks() {
             assert_eq!(verdict.effects, ["control-delay", "measurement-delay"], "{samples}: {verdict:#?}");
         } else {
             assert_eq!(verdict.faults, ["measurement-delay"], "{samples}: {verdict:#?}");
-            // Half a sample is the sampled force's own.
-            let lag = format!("{:.1}", 0.5 - samples as f64);
-            assert!(verdict.reason.contains(&format!("by {lag}")), "{samples}: {}", verdict.reason);
+            let lag_ms = verdict.reason.split(" by ").nth(1).and_then(|rest| rest.split(' ').next());
+            let lag_ms: f64 = lag_ms.unwrap().parse().unwrap();
+            // Of half a sample the drive holds its force, which tolerances describe.
+            assert!((lag_ms + samples as f64 + 0.5).abs() < 0.5, "{samples}: {}", verdict.reason);
         }
         let found = study.identify().unwrap();
         let delay = &found.tolerances["delay of the motion behind the force"];
-        assert!((1e3 * delay.value - samples as f64 - 0.5).abs() < 1.2, "{samples}: {delay:?}");
+        assert!((1e3 * delay.value - samples as f64 - 0.5).abs() < 0.3, "{samples}: {delay:?}");
         let mass = &found.parameters["moving_mass"];
         assert!((mass.value / 80.0 - 1.0).abs() < 2e-3, "{samples}: {mass:?}");
     }
@@ -62,7 +64,7 @@ fn recover_a_record_in_which_something_else_acts() {
         .diagnose()
         .unwrap()
         .verdict;
-    assert_eq!(verdict.kind.word(), "measurement", "{verdict:#?}");
+    assert_eq!(verdict.kind, VerdictKind::Measurement, "{verdict:#?}");
     assert!(verdict.reason.contains("second contradicts the fitted records"), "{}", verdict.reason);
 }
 
@@ -104,18 +106,25 @@ fn limit_a_rebound_is_no_stroke() {
     assert!(refusal.contains("friction_offset") && refusal.contains("one direction only"), "{refusal}");
 }
 
-/// Moves of 60 ms between rests: all of their samples are closer to a rest than those of longer moves may be.
+/// Moves of 60 ms between rests: all of their samples are closer to a rest than those of longer moves may be. Moves that
+/// repeat are one move, too short for the noise of its samples.
 #[test]
 fn recover_a_mass_from_short_moves() {
-    let moves = kinematic(6000, |i| {
-        let sign = if i % 200 < 100 { 1.0 } else { -1.0 };
-        match i % 100 {
-            20..50 => (4.0 * sign, sign),
-            50..80 => (-4.0 * sign, sign),
-            _ => (0.0, 0.0),
-        }
-    });
-    let found = study(vec![moves]).identify().unwrap();
-    let mass = &found.parameters["moving_mass"];
-    assert!((mass.value / 25.0 - 1.0).abs() < 0.03 && mass.interval95.is_some(), "{mass:?}");
+    for repeats in [false, true] {
+        let moves = kinematic(6000, |i| {
+            let sign = if i % 200 < 100 { 1.0 } else { -1.0 };
+            let size = if repeats { 4.0 } else { 3.0 + 0.3 * (i / 200 % 7) as f64 };
+            match i % 100 {
+                20..50 => (size * sign, sign),
+                50..80 => (-size * sign, sign),
+                _ => (0.0, 0.0),
+            }
+        });
+        let found = study(vec![moves]).identify().unwrap();
+        let mass = &found.parameters["moving_mass"];
+        assert!((mass.value / 25.0 - 1.0).abs() < 0.03, "{mass:?}");
+        assert_eq!(mass.interval95.is_none(), repeats, "{mass:?}");
+        let says = found.stamp.warnings.iter().any(|w| w.contains("too few samples for intervals"));
+        assert_eq!(says, repeats, "{:?}", found.stamp.warnings);
+    }
 }

@@ -10,14 +10,14 @@ use super::verdict::{Verdict, VerdictKind};
 pub(super) fn fault_in_records(case: &Case<'_>) -> Asked<Finding> {
     match &case.facts.fault_in_records {
         // What agrees with the machine lacks nothing, with or without a resonance.
-        Some(fault) if case.needs_explanation() || !fault.is_insufficient => at_fault(case, fault),
+        Some(fault) if case.needs_explanation()? || !fault.is_insufficient => at_fault(case, fault),
         _ => fails("none does"),
     }
 }
 
 pub(super) fn one_position(case: &Case<'_>) -> Asked<Finding> {
     let Case { facts, policy, before, ranking, .. } = case;
-    if !case.needs_explanation() || facts.fault_in_records.is_some() {
+    if !case.needs_explanation()? || facts.fault_in_records.is_some() {
         return fails(format!("misfit {before:.1} times that of null simulations"));
     }
     let Some(found) = &facts.one_position.as_ref().ok_or(Need::OnePosition)?.found else {
@@ -48,7 +48,7 @@ pub(super) fn fault_held_out(case: &Case<'_>) -> Asked<Finding> {
 /// much. Every chain has some corner far from its band, and small effects resemble it.
 pub(super) fn chain_fault<'f>(case: &Case<'f>) -> Asked<Option<(&'f ChainFacts, bool)>> {
     let Case { facts, policy, before, .. } = *case;
-    if !case.needs_explanation() {
+    if !case.needs_explanation()? {
         return Ok(None);
     }
     let Some(chain) = &facts.chain.as_ref().ok_or(Need::Chain)?.found else { return Ok(None) };
@@ -56,9 +56,12 @@ pub(super) fn chain_fault<'f>(case: &Case<'f>) -> Asked<Option<(&'f ChainFacts, 
         return Ok(None);
     }
     let (explains, is_certain) = match case.best() {
-        // Null simulations that do not bound the error of the model remain as a misfit of corrected records, too.
+        // Null simulations that do not bound the error of the model leave that, and tolerances take much of a fault.
         None if !policy.bounded => {
-            (facts.excess(chain.chi_square) - 1.0 <= policy.unexplained * (before - 1.0), true)
+            let margin = case.ranking.margin(chain.chi_square);
+            let halves = facts.excess(chain.chi_square) - 1.0 <= policy.unexplained * (before - 1.0);
+            let is_needed = case.implausible(Model::Nominal)?.is_some();
+            ((halves || is_needed) && chain.chi_square + margin <= facts.chi_square, true)
         }
         None => (chain.chi_square <= policy.restored * facts.chi_square, true),
         // Of two explanations that the data cannot tell apart, the simpler one is named.
@@ -82,7 +85,7 @@ pub(super) fn fault_of_all(case: &Case<'_>) -> Asked<Finding> {
 
 /// Whether records may be faulty: neither the best effect nor a fault of their chain accounts for the misfit.
 pub(super) fn records_may_be_faulty(case: &Case<'_>) -> Asked<bool> {
-    Ok(case.needs_explanation() && !case.agrees_with_best() && chain_fault(case)?.is_none())
+    Ok(case.needs_explanation()? && !case.agrees_with_best() && chain_fault(case)?.is_none())
 }
 
 pub(super) fn exchanged_records(case: &Case<'_>) -> Asked<Finding> {

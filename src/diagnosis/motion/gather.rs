@@ -381,7 +381,14 @@ impl<'g, 'w> MotionGatherer<'g, 'w> {
             self.context.fitted(machine, &start, &free, &hypothesis.added, Some(&self.tolerances[0]))
         };
         let fits = (0..CLOCK_STARTS).filter_map(fitted);
-        let best = fits.min_by(|a, b| a.squares.total_cmp(&b.squares))?;
+        let best = (hypothesis.clone(), fits.min_by(|a, b| a.squares.total_cmp(&b.squares))?);
+        if self
+            .farthest_of(&best)
+            .is_some_and(|far| far.deviation.abs() > Policy::of(DataKind::Motion).implausible)
+        {
+            return None;
+        }
+        let best = best.1;
         let lag_ms = 1e3 * best.values[at];
         let reason = if lag_ms > 0.0 {
             format!(
@@ -408,7 +415,10 @@ impl<'g, 'w> MotionGatherer<'g, 'w> {
 
     /// Returns the tolerance that a model moves farthest.
     fn farthest(&self, model: Model) -> Option<Farthest> {
-        let (hypothesis, fit) = self.tolerant(model)?;
+        self.farthest_of(self.tolerant(model)?)
+    }
+
+    fn farthest_of(&self, (hypothesis, fit): &MotionFit) -> Option<Farthest> {
         let data = &self.context.data;
         // Force and settings of a loop from which an encoder is estimated are too uncertain.
         if data.is_identifiable() {

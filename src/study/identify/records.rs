@@ -87,6 +87,9 @@ impl Study {
         } else {
             recorded(&fitted).norm_squared()
         };
+        if !free.is_empty() && estimates.iter().all(|e| e.interval95.is_none()) {
+            warnings.push(too_few_samples(&fitted));
+        }
         warnings.extend(found.single_frequency.as_ref().map(|single| inseparable(machine, single)));
         warnings.extend(list_warnings(machine, &unseen, &estimates));
         Ok(IdentificationDocument {
@@ -140,6 +143,22 @@ fn refine_by_simulation(
     };
     let estimates = refined.estimates_of(machine, free, &lengths);
     Ok((refined, estimates))
+}
+
+/// Says why the values of a fit have no intervals.
+fn too_few_samples(motions: &[&MotionSignal]) -> String {
+    let sum = |of: &dyn Fn(&MotionSignal) -> usize| motions.iter().map(|m| of(m)).sum::<usize>();
+    let kept = sum(&|m| m.is_moving.iter().filter(|moves| **moves).count());
+    let repeated = if motions.iter().any(|m| m.period.is_some()) {
+        "; those of moves that repeat count once"
+    } else {
+        ""
+    };
+    format!(
+        "too few samples for intervals: of {} in motion {} are far enough from a rest, and {kept} remain after decimation{repeated}; record longer moves, or more that differ",
+        sum(&|m| m.moving()),
+        sum(&|m| m.used())
+    )
 }
 
 /// Says which inertias motions at a single frequency leave open, and what determines them.
