@@ -282,7 +282,7 @@ impl MeasurementSet {
             split: arrays.split.clone(),
             warnings: single_average_warning(&singles).into_iter().chain(empty).collect(),
             // In place of files: a digest of everything that was given.
-            files: vec![SourceFile { path: format!("arrays of {path}"), bytes: digest.into_bytes() }],
+            files: vec![SourceFile::new(format!("arrays of {path}"), || digest.into_bytes())],
             ..MeasurementSet::none()
         })
     }

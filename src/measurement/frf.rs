@@ -202,8 +202,11 @@ impl Frf {
     }
 }
 
-/// Reads the lines of `frequency_hz,real,imag[,coherence][,relative_sd]`: accepted and rejected lines.
-pub(super) fn read_lines(path: &str, text: &str) -> Result<(Vec<FrfLine>, Vec<FrfLine>), MeasurementError> {
+/// Accepted and rejected lines of an FRF.
+pub(super) type ReadLines = (Vec<FrfLine>, Vec<FrfLine>);
+
+/// Reads the lines of `frequency_hz,real,imag[,coherence][,relative_sd]`.
+pub(super) fn read_lines(path: &str, text: &str) -> Result<ReadLines, MeasurementError> {
     let table = Table::read(path, text, &["frequency_hz", "real", "imag"], &["coherence", "relative_sd"])?;
     let mut sorted = SortedLines::default();
     for row in table.rows() {
@@ -270,7 +273,7 @@ impl SortedLines {
     /// Returns accepted and rejected lines.
     ///
     /// # Errors  no line is accepted.
-    pub(super) fn finish(self, has_coherence: bool) -> Result<(Vec<FrfLine>, Vec<FrfLine>), Fault> {
+    pub(super) fn finish(self, has_coherence: bool) -> Result<ReadLines, Fault> {
         if self.accepted.is_empty() {
             let low = "no line has a coherence of 0.8 or more; measure again";
             return Err(if has_coherence { low } else { "holds no line above 0 Hz" }.into());

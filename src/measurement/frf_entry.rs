@@ -1,7 +1,7 @@
 //! An FRF of a measurement set: its entry in the manifest, and its file.
 
 use super::folder::OpenFolder;
-use super::frf::{Condition, Frf, FrfNoise, read_lines};
+use super::frf::{Condition, Frf, FrfNoise};
 use super::manifest::{FrfFile, Manifest};
 use super::noise_estimate::drop_coherence_of_one;
 use super::sensing::Sensing;
@@ -16,8 +16,7 @@ pub(super) fn read_frf(
 ) -> Result<(Frf, bool), MeasurementError> {
     let manifest_path = folder.name("manifest.toml");
     let fault = |text: String| MeasurementError::key(&manifest_path, format!("[[frf]] {}", entry.file), text);
-    let text = folder.text(&entry.file)?;
-    let (mut lines, mut rejected) = read_lines(&folder.name(&entry.file), &text)?;
+    let (mut lines, mut rejected) = folder.lines(&entry.file)?;
     let is_single = drop_coherence_of_one(&mut lines);
     let position = match &entry.position {
         Some(name) => Some(positions.iter().position(|p| p.name == *name).ok_or_else(|| {

@@ -7,7 +7,7 @@ use std::path::Path;
 use file_access::{MOST_TABLE_BYTES, MOST_TEXT_BYTES, is_inside, is_physical, read_file};
 
 use super::embedded::embedded_file;
-use super::folder::OpenFolder;
+use super::folder::{Content, OpenFolder};
 use super::frf::{Fault, Frf};
 use super::frf_entry::read_frf;
 use super::manifest::{ChannelToleranceFile, FrfFile, GainFile, Manifest, parse};
@@ -194,7 +194,7 @@ pub fn read_set_from(path: &str, allow_outside: bool) -> Result<MeasurementSet, 
 }
 
 /// Name of the file that lists the others of a set.
-const MANIFEST: &str = "manifest.toml";
+pub(crate) const MANIFEST: &str = "manifest.toml";
 
 /// Reads a set as [`read_set`]; `read` returns the content of a file by its name in the manifest.
 ///
@@ -203,7 +203,15 @@ pub fn read_set_with(
     path: &str,
     read: impl Fn(&str) -> io::Result<Vec<u8>>,
 ) -> Result<MeasurementSet, MeasurementError> {
-    let mut folder = OpenFolder { path, read: &read, files: Vec::new() };
+    read_set_of(path, |file| read(file).map(Content::Bytes))
+}
+
+/// Reads a set as [`read_set`]; `read` returns what a file holds by its name in the manifest.
+pub(super) fn read_set_of(
+    path: &str,
+    mut read: impl FnMut(&str) -> io::Result<Content>,
+) -> Result<MeasurementSet, MeasurementError> {
+    let mut folder = OpenFolder { path, read: &mut read, files: Vec::new() };
     let manifest_path = folder.name(MANIFEST);
     let fault = |fault: String| MeasurementError::file(&manifest_path, fault);
     let at_key = |key: &str, fault: String| MeasurementError::key(&manifest_path, key, fault);

@@ -202,10 +202,8 @@ impl MeasurementSet {
             title: given.title,
         };
         let read = py.detach(|| {
-            let imported = import(&request)?;
-            let files = imported.files().map(|(name, text)| (name, text.into_bytes())).collect();
             let path = request.files.first().map_or("the import".into(), |path| path.display().to_string());
-            Ok((read_set_files(&path, &files)?, imported.notes))
+            import(&request)?.into_set(&path)
         });
         let (set, notes) = read.map_err(|e: StudyError| to_exception(&e))?;
         Ok(MeasurementSet { set, notes })
@@ -225,7 +223,7 @@ impl MeasurementSet {
                 .strip_prefix(folder)
                 .map_or_else(|_| path.to_string(), |name| name.display().to_string())
         };
-        self.set.files.iter().map(|file| (name(&file.path), PyBytes::new(py, &file.bytes))).collect()
+        self.set.files.iter().map(|file| (name(&file.path), PyBytes::new(py, file.bytes()))).collect()
     }
 
     #[getter]

@@ -82,7 +82,7 @@ fn set_inputs(set: &MeasurementSet) -> Vec<Input> {
 
 /// Describes a file that was read as an input.
 pub(crate) fn digest_file(file: &SourceFile) -> Input {
-    Input { path: file.path.clone(), sha256: digest(&file.bytes) }
+    Input { path: file.path.clone(), sha256: digest(file.bytes()) }
 }
 
 /// Builds the stamp of a document on measurements alone.

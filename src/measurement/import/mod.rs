@@ -16,7 +16,8 @@ pub use frf::ImportedFrf;
 pub use record::{described, frfs_from_universal, is_of_frf};
 pub use table::{TableRequest, described_table, frfs_from_table};
 pub use text::decoded;
-pub use write::{Placement, left_behind, set_files};
+pub(super) use write::ImportedTable;
+pub use write::{Placement, left_behind, set_files, set_of};
 
 #[cfg(test)]
 mod tests;

@@ -1,10 +1,17 @@
 //! Writes imported FRFs as the files of a measurement set.
 
+use std::borrow::Borrow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use crate::set::COMMAND;
+use num_complex::Complex64;
+
+use crate::folder::Content;
+use crate::frf::{Fault, ReadLines, SortedLines};
+use crate::set::{COMMAND, MANIFEST, read_set_of};
+use crate::{MeasurementError, MeasurementSet};
 use file_access::{MOST_TEXT_BYTES, read_replaced};
 
 use super::ImportedFrf;
@@ -51,7 +58,7 @@ fn table_paths(frfs: &[(ImportedFrf, Placement)]) -> Vec<String> {
 /// Returns the paths of FRF tables in a set's folder that its manifest lists and a set of these FRFs does
 /// not: they are left behind where it replaces the other. Only files in `frf/` of the folder itself count.
 pub fn left_behind(frfs: &[(ImportedFrf, Placement)], folder: &Path) -> Vec<PathBuf> {
-    let manifest = read_replaced(&folder.join("manifest.toml"), MOST_TEXT_BYTES)
+    let manifest = read_replaced(&folder.join(MANIFEST), MOST_TEXT_BYTES)
         .ok()
         .and_then(|text| text.parse::<toml::Table>().ok());
     if !folder.join("frf").symlink_metadata().is_ok_and(|m| m.is_dir()) {
@@ -78,6 +85,43 @@ pub fn set_files(
     nuts_m: &BTreeMap<String, f64>,
     averages: Option<u32>,
 ) -> impl Iterator<Item = (String, String)> {
+    let averaged = averages.is_some();
+    let table =
+        move |(path, (frf, _)): (_, &(ImportedFrf, _))| (path, ImportedTable { frf, averaged }.text());
+    let manifest = manifest(title, frfs, nuts_m, averages);
+    std::iter::once((MANIFEST.into(), manifest)).chain(table_paths(frfs).into_iter().zip(frfs).map(table))
+}
+
+/// Returns the set that reading these files gives, without writing and parsing the tables. Arguments as of
+/// [`set_files`]; `path` names the set.
+///
+/// # Errors  as those of reading the files.
+pub fn set_of(
+    path: &str,
+    title: &str,
+    frfs: Vec<(ImportedFrf, Placement)>,
+    nuts_m: &BTreeMap<String, f64>,
+    averages: Option<u32>,
+) -> Result<MeasurementSet, MeasurementError> {
+    let manifest = manifest(title, &frfs, nuts_m, averages);
+    let paths = table_paths(&frfs).into_iter();
+    let table = |(frf, _)| ImportedTable { frf, averaged: averages.is_some() };
+    let mut tables: BTreeMap<String, ImportedTable> = paths.zip(frfs.into_iter().map(table)).collect();
+    read_set_of(path, |file| match file {
+        MANIFEST => Ok(Content::Bytes(manifest.clone().into_bytes())),
+        _ => tables
+            .remove(file)
+            .map(|table| Content::Imported(Box::new(table)))
+            .ok_or_else(|| ErrorKind::NotFound.into()),
+    })
+}
+
+fn manifest(
+    title: &str,
+    frfs: &[(ImportedFrf, Placement)],
+    nuts_m: &BTreeMap<String, f64>,
+    averages: Option<u32>,
+) -> String {
     let all = |holds: fn(&(ImportedFrf, Placement)) -> bool| !frfs.is_empty() && frfs.iter().all(holds);
     let unit = if all(|(frf, placement)| placement.excitation.as_ref().unwrap_or(&frf.excitation) == COMMAND)
     {
@@ -106,8 +150,7 @@ pub fn set_files(
             None => manifest += "# nut_m = 0.6               # nut position from the left bearing: fill in\n",
         }
     }
-    let paths = table_paths(frfs);
-    for ((frf, placement), path) in frfs.iter().zip(&paths) {
+    for ((frf, placement), path) in frfs.iter().zip(table_paths(frfs)) {
         manifest += "\n[[frf]]\n";
         if let Some(position) = &placement.position {
             let _ = writeln!(manifest, "position = {}", quoted(position));
@@ -118,7 +161,7 @@ pub fn set_files(
             manifest,
             "record = {}\nfile = {}\nresponse = {}\nexcitation = {}\nquantity = \"{}\"",
             quoted(&frf.name),
-            quoted(path),
+            quoted(&path),
             quoted(response),
             quoted(excitation),
             frf.quantity.word()
@@ -133,35 +176,67 @@ pub fn set_files(
             }
         }
     }
-    let tables =
-        paths.into_iter().zip(frfs).map(move |(path, (frf, _))| (path, table(frf, averages.is_some())));
-    std::iter::once(("manifest.toml".into(), manifest)).chain(tables)
+    manifest
 }
 
-/// Formats the table of an FRF. Lines without coherence are left out where the others have one.
-fn table(frf: &ImportedFrf, averaged: bool) -> String {
-    /// Usual length of a line (bytes).
-    const LINE: usize = 80;
-    let coherence = frf.coherence.as_ref().filter(|c| averaged && c.iter().any(|c| c.is_finite()));
-    let relative_sd = frf.relative_sd.as_ref();
-    let mut text = String::with_capacity(LINE * (frf.values.len() + 1));
-    text += "frequency_hz,real,imag";
-    text += if coherence.is_some() { ",coherence" } else { "" };
-    text += if relative_sd.is_some() { ",relative_sd\n" } else { "\n" };
-    for (at, (f, h)) in frf.frequency_hz.iter().zip(&frf.values).enumerate() {
-        if coherence.is_some_and(|c| !c[at].is_finite()) {
-            continue;
-        }
-        let _ = write!(text, "{f:?},{:e},{:e}", h.re, h.im);
-        if let Some(coherence) = coherence {
-            let _ = write!(text, ",{}", coherence[at]);
-        }
-        match relative_sd.map(|sd| sd[at]) {
-            Some(sd) if sd.is_finite() => _ = write!(text, ",{sd}"),
-            Some(_) => text.push(','),
-            None => {}
-        }
-        text.push('\n');
+/// Table of an imported FRF. Lines without coherence are left out where the others have one.
+pub(crate) struct ImportedTable<F = ImportedFrf> {
+    frf: F,
+    /// Whether the number of averages is known, which a coherence needs.
+    averaged: bool,
+}
+
+/// A line of a table: frequency (Hz), value, coherence, relative standard deviation.
+type Line = (f64, Complex64, Option<f64>, Option<f64>);
+
+impl<F: Borrow<ImportedFrf>> ImportedTable<F> {
+    fn coherence(&self) -> Option<&[f64]> {
+        let coherence = self.frf.borrow().coherence.as_deref();
+        coherence.filter(|c| self.averaged && c.iter().any(|c| c.is_finite()))
     }
-    text
+
+    fn rows(&self) -> impl Iterator<Item = Line> {
+        let frf = self.frf.borrow();
+        let coherence = self.coherence();
+        let relative_sd = |at: usize| frf.relative_sd.as_ref().map(|sd| sd[at]).filter(|sd| sd.is_finite());
+        let lines = frf.frequency_hz.iter().zip(&frf.values).enumerate();
+        lines
+            .map(move |(at, (f, h))| (*f, *h, coherence.map(|c| c[at]), relative_sd(at)))
+            .filter(|(_, _, coherence, _)| coherence.is_none_or(f64::is_finite))
+    }
+
+    /// Returns its lines, checked as those of a file.
+    ///
+    /// # Errors  as those of a file.
+    pub(crate) fn lines(&self) -> Result<ReadLines, Fault> {
+        let mut sorted = SortedLines::default();
+        for (frequency_hz, value, coherence, relative_sd) in self.rows() {
+            sorted.add(frequency_hz, value, coherence, relative_sd)?;
+        }
+        sorted.finish(self.coherence().is_some())
+    }
+
+    /// Formats it.
+    pub(crate) fn text(&self) -> String {
+        /// Usual length of a line (bytes).
+        const LINE: usize = 80;
+        let has_sd = self.frf.borrow().relative_sd.is_some();
+        let mut text = String::with_capacity(LINE * (self.frf.borrow().values.len() + 1));
+        text += "frequency_hz,real,imag";
+        text += if self.coherence().is_some() { ",coherence" } else { "" };
+        text += if has_sd { ",relative_sd\n" } else { "\n" };
+        for (f, h, coherence, relative_sd) in self.rows() {
+            let _ = write!(text, "{f:?},{:e},{:e}", h.re, h.im);
+            if let Some(coherence) = coherence {
+                let _ = write!(text, ",{coherence}");
+            }
+            match relative_sd {
+                Some(sd) => _ = write!(text, ",{sd}"),
+                None if has_sd => text.push(','),
+                None => {}
+            }
+            text.push('\n');
+        }
+        text
+    }
 }

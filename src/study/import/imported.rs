@@ -7,9 +7,10 @@ use super::place::place;
 use super::request::ImportRequest;
 use super::source::{is_table, read_universal, table_text};
 use crate::{StudyError, StudyResult};
+use measurement::MeasurementSet;
 use measurement::import::{
     ImportedFrf, Placement, TableRequest, frfs_from_table, frfs_from_universal, is_of_frf, left_behind,
-    set_files,
+    set_files, set_of,
 };
 use universal_files::function_type::FREQUENCY_RESPONSE;
 use universal_files::{UniversalRecord, WarningKind, read_sound, read_where};
@@ -46,6 +47,14 @@ impl ImportedSet {
     /// on demand.
     pub fn files(&self) -> impl Iterator<Item = (String, String)> {
         set_files(&self.title, &self.assigned, &self.nut_m, self.averages)
+    }
+
+    /// Returns the set, as reading its files gives it, and what was assumed or left out. `path` names the set
+    /// in messages and documents.
+    ///
+    /// # Errors  a line is not usable.
+    pub fn into_set(self, path: &str) -> StudyResult<(MeasurementSet, Vec<String>)> {
+        Ok((set_of(path, &self.title, self.assigned, &self.nut_m, self.averages)?, self.notes))
     }
 }
 

@@ -2,12 +2,14 @@
 
 mod real_files;
 
+use std::collections::BTreeMap;
 use std::fs::File;
+use std::io::ErrorKind;
 
 use num_complex::Complex64;
 
 use super::*;
-use crate::Quantity;
+use crate::{Quantity, read_set_with};
 use universal_files::read_sound;
 
 /// Accelerance of 10 kg on 100 Hz with 2 % damping, the truth of all cases.
@@ -120,4 +122,55 @@ fn cases_without_force_or_frequency_are_refused() {
         let fault = found.unwrap_err();
         assert!(fault.contains(word), "{case}: {fault}");
     }
+}
+
+/// A set in memory is the set that its files give, with the same contents of files.
+#[test]
+fn imported_frfs_are_read_as_their_files_are() {
+    let frf =
+        |name: &str, quantity, coherence: Option<Vec<f64>>, relative_sd: Option<Vec<f64>>| ImportedFrf {
+            name: name.into(),
+            source: "tap.uff".into(),
+            texts: Vec::new(),
+            response: "7:+Z".into(),
+            excitation: "table".into(),
+            response_direction: 3,
+            excitation_direction: 0,
+            by_torque: false,
+            quantity,
+            frequency_hz: vec![0.1, 1.0 / 3.0, 2e2],
+            values: vec![
+                Complex64::new(1.0 / 3.0, -0.0),
+                Complex64::new(-1e-300, 2e-9),
+                Complex64::new(3.0, 4.0),
+            ],
+            coherence,
+            relative_sd,
+            dropped: 0,
+            warnings: Vec::new(),
+        };
+    let placed = vec![
+        (frf("a b", Quantity::Receptance, Some(vec![0.9, f64::NAN, 0.7]), None), Placement::default()),
+        (
+            frf("A-b", Quantity::Mobility, None, Some(vec![1e-3, f64::NAN, 0.1])),
+            Placement { position: Some("p «1»".into()), response: Some("nut".into()), excitation: None },
+        ),
+        (frf("c", Quantity::Accelerance, None, None), Placement::default()),
+    ];
+    let nuts_m = BTreeMap::from([("p «1»".to_string(), 0.1 + 0.2)]);
+    for averages in [None, Some(4)] {
+        let files: BTreeMap<String, String> = set_files("a\ttitle", &placed, &nuts_m, averages).collect();
+        let read =
+            |name: &str| files.get(name).map(|t| t.clone().into_bytes()).ok_or(ErrorKind::NotFound.into());
+        let from_files = read_set_with("tap.uff", read).unwrap();
+        let in_memory = set_of("tap.uff", "a\ttitle", placed.clone(), &nuts_m, averages).unwrap();
+        assert_eq!(in_memory, from_files);
+        assert_eq!(in_memory.files.len(), 4);
+    }
+    let low = vec![(frf("a", Quantity::Receptance, Some(vec![0.1; 3]), None), Placement::default())];
+    let refused = set_of("tap.uff", "title", low, &nuts_m, Some(4)).unwrap_err();
+    assert_eq!(
+        refused.to_string(),
+        "tap.uff/frf/a.csv: no line has a coherence of 0.8 or more; measure again"
+    );
 }
