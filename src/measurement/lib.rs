@@ -41,7 +41,8 @@ pub use position::Position;
 pub use quantity::Quantity;
 pub use reference::{Reference, read_reference};
 pub use set::{
-    ChannelTolerance, Gain, MeasurementSet, Published, PublishedRow, read_set, read_set_from, read_set_with,
+    ChannelTolerance, Gain, MeasurementSet, Published, PublishedRow, SetWithoutNoise, read_set,
+    read_set_from, read_set_with,
 };
 pub use source::SourceFile;
 pub use split::{DataPart, FitSet, Fitted, HeldOut, HoldOutSet};

@@ -73,11 +73,12 @@ pub(super) fn estimate_unstated_noise(frfs: &mut [Frf]) {
         let spread = spread(&repeats);
         for &at in &group {
             let frf = &frfs[at];
+            let shape = response_shape(frf);
             let noise = if spread.len() >= LEAST_SAMPLES {
-                smooth(frf, &samples_of(frf, &spread), group.len() - 1)
+                smooth(&shape, &samples_of(frf, &shape, &spread), group.len() - 1)
                     .map(|sds| sds.into_iter().map(FrfNoise::Repeats).collect())
             } else {
-                smooth(frf, &third_differences(frf), 1)
+                smooth(&shape, &third_differences(frf, &shape), 1)
                     .map(|sds| sds.into_iter().map(FrfNoise::Neighbours).collect())
             };
             found.extend(noise.map(|noise: Vec<FrfNoise>| (at, noise)));
@@ -112,14 +113,14 @@ fn is_repeat(a: &Frf, b: &Frf) -> bool {
 
 /// Returns |H|⁻² of each line over its geometric mean: the shape of the variance by noise of the response.
 fn response_shape(frf: &Frf) -> Vec<f64> {
-    let log = |line: &FrfLine| frf.receptance(line).norm().ln();
-    let mean = frf.lines.iter().map(log).sum::<f64>() / frf.lines.len() as f64;
-    frf.lines.iter().map(|line| (2.0 * (mean - log(line))).exp()).collect()
+    let logs: Vec<f64> = frf.lines.iter().map(|line| frf.receptance(line).norm().ln()).collect();
+    let mean = logs.iter().sum::<f64>() / logs.len() as f64;
+    logs.iter().map(|log| (2.0 * (mean - log)).exp()).collect()
 }
 
 /// Returns the squared third differences of ln H over four neighbouring lines, unevenly spaced ones included.
-fn third_differences(frf: &Frf) -> Vec<Sample> {
-    let (logs, shape) = (frf.logarithms(), response_shape(frf));
+fn third_differences(frf: &Frf, shape: &[f64]) -> Vec<Sample> {
+    let logs = frf.logarithms();
     let frequency = |at: usize| frf.lines[at].frequency_hz;
     (0..frf.lines.len().saturating_sub(3))
         .map(|first| {
@@ -188,8 +189,7 @@ fn spread(repeats: &[&Frf]) -> Vec<(f64, f64)> {
 }
 
 /// Returns the variances of repeated measurements as samples of one of them.
-fn samples_of(frf: &Frf, variances: &[(f64, f64)]) -> Vec<Sample> {
-    let shape = response_shape(frf);
+fn samples_of(frf: &Frf, shape: &[f64], variances: &[(f64, f64)]) -> Vec<Sample> {
     let mut lines = frf.lines.iter().enumerate();
     let of_line = |&(frequency_hz, square): &(f64, f64)| {
         let (at, _) = lines.find(|(_, line)| is_same(line, frequency_hz))?;
@@ -200,11 +200,11 @@ fn samples_of(frf: &Frf, variances: &[(f64, f64)]) -> Vec<Sample> {
 
 /// Estimates the standard deviation of one component of ln H at each line; `None` with too few samples.
 /// `freedom`: half the degrees of freedom of each squared difference.
-fn smooth(frf: &Frf, samples: &[Sample], freedom: usize) -> Option<Vec<f64>> {
+fn smooth(shape: &[f64], samples: &[Sample], freedom: usize) -> Option<Vec<f64>> {
     if samples.len() < LEAST_SAMPLES {
         return None;
     }
-    let count = frf.lines.len();
+    let count = shape.len();
     let middles: Vec<f64> = match count > 2 * HALF_WINDOW {
         false => vec![0.5 * count as f64],
         true => {
@@ -231,7 +231,6 @@ fn smooth(frf: &Frf, samples: &[Sample], freedom: usize) -> Option<Vec<f64>> {
             }
         })
         .collect();
-    let shape = response_shape(frf);
     let variance = |window: usize, at: usize| windows[window][0] + windows[window][1] * shape[at];
     let sd = |at: usize| {
         let right = middles.partition_point(|middle| *middle < at as f64);

@@ -203,14 +203,27 @@ pub fn read_set_with(
     path: &str,
     read: impl Fn(&str) -> io::Result<Vec<u8>>,
 ) -> Result<MeasurementSet, MeasurementError> {
-    read_set_of(path, |file| read(file).map(Content::Bytes))
+    Ok(read_set_of(path, |file| read(file).map(Content::Bytes))?.with_noise())
+}
+
+/// A set in which FRFs that do not state their noise have none yet: estimating it takes longer than reading.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SetWithoutNoise(MeasurementSet);
+
+impl SetWithoutNoise {
+    /// Estimates the noise that FRFs do not state.
+    pub fn with_noise(self) -> MeasurementSet {
+        let mut set = self.0;
+        estimate_unstated_noise(&mut set.frfs);
+        set
+    }
 }
 
 /// Reads a set as [`read_set`]; `read` returns what a file holds by its name in the manifest.
 pub(super) fn read_set_of(
     path: &str,
     mut read: impl FnMut(&str) -> io::Result<Content>,
-) -> Result<MeasurementSet, MeasurementError> {
+) -> Result<SetWithoutNoise, MeasurementError> {
     let mut folder = OpenFolder { path, read: &mut read, files: Vec::new() };
     let manifest_path = folder.name(MANIFEST);
     let fault = |fault: String| MeasurementError::file(&manifest_path, fault);
@@ -244,7 +257,6 @@ pub(super) fn read_set_of(
         frfs.push(frf);
     }
     warnings.extend(single_average_warning(&singles));
-    estimate_unstated_noise(&mut frfs);
     warnings.extend(length_warning(&manifest_path, &frfs));
     if modes.is_none() && frfs.is_empty() && manifest.motion.is_empty() {
         return Err(fault("holds no observation at all; write modes = \"…\", [[frf]] or [[motion]]".into()));
@@ -281,7 +293,7 @@ pub(super) fn read_set_of(
     if let Some(unknown) = split.iter().flatten().find(|n| !is_known(n)) {
         return Err(at_key("split.fit", format!("no position or record is called «{unknown}»")));
     }
-    Ok(MeasurementSet {
+    Ok(SetWithoutNoise(MeasurementSet {
         path: path.into(),
         title: manifest.title.split_whitespace().collect::<Vec<_>>().join(" "),
         quantity: manifest.quantity,
@@ -297,7 +309,7 @@ pub(super) fn read_set_of(
         published,
         files: folder.files,
         warnings,
-    })
+    }))
 }
 
 /// Reads the table of modes; `None` where the set has none.

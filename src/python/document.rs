@@ -26,7 +26,7 @@ pub fn peaks(
     max_order: Option<usize>,
     running: Running,
 ) -> PyResult<(String, String)> {
-    let (set, request) = (measurements.set.clone(), peaks_request(band_hz, local, max_order));
+    let (set, request) = ((*measurements.set).clone(), peaks_request(band_hz, local, max_order));
     run(py, &running, move |control| {
         let found = study::peaks(&set, &request, &control)?;
         Ok((to_json(&found.document)?, found.modes_csv))

@@ -187,7 +187,7 @@ impl Identification {
         let request = ValidationRequest { positions, file: None };
         let study = match measurements {
             None => self.study.clone(),
-            Some(other) => self.study.clone().with_measurements(other.set.clone()),
+            Some(other) => self.study.clone().with_measurements((*other.set).clone()),
         };
         compute(py, || Ok(to_json(&study.validate_with(&self.document, &request)?)?))
     }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use num_complex::Complex64;
 use numpy::{PyArray1, PyReadonlyArray1};
@@ -14,10 +15,10 @@ use study::{
 
 use crate::error::{argument, to_exception, word};
 
-/// A measurement set.
+/// A measurement set. The noise that imported FRFs do not state is estimated when the set is first used.
 #[pyclass(frozen, module = "jointid._core")]
 pub struct MeasurementSet {
-    pub set: study::MeasurementSet,
+    pub set: LazyLock<study::MeasurementSet, Box<dyn FnOnce() -> study::MeasurementSet + Send + Sync>>,
     /// What an import assumed or left out.
     notes: Vec<String>,
 }
@@ -91,7 +92,7 @@ pub struct GivenImport {
 impl MeasurementSet {
     /// Wraps a set.
     pub fn of(set: study::MeasurementSet) -> Self {
-        MeasurementSet { set, notes: Vec::new() }
+        MeasurementSet { set: LazyLock::new(Box::new(|| set)), notes: Vec::new() }
     }
 }
 
@@ -206,7 +207,7 @@ impl MeasurementSet {
             import(&request)?.into_set(&path)
         });
         let (set, notes) = read.map_err(|e: StudyError| to_exception(&e))?;
-        Ok(MeasurementSet { set, notes })
+        Ok(MeasurementSet { set: LazyLock::new(Box::new(|| set.with_noise())), notes })
     }
 
     /// Returns the FRFs of the set as a universal file, with notes on what it cannot hold.

@@ -124,7 +124,7 @@ impl Study {
         overrides: Vec<String>,
         without: Vec<String>,
     ) -> PyResult<Self> {
-        let study = study::Study::described((name, text), measurements.set.clone(), &overrides, &without);
+        let study = study::Study::described((name, text), (*measurements.set).clone(), &overrides, &without);
         study.map(Study).map_err(|e| to_exception(&e))
     }
 

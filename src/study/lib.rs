@@ -49,7 +49,7 @@ pub use long_work::{Control, Progress, Watcher};
 pub use machine::contact::StribeckNoise;
 pub use measurement::{
     ChannelTolerance, Condition, DriveEffort, FrfArrays, FrfNoise, Gain, MeasurementSet, MotionArrays,
-    Quantity, SetArrays,
+    Quantity, SetArrays, SetWithoutNoise,
 };
 pub use page::page;
 pub use peaks::{DiagramPole, Peaks, PeaksRequest, peaks, stabilisation};

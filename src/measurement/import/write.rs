@@ -11,7 +11,7 @@ use num_complex::Complex64;
 use crate::folder::Content;
 use crate::frf::{Fault, ReadLines, SortedLines};
 use crate::set::{COMMAND, MANIFEST, read_set_of};
-use crate::{MeasurementError, MeasurementSet};
+use crate::{MeasurementError, SetWithoutNoise};
 use file_access::{MOST_TEXT_BYTES, read_replaced};
 
 use super::ImportedFrf;
@@ -102,7 +102,7 @@ pub fn set_of(
     frfs: Vec<(ImportedFrf, Placement)>,
     nuts_m: &BTreeMap<String, f64>,
     averages: Option<u32>,
-) -> Result<MeasurementSet, MeasurementError> {
+) -> Result<SetWithoutNoise, MeasurementError> {
     let manifest = manifest(title, &frfs, nuts_m, averages);
     let paths = table_paths(&frfs).into_iter();
     let table = |(frf, _)| ImportedTable { frf, averaged: averages.is_some() };

@@ -7,7 +7,7 @@ use super::place::place;
 use super::request::ImportRequest;
 use super::source::{is_table, read_universal, table_text};
 use crate::{StudyError, StudyResult};
-use measurement::MeasurementSet;
+use measurement::SetWithoutNoise;
 use measurement::import::{
     ImportedFrf, Placement, TableRequest, frfs_from_table, frfs_from_universal, is_of_frf, left_behind,
     set_files, set_of,
@@ -53,7 +53,7 @@ impl ImportedSet {
     /// in messages and documents.
     ///
     /// # Errors  a line is not usable.
-    pub fn into_set(self, path: &str) -> StudyResult<(MeasurementSet, Vec<String>)> {
+    pub fn into_set(self, path: &str) -> StudyResult<(SetWithoutNoise, Vec<String>)> {
         Ok((set_of(path, &self.title, self.assigned, &self.nut_m, self.averages)?, self.notes))
     }
 }

@@ -163,7 +163,8 @@ fn imported_frfs_are_read_as_their_files_are() {
         let read =
             |name: &str| files.get(name).map(|t| t.clone().into_bytes()).ok_or(ErrorKind::NotFound.into());
         let from_files = read_set_with("tap.uff", read).unwrap();
-        let in_memory = set_of("tap.uff", "a\ttitle", placed.clone(), &nuts_m, averages).unwrap();
+        let in_memory =
+            set_of("tap.uff", "a\ttitle", placed.clone(), &nuts_m, averages).unwrap().with_noise();
         assert_eq!(in_memory, from_files);
         assert_eq!(in_memory.files.len(), 4);
     }
