@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 import time
+import traceback
 from pathlib import Path
 
 import numpy as np
@@ -61,12 +62,21 @@ ARRAYS = [
 ]
 
 
+def is_short(refused: pytest.ExceptionInfo[jd.InputError]) -> bool:
+    """Whether a traceback has at most ten lines, of which the caller's are three."""
+    package = str(Path(jd.__file__).parent)
+    ours = [frame for frame in refused.traceback if str(frame.path).startswith(package)]
+    shown = "".join(traceback.format_list(traceback.extract_tb(refused.tb)[-len(ours) :]))
+    return len(f"Traceback\n1\n2\n3\n{shown}{refused.value}".splitlines()) <= 10
+
+
 @pytest.mark.parametrize(("key", "words", "call"), ARRAYS, ids=[f"{key} {words}" for key, words, _ in ARRAYS])
 def test_arrays_are_refused_by_name(key, words, call):
     with pytest.raises(jd.InputError) as refused:
         call()
     assert refused.value.key == key
     assert words in str(refused.value)
+    assert is_short(refused)
 
 
 CALLS = [
@@ -100,6 +110,7 @@ def test_arguments_are_refused_by_name(key, words, call, study):
         call(study)
     assert refused.value.key == key
     assert words in str(refused.value)
+    assert is_short(refused)
 
 
 def test_files_are_refused_with_file_line_and_key(tmp_path):

@@ -20,7 +20,7 @@ from ._processor import load as _load
 _load()
 
 from ._core import __version__  # noqa: E402
-from ._errors import InputError, StoppedError  # noqa: E402
+from ._errors import InputError, StoppedError, shorten_tracebacks as _shorten_tracebacks  # noqa: E402
 from ._settings import Settings  # noqa: E402
 from .diagnosis import Diagnosis, Effect, Verdict  # noqa: E402
 from .fleet import Fleet, FleetRun  # noqa: E402
@@ -83,3 +83,5 @@ __all__ = [
     "read_tables",
     "read_uff",
 ]
+
+globals().update(zip(__all__, _shorten_tracebacks([globals()[name] for name in __all__]), strict=True))

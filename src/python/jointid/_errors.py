@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+from functools import wraps
+from types import FunctionType
+from typing import Any
+
 
 class InputError(ValueError):
     """An argument, a file or a key of a file is wrong; the message says what was found and what to write instead.
@@ -38,3 +43,32 @@ def argument(key: str, fault: str) -> InputError:
 def needs(module: str, extra: str, purpose: str) -> ImportError:
     """The exception of an optional package that is not installed."""
     return ImportError(f"{purpose} needs {module}, which is not installed: pip install 'jointid[{extra}]'")
+
+
+def _without_inner_frames(function: Callable[..., Any]) -> Callable[..., Any]:
+    @wraps(function)
+    def call(*given: Any, **named: Any) -> Any:
+        try:
+            return function(*given, **named)
+        except InputError as refused:
+            raise refused.with_traceback(None) from None
+
+    return call
+
+
+def shorten_tracebacks(public: Iterable[Any]) -> Iterable[Any]:
+    """Returns public functions, and classes with their public methods, so that what they raise about wrong input ends at the caller's line: where in
+    the package it was found says nothing to a user."""
+    for made in public:
+        if isinstance(made, FunctionType):
+            yield _without_inner_frames(made)
+            continue
+        if isinstance(made, type) and not issubclass(made, Exception):
+            for name, member in list(vars(made).items()):
+                if name.startswith("_") and name != "__init__":
+                    continue
+                if isinstance(member, FunctionType):
+                    setattr(made, name, _without_inner_frames(member))
+                elif isinstance(member, classmethod):
+                    setattr(made, name, classmethod(_without_inner_frames(member.__func__)))
+        yield made
