@@ -200,8 +200,8 @@ def test_an_interrupt_ends_a_call(work, study):
 
 def test_a_callback_sees_the_progress_and_may_end_the_work(study):
     seen = []
-    study.identify(bootstrap=60, progress=lambda *state: seen.append(state))
-    assert ("bootstrap", 60, 60) in seen
+    study.identify(bootstrap=50, progress=lambda *state: seen.append(state))
+    assert ("bootstrap", 50, 50) in seen
     with pytest.raises(ZeroDivisionError):
         study.identify(bootstrap=5000, progress=lambda *_: 1 / 0)
 
@@ -218,7 +218,7 @@ def counted_during(work) -> int:
 
 
 def test_other_threads_run_meanwhile(study):
-    assert counted_during(lambda: study.identify(bootstrap=100, progress=False)) > 20
+    assert counted_during(lambda: study.identify(bootstrap=50, progress=False)) > 20
 
 
 def test_other_threads_run_while_a_set_is_made():

@@ -48,7 +48,7 @@ def results(folder: Path) -> list[Path]:
 @pytest.fixture(scope="module")
 def eight(tmp_path_factory):
     """A fleet of eight machines, done without an interruption."""
-    made = fleet(tmp_path_factory.mktemp("whole"), sets(8), bootstrap=40)
+    made = fleet(tmp_path_factory.mktemp("whole"), sets(8), bootstrap=26)
     with pool() as executor:
         run = made.run(executor)
     assert (run.done, run.kept, run.failures) == (8 * 3, 0, ())
@@ -66,7 +66,7 @@ def test_a_fleet_is_its_machines_one_by_one(eight):
     assert set(draws["machine"]) == set(eight.names)
     # As many about each minimum of a machine, and some of these machines have two.
     about = draws.groupby(["machine", "minimum"]).size()
-    assert set(about) == {40} and 8 < len(about) <= 16
+    assert set(about) == {26} and 8 < len(about) <= 16
     assert list(draws[draws["machine"] == "m003"]["draw"]) == list(range((draws["machine"] == "m003").sum()))
     spread = draws[draws["minimum"] == 0].groupby("machine")["k_n"].std() / table["k_n"]
     assert spread.between(1e-4, 0.2).all()
@@ -75,11 +75,11 @@ def test_a_fleet_is_its_machines_one_by_one(eight):
 def test_a_second_run_does_nothing_and_a_changed_input_only_its_own(eight, tmp_path):
     begun = {file: file.stat().st_mtime_ns for file in results(eight.folder)}
     with pool() as executor:
-        again = fleet(eight.folder, sets(8), bootstrap=40)
+        again = fleet(eight.folder, sets(8), bootstrap=26)
         assert (again.run(executor).done, len(begun)) == (0, 24)
         other = sets(8) | {"m000": taps(4.4e8, 99, 0.01, FEW)}
-        assert fleet(eight.folder, other, bootstrap=40).run(executor).done == 3
-        assert fleet(eight.folder, sets(8), bootstrap=40, seed=2).run(executor).kept == 0
+        assert fleet(eight.folder, other, bootstrap=26).run(executor).done == 3
+        assert fleet(eight.folder, sets(8), bootstrap=26, seed=2).run(executor).kept == 0
     assert all(file.stat().st_mtime_ns == then for file, then in begun.items())
     eight.to_parquet(tmp_path / "table.parquet")
     assert pandas.read_parquet(tmp_path / "table.parquet").equals(eight.table())
@@ -94,7 +94,7 @@ def kill_a_worker(folder: Path, after: int, processes) -> None:
 
 @kills
 def test_a_killed_worker_of_a_pool_is_replaced(eight, tmp_path):
-    made = fleet(tmp_path, sets(8), bootstrap=40)
+    made = fleet(tmp_path, sets(8), bootstrap=26)
     with pool() as executor:
         killer = threading.Thread(target=kill_a_worker, args=(tmp_path, 5, lambda: list(executor._processes)))
         killer.start()
@@ -213,7 +213,7 @@ def test_a_forked_child_says_that_it_lacks_threads():
 @kills
 def test_a_killed_worker_of_dask_is_replaced(eight, tmp_path):
     distributed = pytest.importorskip("distributed")
-    made = fleet(tmp_path, sets(8), bootstrap=40)
+    made = fleet(tmp_path, sets(8), bootstrap=26)
     with (
         distributed.LocalCluster(
             n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1"
@@ -228,12 +228,12 @@ def test_a_killed_worker_of_dask_is_replaced(eight, tmp_path):
     assert run.failures == () and run.done + run.kept == 24
     assert made.table().equals(eight.table()) and made.draws().equals(eight.draws())
     with pytest.raises(jd.InputError, match="closed"):
-        fleet(tmp_path, sets(8), bootstrap=40, seed=3).run(client)
+        fleet(tmp_path, sets(8), bootstrap=26, seed=3).run(client)
 
 
 def _scheduler(folder: str) -> None:
     """Runs a fleet on a cluster of its own, until it is killed."""
-    fleet(Path(folder), sets(8), bootstrap=40).run(workers=2)
+    fleet(Path(folder), sets(8), bootstrap=26).run(workers=2)
 
 
 @kills
@@ -249,7 +249,7 @@ def test_a_lost_scheduler_costs_what_was_under_way(eight, tmp_path):
     there = {file: file.stat().st_mtime_ns for file in results(tmp_path)}
     for file in there:
         json.loads(file.read_text())
-    made = fleet(tmp_path, sets(8), bootstrap=40)
+    made = fleet(tmp_path, sets(8), bootstrap=26)
     with pool() as executor:
         run = made.run(executor)
     assert run.done + run.kept == 24 and run.kept >= 4
@@ -298,18 +298,17 @@ def test_fleets_refuse_a_pool_that_forks(tmp_path):
         jd.Fleet(tmp_path / "out", None, {"m": "measurements/tian"}).run(forking)
 
 
-def test_two_hundred_machines(tmp_path):
-    """Two workers do 200 machines, each with one failure in the middle; the machines come back with their truths."""
-    machines = {f"m{at:03d}": taps(k_n, at, 0.01, FEW) for at, k_n in enumerate(K_N)}
-    made = fleet(tmp_path, machines)
+def test_many_machines_come_back_with_their_truths(tmp_path):
+    truths = K_N[::4]
+    made = fleet(tmp_path, {f"m{at:03d}": taps(k_n, at, 0.01, FEW) for at, k_n in enumerate(truths)})
     with pool() as executor:
         run = made.run(executor)
-    assert (run.done, run.failures) == (200, ())
+    assert (run.done, run.failures) == (50, ())
     table = made.table()
-    holds = (table["k_n_low"] <= K_N) & (K_N <= table["k_n_high"])
-    # 95 % intervals: fewer than 180 of 200 have a probability of 0.1 % (binomial).
-    assert holds.sum() >= 180
-    assert np.corrcoef(np.log(table["k_n"]), np.log(K_N))[0, 1] > 0.9
+    holds = (table["k_n_low"] <= truths) & (truths <= table["k_n_high"])
+    # 95 % intervals: fewer than 42 of 50 have a probability of 0.1 % (binomial).
+    assert holds.sum() >= 42
+    assert np.corrcoef(np.log(table["k_n"]), np.log(truths))[0, 1] > 0.9
 
 
 def test_coverage_is_that_of_the_intervals(tmp_path):
