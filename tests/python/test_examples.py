@@ -56,7 +56,7 @@ def names(folder) -> dict[str, object]:
         "found": study.identify(),
         "taps": taps(4e8, 1),
         "of_taps": of_taps.identify(),
-        "diagnosis": study.without("rotor-hold").diagnose(effects=["rotor-hold", "bed-compliance"]),
+        "diagnosis": study.without("rotor-hold").diagnose(),
         "machine": jd.Machine("configs/tian.toml"),
         "drive": jd.Machine("configs/emps.toml"),
         "friction_table": table,

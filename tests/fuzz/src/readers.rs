@@ -32,6 +32,12 @@ pub const READERS: [(&str, Reader); 6] = [
     ("page", page),
 ];
 
+/// Returns the file of a table.
+fn table_file(bytes: &[u8]) -> SourceFile {
+    let content = bytes.to_vec();
+    SourceFile::new("table.csv".into(), move || content)
+}
+
 /// Whether a reader accepts bytes.
 pub type Accepts = fn(&[u8]) -> bool;
 
@@ -40,7 +46,7 @@ pub const ACCEPTANCE: [(&str, Accepts); 5] = [
     ("machine", |bytes| machine_of(bytes).is_some_and(|read| read.is_ok())),
     ("set", |bytes| set_of(bytes).is_ok()),
     ("tables", |bytes| {
-        let file = SourceFile { path: "table.csv".into(), bytes: bytes.to_vec() };
+        let file = table_file(bytes);
         let text = std::str::from_utf8(bytes).unwrap_or("");
         let frf = [Quantity::Receptance, Quantity::Accelerance]
             .iter()
@@ -101,7 +107,7 @@ fn set(bytes: &[u8]) {
 /// Reads a CSV table, classified by its columns: friction runs, commands and time records, FRFs of other
 /// programs.
 fn tables(bytes: &[u8]) {
-    let file = SourceFile { path: "table.csv".into(), bytes: bytes.to_vec() };
+    let file = table_file(bytes);
     // A table to import may be in any encoding.
     let imported = decoded(bytes.to_vec());
     if imported
