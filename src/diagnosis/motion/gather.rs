@@ -2,7 +2,6 @@
 
 use std::convert::Infallible;
 
-use super::candidate::start_of;
 use super::context::{CLOCKS, Candidate, Context, MotionFit, Screened};
 use super::data::{MotionData, side_by_side};
 use super::data_fault::{
@@ -13,6 +12,7 @@ use super::gap::{MotionPart, gap_of, part};
 use super::noise_floor::{floor_of, noise_of};
 use super::nuisance::{columns_of, nuisances};
 use super::screening::NullDraw;
+use super::two_clocks::TwoClocks;
 use crate::DataKind;
 use crate::case::Need;
 use crate::evidence::share_closed;
@@ -25,14 +25,11 @@ use crate::location::places_of;
 use crate::null_distribution::{NullDistribution, least_scale};
 use crate::verdict::frozen_text;
 use crate::{HypothesisKind, Policy};
-use dynamics::inverse_dynamics::{LinearForce, MotionSignal, free_parameters, prediction, recorded};
+use dynamics::inverse_dynamics::{LinearForce, MotionSignal, prediction, recorded};
 use identification::motion::Tolerances;
-use machine::{Data, Effect, ParameterValues};
+use machine::{Effect, ParameterValues};
 use nalgebra::DVector;
 use numeric::linear_fit::LinearFit;
-
-/// Number of starts of a shift in time over its range: a motion of 50 Hz has one minimum about each.
-const CLOCK_STARTS: usize = 4;
 
 /// What answers questions: records, machine, and what was fitted so far.
 pub(super) struct MotionGatherer<'g, 'w> {
@@ -368,51 +365,6 @@ impl<'g, 'w> MotionGatherer<'g, 'w> {
         share_closed(gap_of(&before)?, gap_of(&after)?, floor)
     }
 
-    /// Fits the machine as described with the positions of all records shifted in time against their forces.
-    fn two_clocks(&self) -> Option<ChainFacts> {
-        let effect =
-            self.context.effects.iter().find(|e| e.id == CLOCKS && e.data.contains(&Data::Motion))?;
-        let hypothesis = self.tolerant.0.with(effect).ok()?;
-        let (machine, at) = (&hypothesis.machine, *hypothesis.added.last()?);
-        let free = free_parameters(machine, self.context.frozen).ok()?;
-        let fitted = |k: usize| {
-            let mut start = start_of(machine, &self.tolerant.1.values);
-            start[at] = machine.parameters[at].from_unit((k as f64 + 0.5) / CLOCK_STARTS as f64);
-            self.context.fitted(machine, &start, &free, &hypothesis.added, Some(&self.tolerances[0]))
-        };
-        let fits = (0..CLOCK_STARTS).filter_map(fitted);
-        let best = (hypothesis.clone(), fits.min_by(|a, b| a.squares.total_cmp(&b.squares))?);
-        if self
-            .farthest_of(&best)
-            .is_some_and(|far| far.deviation.abs() > Policy::of(DataKind::Motion).implausible)
-        {
-            return None;
-        }
-        let best = best.1;
-        let lag_ms = 1e3 * best.values[at];
-        let reason = if lag_ms > 0.0 {
-            format!(
-                "the positions of all records lag their forces by {lag_ms:.2} ms, and nothing else is missing"
-            )
-        } else {
-            let lag_ms = -lag_ms;
-            format!(
-                "the forces of all records lag the motions that they cause by {lag_ms:.2} ms, as no drive's do, and nothing else is missing"
-            )
-        };
-        Some(ChainFacts {
-            id: CLOCKS.into(),
-            fault: FaultFacts {
-                ids: vec![CLOCKS.into()],
-                reason,
-                next_measurement: effect.discriminating_test.clone().unwrap_or_default(),
-                is_insufficient: false,
-            },
-            parameters: 1,
-            chi_square: self.chi_square(best.squares),
-        })
-    }
-
     /// Returns the tolerance that a model moves farthest.
     fn farthest(&self, model: Model) -> Option<Farthest> {
         self.farthest_of(self.tolerant(model)?)
@@ -429,6 +381,15 @@ impl<'g, 'w> MotionGatherer<'g, 'w> {
         let names = self.first.screening.nuisances.iter().map(|nuisance| nuisance.name.clone());
         let farthest = names.zip(sizes.iter()).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
         Some(Farthest { name: farthest.0, deviation: *farthest.1 })
+    }
+
+    /// Fits two clocks of all records; `None` where something else is missing besides.
+    fn two_clocks(&self) -> Option<ChainFacts> {
+        let TwoClocks { shifted, fault } = TwoClocks::new(self.context, &self.tolerant, &self.tolerances[0])?;
+        let implausible = Policy::of(DataKind::Motion).implausible;
+        let is_plausible = self.farthest_of(&shifted).is_none_or(|far| far.deviation.abs() <= implausible);
+        let chi_square = self.chi_square(shifted.1.squares);
+        is_plausible.then(|| ChainFacts { id: CLOCKS.into(), fault, parameters: 1, chi_square })
     }
 
     fn each<T>(&self, known: &[Of<T>], models: &[Model], figure: impl Fn(Model) -> T) -> Vec<Of<T>> {

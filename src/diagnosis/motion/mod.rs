@@ -28,6 +28,7 @@ mod nominal_fit;
 mod nuisance;
 mod residual_bootstrap;
 mod screening;
+mod two_clocks;
 
 pub use context::MotionSettings;
 pub use diagnosis::{MotionDiagnosis, TriedMotion, diagnose_motion};

@@ -4,6 +4,7 @@ mod axis;
 mod coherence;
 mod column;
 mod frf;
+mod imported_table;
 mod layout;
 mod place;
 mod record;
@@ -13,10 +14,10 @@ mod unit;
 mod write;
 
 pub use frf::ImportedFrf;
+pub(super) use imported_table::ImportedTable;
 pub use record::{described, frfs_from_universal, is_of_frf};
 pub use table::{TableRequest, described_table, frfs_from_table};
 pub use text::decoded;
-pub(super) use write::ImportedTable;
 pub use write::{Placement, left_behind, set_files, set_of};
 
 #[cfg(test)]
