@@ -148,7 +148,7 @@ fn identified(record: MotionArrays, tolerances: bool) -> IdentificationDocument 
 
 /// Returns the record of a mass of 95 kg with friction that moves as a sum of sines: amplitude (m) and frequency
 /// (Hz).
-fn pure_sines(name: &str, sines: &[(f64, f64)]) -> MotionArrays {
+pub(crate) fn pure_sines(name: &str, sines: &[(f64, f64)]) -> MotionArrays {
     let time_s: Vec<f64> = (0..10_000).map(|i| 1e-3 * f64::from(i)).collect();
     let mut random = Draws(17);
     let sum = |t: f64, of: &dyn Fn(f64, f64) -> f64| {

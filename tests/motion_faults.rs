@@ -3,9 +3,9 @@
 
 use jointid::document::VerdictKind;
 use jointid::measurement::{DriveEffort, MeasurementSet, MotionArrays, SetArrays};
-use jointid::{Study, read_machine};
+use jointid::{Settings, Study, read_machine};
 
-use crate::motion_certainty::{CONFIG, record};
+use crate::motion_certainty::{CONFIG, pure_sines, record};
 use crate::support::Draws;
 use crate::support::axis::{Axis, course};
 
@@ -127,4 +127,16 @@ fn recover_a_mass_from_short_moves() {
         let says = found.stamp.warnings.iter().any(|w| w.contains("too few samples for intervals"));
         assert_eq!(says, repeats, "{:?}", found.stamp.warnings);
     }
+}
+
+/// A mass at a single frequency has no interval, whatever the samples: they are not blamed.
+#[test]
+fn limit_a_single_frequency_is_not_too_few_samples() {
+    let freeze = ["viscous_friction", "coulomb_friction", "friction_offset"].map(String::from).to_vec();
+    let settings = Settings { freeze, ..Settings::default() };
+    let found = study(vec![pure_sines("one", &[(0.05, 1.0)])]).with_settings(settings).identify().unwrap();
+    let warnings = &found.stamp.warnings;
+    assert!(found.parameters["moving_mass"].interval95.is_none(), "{warnings:?}");
+    assert!(warnings.iter().any(|w| w.contains("single frequency")), "{warnings:?}");
+    assert!(!warnings.iter().any(|w| w.contains("too few samples")), "{warnings:?}");
 }

@@ -122,11 +122,15 @@ fn asked<T>(all: &[Of<T>], model: Model, need: impl FnOnce(Model) -> Need) -> As
     of(all, model).ok_or_else(|| need(model))
 }
 
+/// Whether held-out data decide what leads: null simulations do not bound the error of the model, which a fit may take up.
+fn held_out_decide(facts: &Facts, policy: &Policy) -> bool {
+    !policy.bounded && policy.calibrated && !facts.in_sample && facts.holds_out
+}
+
 /// Whether held-out data contradict a model: they are for certain predicted worse than by the one without its last
-/// addition, though it fits better, with a χ². Null simulations that do not bound the error of the model let an
-/// addition fit that error.
+/// addition, though it fits better, with a χ².
 fn is_contradicted((facts, policy): (&Facts, &Policy), models: [Model; 2], chi_square: f64) -> Asked<bool> {
-    if policy.bounded || !policy.calibrated || facts.in_sample || !facts.holds_out {
+    if !held_out_decide(facts, policy) {
         return Ok(false);
     }
     let [Some(before), Some(after)] = models.map(|model| of(&facts.held_out_loss, model)) else {
@@ -180,12 +184,11 @@ impl<'f> Case<'f> {
         Ok(case)
     }
 
-    /// Ranks the candidates. Where null simulations do not bound the error of the model, a candidate may fit that error,
-    /// and tolerances take most of an effect: of those that are rare in null simulations the first leads that
-    /// held-out data do not contradict; before it the first that closes more than half of the held-out gap.
+    /// Ranks the candidates. Where held-out data decide, of those rare in null simulations the first leads that they do not
+    /// contradict; before it the first that closes more than half of their gap, since tolerances may take most of an effect.
     fn ranked(facts: &'f Facts, policy: &'f Policy) -> Asked<Ranking<'f>> {
         let mut ranking = Ranking::of(facts, policy);
-        if policy.bounded || !policy.calibrated || facts.in_sample || !facts.holds_out {
+        if !held_out_decide(facts, policy) {
             return Ok(ranking);
         }
         let is_rare = |t: &Ranked| {
@@ -271,7 +274,6 @@ impl<'f> Case<'f> {
 
     /// Returns the tolerance that a model moves farthest, if farther than tolerances are.
     pub fn implausible(&self, model: Model) -> Asked<Option<&'f Farthest>> {
-        // The tolerances of FRFs and modes are numbers of the description, whose own warnings state it.
         if self.policy.implausible == f64::MAX {
             return Ok(None);
         }

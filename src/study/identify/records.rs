@@ -87,7 +87,7 @@ impl Study {
         } else {
             recorded(&fitted).norm_squared()
         };
-        if !free.is_empty() && estimates.iter().all(|e| e.interval95.is_none()) {
+        if lacks_samples(&found, &estimates) {
             warnings.push(too_few_samples(&fitted));
         }
         warnings.extend(found.single_frequency.as_ref().map(|single| inseparable(machine, single)));
@@ -143,6 +143,19 @@ fn refine_by_simulation(
     };
     let estimates = refined.estimates_of(machine, free, &lengths);
     Ok((refined, estimates))
+}
+
+/// Whether no value of a fit has an interval that should have one: those at a bound, and inertias at a single frequency,
+/// lack it whatever the samples.
+fn lacks_samples(found: &ForceFit, estimates: &[Estimate]) -> bool {
+    let is_open = |e: &&Estimate| {
+        let single = found.single_frequency.as_ref();
+        found.free.contains(&e.parameter)
+            && !e.at_bound
+            && single.is_none_or(|single| !single.parameters.contains(&e.parameter))
+    };
+    let mut open = estimates.iter().filter(is_open).peekable();
+    open.peek().is_some() && open.all(|e| e.interval95.is_none())
 }
 
 /// Says why the values of a fit have no intervals.
